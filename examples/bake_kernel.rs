@@ -1,8 +1,10 @@
-//! Bakes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440: `cargo run --release --features bake --example bake_kernel -- de440.bsp catalogs`.
+//! Writes `orrery_1900_2100.bsp` and `pluto_1551_2646.bsp` from JPL's DE440:
 //!
-//! Each body is refitted with Chebyshev polynomials, interpolated at Chebyshev nodes in intervals of equal length. For each of several
-//! interval lengths the lowest degree that keeps the stated error is determined; the smallest result is written as an SPK of type 2 (NAIF's
-//! SPK and DAF Required Reading). The worst error against DE440, at points between the nodes, is printed per body.
+//!     cargo run --release --features bake --example bake_kernel -- de440.bsp catalogs
+//!
+//! Each body is refitted with Chebyshev polynomials that interpolate DE440 at the Chebyshev nodes of intervals of equal length. For each of
+//! several interval lengths the program finds the lowest degree that keeps the stated error, and writes the smallest result as an SPK segment
+//! of type 2 (NAIF's SPK and DAF Required Reading). For each body it prints the worst error against DE440 between the nodes.
 
 use glam::DVec3;
 use orrery::ephemeris::chebyshev::{fit_nodes, value_and_slope};
@@ -10,10 +12,11 @@ use orrery::ephemeris::spk::Spk;
 use std::f64::consts::PI;
 
 const DAY_S: f64 = 86_400.0;
-const NODES_MAX: usize = 40;
+/// Fits have fewer coefficients per axis than this.
+const TERMS_END: usize = 40;
 
-/// A file to write: its span in days past J2000 and its bodies.
-struct Baked {
+/// A kernel file to write: its span in days past J2000 and its bodies.
+struct KernelSpec {
     file: &'static str,
     title: &'static str,
     start_days: f64,
@@ -21,8 +24,8 @@ struct Baked {
     bodies: &'static [BodySpec],
 }
 
-/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: 200 years with a margin of half a day, for any Delta T.
-const KERNEL: Baked = Baked {
+/// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: 200 years with a margin of at least half a day, more than any Delta T.
+const KERNEL: KernelSpec = KernelSpec {
     file: "orrery_1900_2100.bsp",
     title: "ORRERY 1900-2100, REFITTED FROM DE440",
     start_days: -36_525.0,
@@ -31,7 +34,7 @@ const KERNEL: Baked = Baked {
 };
 
 /// Pluto for the dates that both the series and DE440 cover, because no short published series covers them.
-const PLUTO: Baked = Baked {
+const PLUTO: KernelSpec = KernelSpec {
     file: "pluto_1551_2646.bsp",
     title: "ORRERY PLUTO 1551-2646, REFITTED FROM DE440",
     start_days: -164_000.0,
@@ -47,8 +50,8 @@ struct BodySpec {
     error_km: f64,
 }
 
-/// The allowed errors, which the ephemeris states (`src/ephemeris/mod.rs`): for the planets under 0.003 arcsec as seen from the Sun, and less for the Sun, on
-/// which every heliocentric direction depends.
+/// The allowed errors are those that the ephemeris states (`kernel_error_km` in `src/ephemeris/mod.rs`): for the planets below 0.003 arcsec as
+/// seen from the Sun, and less for the Sun, on which every heliocentric direction depends.
 const BODIES: &[BodySpec] = &[
     BodySpec { name: "MERCURY BARYCENTER", target: 1, center: 0, error_km: 0.5 },
     BodySpec { name: "VENUS BARYCENTER", target: 2, center: 0, error_km: 0.5 },
@@ -66,13 +69,18 @@ const BODIES: &[BodySpec] = &[
     BodySpec { name: "MOON", target: 301, center: 399, error_km: 0.03 },
 ];
 
+/// Interval lengths to try.
 const LENGTHS_DAYS: &[f64] =
     &[4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0, 400.0, 600.0, 1000.0, 4000.0, 10_000.0];
 
 struct Fit {
+    /// Length of an interval.
     length_days: f64,
+    /// Number of intervals.
     records: usize,
+    /// Coefficients per axis.
     terms: usize,
+    /// Numbers in the segment's array.
     doubles: usize,
 }
 
@@ -85,17 +93,17 @@ fn position(kernel: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
     kernel.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
 
-/// Worst error in km over every `stride`-th interval, at the ends and between the nodes.
-fn worst_km(kernel: &Spk, baked: &Baked, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
-    let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
+/// Worst error in km over every `stride`-th interval, at its ends and between its nodes.
+fn worst_km(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
+    let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
     let radius_s = 0.5 * length_days * DAY_S;
     (0..records).step_by(stride).fold(0.0, |worst: f64, i| {
-        let midpoint_s = baked.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
-        let c = coefficients(kernel, body, midpoint_s, radius_s, terms);
+        let midpoint_s = spec.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let axes = coefficients(kernel, body, midpoint_s, radius_s, terms);
         (0..=terms).fold(worst, |worst, j| {
             let u = (PI * j as f64 / terms as f64).cos();
             let truth = position(kernel, body, midpoint_s + u * radius_s);
-            let [x, y, z] = c.each_ref().map(|c| value_and_slope(c, u).0);
+            let [x, y, z] = axes.each_ref().map(|axis| value_and_slope(axis, u).0);
             let error = (DVec3::new(x, y, z) - truth).length();
             // Outside DE440's span the position is NaN, which max() would ignore.
             if error.is_nan() { f64::INFINITY } else { worst.max(error) }
@@ -103,19 +111,20 @@ fn worst_km(kernel: &Spk, baked: &Baked, body: &BodySpec, length_days: f64, term
     })
 }
 
-fn smallest_fit(kernel: &Spk, baked: &Baked, body: &BodySpec) -> Option<Fit> {
+/// The fit with the smallest array that keeps the body's allowed error; `None` if no choice does.
+fn smallest_fit(kernel: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
-        let records = ((baked.end_days - baked.start_days) / length_days).ceil() as usize;
+        let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
         let sparse_stride = (records / 40).max(1);
-        for terms in 2..NODES_MAX {
+        for terms in 2..TERMS_END {
             let doubles = records * (2 + 3 * terms) + 4;
             if best.as_ref().is_some_and(|b| doubles >= b.doubles) {
                 break;
             }
             // A sparse check rejects most choices; the check of the entire span decides.
-            if worst_km(kernel, baked, body, length_days, terms, sparse_stride) <= body.error_km
-                && worst_km(kernel, baked, body, length_days, terms, 1) <= body.error_km
+            if worst_km(kernel, spec, body, length_days, terms, sparse_stride) <= body.error_km
+                && worst_km(kernel, spec, body, length_days, terms, 1) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });
                 break;
@@ -125,22 +134,24 @@ fn smallest_fit(kernel: &Spk, baked: &Baked, body: &BodySpec) -> Option<Fit> {
     best
 }
 
-/// One DAF array: coefficient records, then start, length, record size and count.
-fn segment(kernel: &Spk, baked: &Baked, body: &BodySpec, fit: &Fit) -> Vec<f64> {
+/// One DAF array: the records, then the start, the length of an interval, the record size and the number of records.
+fn segment(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, fit: &Fit) -> Vec<f64> {
     let radius_s = 0.5 * fit.length_days * DAY_S;
     let mut data = Vec::with_capacity(fit.doubles);
     for i in 0..fit.records {
-        let midpoint_s = baked.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let midpoint_s = spec.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
         data.extend([midpoint_s, radius_s]);
         coefficients(kernel, body, midpoint_s, radius_s, fit.terms).iter().for_each(|axis| data.extend(axis));
     }
-    data.extend([baked.start_days * DAY_S, fit.length_days * DAY_S, (2 + 3 * fit.terms) as f64, fit.records as f64]);
+    data.extend([spec.start_days * DAY_S, fit.length_days * DAY_S, (2 + 3 * fit.terms) as f64, fit.records as f64]);
     data
 }
 
-/// A complete DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes.
-fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<u8> {
+/// A complete DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes. A summary has 2 doubles and 6
+/// integers, 40 bytes; addresses count doubles from 1.
+fn daf(spec: &KernelSpec, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<u8> {
     const RECORD: usize = 1024;
+    // In the comments a line ends with 0 and the text with 4; a record has 1000 characters.
     let comment: Vec<u8> = comment.bytes().map(|b| if b == b'\n' { 0 } else { b }).chain([4]).collect();
     let comment_records = comment.len().div_ceil(1000);
     let summary_record = 2 + comment_records;
@@ -151,8 +162,9 @@ fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<
     let mut arrays = Vec::new();
     for (i, (body, data)) in segments.iter().enumerate() {
         let offset = 24 + 40 * i;
-        summaries[offset..offset + 8].copy_from_slice(&(baked.start_days * DAY_S).to_le_bytes());
-        summaries[offset + 8..offset + 16].copy_from_slice(&(baked.end_days * DAY_S).to_le_bytes());
+        summaries[offset..offset + 8].copy_from_slice(&(spec.start_days * DAY_S).to_le_bytes());
+        summaries[offset + 8..offset + 16].copy_from_slice(&(spec.end_days * DAY_S).to_le_bytes());
+        // Target, centre, frame (1: J2000), type of segment (2: Chebyshev positions), first and last address.
         let integers = [body.target, body.center, 1, 2, address as i32, (address + data.len() - 1) as i32];
         for (k, n) in integers.iter().enumerate() {
             summaries[offset + 16 + 4 * k..offset + 20 + 4 * k].copy_from_slice(&n.to_le_bytes());
@@ -163,9 +175,11 @@ fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<
     }
     let mut file = vec![0u8; RECORD];
     file[..8].copy_from_slice(b"DAF/SPK ");
+    // Doubles and integers of a summary.
     file[8..12].copy_from_slice(&2i32.to_le_bytes());
     file[12..16].copy_from_slice(&6i32.to_le_bytes());
-    file[16..76].copy_from_slice(format!("{:60}", baked.title).as_bytes());
+    file[16..76].copy_from_slice(format!("{:60}", spec.title).as_bytes());
+    // The first and the last summary record, and the first free address.
     for (at, n) in [(76, summary_record), (80, summary_record), (84, address)] {
         file[at..at + 4].copy_from_slice(&(n as i32).to_le_bytes());
     }
@@ -183,22 +197,23 @@ fn daf(baked: &Baked, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<
     file
 }
 
-fn bake(kernel: &Spk, baked: &Baked, folder: &str) -> Result<(), Box<dyn std::error::Error>> {
+/// Writes the kernel file of a specification into `folder`.
+fn bake(kernel: &Spk, spec: &KernelSpec, folder: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut segments = Vec::new();
     let mut comment =
         String::from("Refitted from JPL DE440 (Park et al. 2021) by Orrery's examples/bake_kernel.rs.\nWorst error against DE440 in km:\n");
-    for body in baked.bodies {
-        let fit = smallest_fit(kernel, baked, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
-        let error_km = worst_km(kernel, baked, body, fit.length_days, fit.terms, 1);
+    for body in spec.bodies {
+        let fit = smallest_fit(kernel, spec, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
+        let error_km = worst_km(kernel, spec, body, fit.length_days, fit.terms, 1);
         let line =
             format!("{:22} {:6} days x {:2} terms  {:7} bytes  {error_km:.4} km", body.name, fit.length_days, fit.terms, fit.doubles * 8);
         println!("{line}");
         comment += &line;
         comment.push('\n');
-        segments.push((body, segment(kernel, baked, body, &fit)));
+        segments.push((body, segment(kernel, spec, body, &fit)));
     }
-    let file = daf(baked, &segments, &comment);
-    let path = format!("{folder}/{}", baked.file);
+    let file = daf(spec, &segments, &comment);
+    let path = format!("{folder}/{}", spec.file);
     std::fs::write(&path, &file)?;
     println!("{path}: {} bytes", file.len());
     Ok(())

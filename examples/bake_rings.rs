@@ -2,18 +2,20 @@
 //!
 //! Radii and optical depths of named edges, gaps, plateaus and ringlets are those of the published occultation profiles (Colwell et al.
 //! 2009 and 2010; Cuzzi et al. 1984 for features that Voyager saw), entered from memory and rounded. No table small enough to include lists
-//! the B ring's hundreds of ringlets between named features. There a fixed sum of waves varies over the published range of optical depth,
-//! so the individual ringlets are not real. The brightness of the B ring is real at scales from 500 km to the width of the entire ring: it
-//! is read from the ring map of Solar System Scope (CC-BY-4.0; PNG with alpha, two discs), as `B_BRIGHTNESS` describes.
+//! the ringlets between named features, hundreds of them in the B ring. There a fixed sum of waves varies over the published range of optical
+//! depth, so the individual ringlets are not real. The brightness of the B ring is real at scales from 500 km to the width of the entire
+//! ring: it is read from the ring map of Solar System Scope (CC-BY-4.0), as described at `B_BRIGHTNESS`.
 //!
-//! Dust: the D, F, G and E rings and the Encke ringlet consist almost entirely of dust; in C, A and the Cassini Division it is a percent,
-//! in the B ring none. These fractions, the dust's albedos and the radial laws of G and E are estimates after Showalter et al. 1991 (Icarus
-//! 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from Cassini-Huygens, ch. 16), from memory.
+//! Dust: the D, F, G and E rings and the Encke ringlet consist mostly of dust. In C, A and the Cassini Division its fraction is a percent
+//! (none in the named ringlets), in the B ring zero. These fractions, the dust's albedos and the radial profiles of G and E are estimates
+//! after Showalter et al. 1991 (Icarus 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from
+//! Cassini-Huygens, ch. 16), from memory.
 
 /// Name, inner edge, outer edge (km), optical depth at each edge, width of a step (km), amplitude of the variation (fraction of the optical
-/// depth), colour.
+/// depth), single-scattering albedo (red, green, blue).
 struct Region(&'static str, f64, f64, f64, f64, f64, f64, [f64; 3]);
 
+/// Single-scattering albedos of the particles of the C ring and its plateaus, the B ring, the Cassini Division and the A ring.
 const C: [f64; 3] = [0.33, 0.30, 0.26];
 const PLATEAU: [f64; 3] = [0.42, 0.37, 0.31];
 const B: [f64; 3] = [1.0, 0.87, 0.67];
@@ -25,8 +27,8 @@ const ICE_DUST: [f64; 3] = [0.95, 0.93, 0.90];
 const G_DUST: [f64; 3] = [0.95, 0.90, 0.86];
 const E_DUST: [f64; 3] = [0.80, 0.90, 1.00];
 
-/// Brightness of the B ring relative to its mean, every 500 km from 92 200 km outwards: linear luminance of the ring map averaged around
-/// circles 0.7 texels wide (527 km per texel). The scale is fixed by the brightness steps at the B ring's inner edge (91 975 km, 160.05
+/// Brightness of the B ring relative to its mean, every 500 km from 92 200 km outwards: linear luminance of the ring map averaged over
+/// annuli 0.7 texels wide (527 km per texel). The scale is fixed by the brightness steps at the B ring's inner edge (91 975 km, 160.05
 /// texels) and outer edge (117 507 km, 208.53 texels); it puts the A ring's outer edge within 500 km of its true radius. Within 2.5 texels
 /// of either edge the nearest unaffected value is repeated.
 const B_BRIGHTNESS: [f64; 51] = [
@@ -34,8 +36,8 @@ const B_BRIGHTNESS: [f64; 51] = [
     1.08, 1.05, 1.05, 1.05, 1.05, 1.08, 1.15, 1.20, 1.21, 1.21, 1.25, 1.30, 1.27, 1.20, 1.15, 1.09, 1.03, 1.01, 1.03, 1.05, 1.05, 1.03,
     1.00, 1.04, 1.15, 1.25, 1.25, 1.25, 1.25,
 ];
-/// The map's contrast is exaggerated. Raised to this power, its inner B ring has 0.74 of the brightest part, as in Hubble's photometry
-/// (Cuzzi et al. 2002, from memory).
+/// The map's contrast is exaggerated. Raised to this power, the brightness of its inner B ring is about 0.7 of the brightest part, as in
+/// Hubble's photometry (Cuzzi et al. 2002, from memory).
 const B_CONTRAST: f64 = 0.55;
 
 const REGIONS: &[Region] = &[
@@ -59,7 +61,8 @@ const REGIONS: &[Region] = &[
     Region("F core", 140195.0, 140245.0, 0.25, 0.25, 50.0, 0.0, ICE_DUST),
 ];
 
-/// Plateaus, gaps and ringlets that replace parts of the regions: name, inner edge, outer edge (km), optical depth, colour.
+/// Plateaus, gaps and ringlets, which replace the parts of the regions that they cover: name, inner edge, outer edge (km), optical depth,
+/// single-scattering albedo.
 const FEATURES: &[(&str, f64, f64, f64, [f64; 3])] = &[
     ("C plateau 1", 76020.0, 76260.0, 0.22, PLATEAU),
     ("C plateau 2", 77160.0, 77220.0, 0.25, PLATEAU),
@@ -96,8 +99,8 @@ fn waves(radius_km: f64) -> f64 {
     0.4 * wave(1310.0, 0.3) + 0.3 * wave(577.0, 1.9) + 0.3 * wave(263.0, 4.1) + 0.3 * wave(171.0, 2.2) * wave(2900.0, 0.8)
 }
 
-/// The B ring's colour at a radius.
-fn b_colour(radius_km: f64) -> [f64; 3] {
+/// The B ring's single-scattering albedo at a radius.
+fn b_albedo(radius_km: f64) -> [f64; 3] {
     let index = ((radius_km - 92_200.0) / 500.0).clamp(0.0, (B_BRIGHTNESS.len() - 1) as f64);
     let low = (index as usize).min(B_BRIGHTNESS.len() - 2);
     let fraction = index - low as f64;
@@ -106,8 +109,8 @@ fn b_colour(radius_km: f64) -> [f64; 3] {
     B.map(|c| (c * brightness.powf(B_CONTRAST) * 1e3).round() / 1e3)
 }
 
-/// Fraction of a region's light that dust scatters.
-fn dust_of(name: &str) -> f64 {
+/// Fraction of the light of a region or feature that dust scatters.
+fn dust_fraction(name: &str) -> f64 {
     match name {
         "D" => 1.0,
         "F skirt" | "Encke ringlet" => 0.95,
@@ -122,13 +125,13 @@ fn g_tau(radius_km: f64) -> f64 {
     if radius_km < 168_000.0 { 2e-6 } else { 1e-6 * (-(radius_km - 168_000.0) / 2500.0).exp() }
 }
 
-/// Optical depth of the E ring along its normal: powers of the radius on both sides of Enceladus' orbit.
+/// Optical depth of the E ring along its normal: a power of the radius on each side of Enceladus' orbit.
 fn e_tau(radius_km: f64) -> f64 {
-    let r = radius_km / 238_000.0;
-    1.5e-5 * if r < 1.0 { r.powi(15) } else { r.powi(-7) }
+    let ratio = radius_km / 238_000.0;
+    1.5e-5 * if ratio < 1.0 { ratio.powi(15) } else { ratio.powi(-7) }
 }
 
-/// Prints rings with a smooth law of optical depth, in `count` numbered steps of equal width.
+/// Prints a ring whose optical depth varies smoothly, as `count` numbered rings of equal width.
 fn print_steps(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
     for k in 0..count {
         let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);
@@ -154,15 +157,15 @@ fn main() {
         for k in 0..count {
             let (from, to) = (edge(k), edge(k + 1));
             let middle = (from + to) / 2.0;
-            let between = (middle - inner) / (outer - inner);
-            let tau = (tau_inner + (tau_outer - tau_inner) * between) * (1.0 + amplitude * waves(middle)).max(0.1);
+            let fraction = (middle - inner) / (outer - inner);
+            let tau = (tau_inner + (tau_outer - tau_inner) * fraction) * (1.0 + amplitude * waves(middle)).max(0.1);
             let ring_name = if count == 1 { (*name).to_owned() } else { format!("{name} {}", k + 1) };
-            let colour = if *albedo == B { b_colour(middle) } else { *albedo };
-            print_ring(&ring_name, from, to, (tau * 1e6).round() / 1e6, colour, dust_of(name));
+            let albedo = if *albedo == B { b_albedo(middle) } else { *albedo };
+            print_ring(&ring_name, from, to, (tau * 1e6).round() / 1e6, albedo, dust_fraction(name));
         }
     }
     for (name, inner, outer, tau, albedo) in FEATURES {
-        print_ring(name, *inner, *outer, *tau, *albedo, dust_of(name));
+        print_ring(name, *inner, *outer, *tau, *albedo, dust_fraction(name));
     }
     print_steps("G", 166_000.0, 175_000.0, 18, g_tau, G_DUST);
     print_steps("E", 180_000.0, 480_000.0, 60, e_tau, E_DUST);

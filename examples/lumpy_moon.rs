@@ -14,7 +14,7 @@ const HALVINGS: u32 = 6;
 const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
 const CRATERS: usize = 240;
 
-/// The vertices are on the unit sphere, each triangle's counter-clockwise seen from outside.
+/// Vertices on the unit sphere, and triangles, counter-clockwise seen from outside.
 fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let golden_ratio = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut vertices = Vec::new();
@@ -66,9 +66,8 @@ impl Random {
     }
 }
 
-/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii
-/// from its centre.
-fn bowl(x: f64) -> f64 {
+/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii from its centre.
+fn crater_profile(x: f64) -> f64 {
     let floor = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
     floor + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
 }
@@ -84,13 +83,13 @@ fn main() {
     let waves: Vec<(DVec3, f64, f64)> = (0..24)
         .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k))))
         .collect();
-    // Many small craters to each large one: their number decreases with the square of the size.
+    // Centre and radius; the number of craters decreases with the square of the radius, so that most are small.
     let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
-    // Distance from the centre in a direction, relative to the ellipsoid's.
+    // Distance of the surface from the centre in a direction, relative to that of the ellipsoid.
     let relative_radius = |d: DVec3| {
         let lumps: f64 = waves.iter().map(|(k, phase, amplitude)| amplitude * (k.dot(d) + phase).sin()).sum();
-        let bowls: f64 = craters.iter().map(|(centre, radius)| radius * bowl((d - *centre).length() / radius)).sum();
-        1.0 + lumps + bowls
+        let crater_heights: f64 = craters.iter().map(|(centre, radius)| radius * crater_profile((d - *centre).length() / radius)).sum();
+        1.0 + lumps + crater_heights
     };
     let mut text = String::from("# An invented shape, kilometres, body axes: x through the prime meridian, z the pole.\n");
     for d in &directions {

@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use tempfile::NamedTempFile;
 
-/// Prefix of temporary files.
-const TEMPORARY: &str = ".orrery-writing-";
-/// Age above which a temporary file cannot belong to a running process, since writing a file never takes this long.
+/// Prefix of the names of temporary files.
+const TEMPORARY_PREFIX: &str = ".orrery-writing-";
+/// Age above which a temporary file is taken for one that a killed process left behind, since writing a file never takes this long.
 const STALE_AGE: Duration = Duration::from_secs(86_400);
 
 /// Opens a regular file for reading. Returns its length as the system reports it.
@@ -75,7 +75,8 @@ pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
 }
 
-/// Checks that a file is inside a folder after links are resolved. Needed because a folder from an untrusted source may name files by its catalog.
+/// Checks that a file is inside a folder after links are resolved. Used for files that a catalog or label names, because their folder may come from an
+/// untrusted source.
 ///
 /// # Errors
 /// The file is outside the folder, or one of them does not exist.
@@ -90,7 +91,7 @@ pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileAccess {
     All,
-    /// Only the user: for settings, which include the user's home location.
+    /// Only the user: for settings, which include the user's home location, and for cache entries.
     Owner,
 }
 
@@ -100,7 +101,7 @@ pub(crate) enum FileAccess {
 pub struct WriteError {
     /// The path as the caller gave it, escaped and shortened for a message.
     pub path: String,
-    /// The system's error, or the name of the missing folder.
+    /// The reason: usually the system's error, or that the folder is missing.
     pub why: String,
 }
 
@@ -110,10 +111,10 @@ pub struct WriteError {
 /// The path and the reason.
 pub(crate) fn write_atomic(
     path: &Path,
-    readers: FileAccess,
+    access: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<(), WriteError> {
-    replace(path, readers, fill).map_err(|e| write_error(path, &e))
+    replace(path, access, fill).map_err(|e| write_error(path, &e))
 }
 
 /// Writes a file atomically under the first of `names` that does not exist yet, and returns that name. All `names` must be in one folder.
@@ -122,13 +123,13 @@ pub(crate) fn write_atomic(
 /// The path and the reason, for example that every name is taken.
 pub(crate) fn write_new(
     names: impl IntoIterator<Item = PathBuf>,
-    readers: FileAccess,
+    access: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<PathBuf, WriteError> {
     let mut names = names.into_iter();
     let none = || WriteError { path: String::new(), why: "no name to write to".into() };
     let mut name = names.next().ok_or_else(none)?;
-    let mut file = write_temporary(&name, readers, fill).map_err(|e| write_error(&name, &e))?;
+    let mut file = write_temporary(&name, access, fill).map_err(|e| write_error(&name, &e))?;
     loop {
         // A single system call checks and renames; between two separate calls another program could take the name.
         match file.persist_noclobber(&name) {
@@ -156,17 +157,18 @@ pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
     replace(path, FileAccess::Owner, |out| out.write_all(bytes))
 }
 
-fn replace(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
+/// Writes a file atomically in place of an existing one, if there is one.
+fn replace(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
     // A rename would replace a device or pipe by a regular file.
     if path.metadata().is_ok_and(|existing| !existing.is_file() && !existing.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
     }
-    write_temporary(path, readers, fill)?.persist(path).map_err(|e| e.error)?;
+    write_temporary(path, access, fill)?.persist(path).map_err(|e| e.error)?;
     Ok(())
 }
 
 /// Writes the content for `path`, completely and synced to disk, to a temporary file in the same folder.
-fn write_temporary(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
+fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
     let folder = folder_of(path);
     remove_stale_once(folder);
     let mut options = OpenOptions::new();
@@ -174,18 +176,19 @@ fn write_temporary(path: &Path, readers: FileAccess, fill: impl FnOnce(&mut BufW
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     // The file is opened here, because the error message of `tempfile` would contain the temporary name.
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY).make_in(folder, |at| options.open(at))?;
+    let mut file = tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |at| options.open(at))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
-    if readers == FileAccess::All {
+    if access == FileAccess::All {
         make_world_readable(file.as_file());
     }
     file.as_file().sync_all()?;
     Ok(file)
 }
 
+/// The folder of a file; the current folder for a bare name.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -195,7 +198,7 @@ pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());
     let why = match e.kind() {
         ErrorKind::NotFound => format!("there is no folder {folder}; make it first"),
-        ErrorKind::NotADirectory => format!("{folder} is no folder"),
+        ErrorKind::NotADirectory => format!("{folder} is not a folder"),
         _ => e.to_string(),
     };
     WriteError { path: echo(&path.display().to_string()), why }
@@ -214,10 +217,10 @@ fn make_world_readable(_file: &File) {}
 
 /// Whether a file is a temporary file of this program.
 pub(crate) fn is_temporary(path: &Path) -> bool {
-    path.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY))
+    path.file_name().is_some_and(|n| n.to_string_lossy().starts_with(TEMPORARY_PREFIX))
 }
 
-/// Removes temporary files that are older than a day from a folder, but only when this process first writes into that folder.
+/// Removes temporary files older than [`STALE_AGE`] from a folder, once per process and folder.
 fn remove_stale_once(folder: &Path) {
     static CHECKED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
     if !CHECKED.lock().insert(folder.to_owned()) {
@@ -230,13 +233,13 @@ fn remove_stale_once(folder: &Path) {
         changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > STALE_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
-    // Failures are ignored: the file belongs to another user or was already removed.
+    // A failure is ignored: the file may belong to another user, or another process may have removed it.
     entries.filter(|path| is_temporary(path) && is_old(path)).for_each(|path| drop(std::fs::remove_file(path)));
 }
 
-/// The reason, owner or mode, why other users could write to a folder; `None` if they cannot, or if the folder does not exist. `is_parent`: the folder is a
-/// parent of the program's own folder, which is checked separately. A parent may be group-writable, and world-writable if only owners can remove files
-/// (the sticky bit of /tmp).
+/// Why other users could write to a folder (its owner or mode); `None` if they cannot, or if the folder does not exist. `is_parent`: the folder is not the
+/// program's own but one that contains it. Such a folder may be group-writable, and world-writable if only owners can remove files (the sticky bit of
+/// /tmp), because the program's own folder is checked separately.
 #[cfg(unix)]
 pub(crate) fn foreign_write_access(folder: &Path, is_parent: bool) -> Option<String> {
     use std::os::unix::fs::MetadataExt;
@@ -267,6 +270,7 @@ pub(crate) fn foreign_write_access(_folder: &Path, _is_parent: bool) -> Option<S
 mod tests {
     use super::*;
 
+    /// The names `a-1.txt`, `a-2.txt` and so on.
     fn numbered(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
         let folder = folder.to_owned();
         (1..).map(move |n| folder.join(format!("a-{n}.txt")))
@@ -276,8 +280,8 @@ mod tests {
     #[test]
     fn concurrent_writes_to_new_names_replace_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
-        let others = [2, 5, 41];
-        for n in others {
+        let existing = [2, 5, 41];
+        for n in existing {
             std::fs::write(folder.path().join(format!("a-{n}.txt")), "another's").expect("a file");
         }
         let write = |writer: usize, k: usize| {
@@ -295,7 +299,7 @@ mod tests {
         for (text, path) in &written {
             assert_eq!(&std::fs::read_to_string(path).expect("a file"), text, "{}", path.display());
         }
-        for n in others {
+        for n in existing {
             assert_eq!(std::fs::read_to_string(folder.path().join(format!("a-{n}.txt"))).expect("a file"), "another's");
         }
         // No name is skipped, and no other file remains.
@@ -378,22 +382,22 @@ mod tests {
         }
     }
 
-    /// Reading any of these would block or never end.
+    /// Reading the pipe or the device would block or never end.
     #[cfg(unix)]
     #[test]
     fn pipes_and_devices_are_refused_at_once() {
         let folder = tempfile::tempdir().expect("a folder");
-        let (pipe, link, round) = (folder.path().join("pipe"), folder.path().join("link"), folder.path().join("round"));
+        let (pipe, link, cycle) = (folder.path().join("pipe"), folder.path().join("link"), folder.path().join("cycle"));
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs").success());
         std::os::unix::fs::symlink("/dev/zero", &link).expect("a link");
-        std::os::unix::fs::symlink(&round, &round).expect("a link");
+        std::os::unix::fs::symlink(&cycle, &cycle).expect("a link");
         let begun = std::time::Instant::now();
         for path in [&pipe, &link, Path::new("/dev/zero")] {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
             assert_eq!(read_part(path, 0, 1).expect_err("no file").to_string(), "not a regular file");
             assert!(write_atomic(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
-        assert!(read_bytes(&round, 1 << 20).is_err());
+        assert!(read_bytes(&cycle, 1 << 20).is_err());
         // A procfs file that reports length 0.
         assert!(!read_bytes(Path::new("/proc/self/stat"), 1 << 20).map_or(vec![0], |b| b).is_empty());
         assert!(begun.elapsed() < Duration::from_secs(5));
@@ -407,13 +411,14 @@ mod tests {
             let file = File::create(folder.path().join(name)).expect("a file");
             file.set_modified(SystemTime::now() - Duration::from_secs(age_s)).expect("a time");
         };
-        put(&format!("{TEMPORARY}old"), 90_000);
-        put(&format!("{TEMPORARY}young"), 80_000);
+        put(&format!("{TEMPORARY_PREFIX}old"), 90_000);
+        put(&format!("{TEMPORARY_PREFIX}young"), 80_000);
         put(".another-program", 900_000);
         put("picture.png", 900_000);
-        std::fs::create_dir(folder.path().join(format!("{TEMPORARY}folder"))).expect("a folder");
+        std::fs::create_dir(folder.path().join(format!("{TEMPORARY_PREFIX}folder"))).expect("a folder");
         write_cached(&folder.path().join("entry"), b"x").expect("written");
-        let expected = [&format!("{TEMPORARY}young"), ".another-program", "picture.png", &format!("{TEMPORARY}folder"), "entry"];
+        let expected =
+            [&format!("{TEMPORARY_PREFIX}young"), ".another-program", "picture.png", &format!("{TEMPORARY_PREFIX}folder"), "entry"];
         assert_eq!(names_in(folder.path()), expected.into_iter().map(str::to_owned).collect());
     }
 
@@ -428,7 +433,7 @@ mod tests {
         let mut temporary = BTreeSet::new();
         for _ in 0..20 {
             write_atomic(&target, FileAccess::Owner, |_| {
-                temporary.extend(names_in(folder.path()).into_iter().filter(|n| n.starts_with(TEMPORARY)));
+                temporary.extend(names_in(folder.path()).into_iter().filter(|n| n.starts_with(TEMPORARY_PREFIX)));
                 Ok(())
             })
             .expect("written");
@@ -442,12 +447,13 @@ mod tests {
     fn folders_that_others_can_write_are_detected() {
         use std::os::unix::fs::PermissionsExt;
         let folder = tempfile::tempdir().expect("a folder");
-        let with = |mode: u32, is_parent: bool| {
+        let others_can_write = |mode: u32, is_parent: bool| {
             std::fs::set_permissions(folder.path(), std::fs::Permissions::from_mode(mode)).expect("permissions");
             foreign_write_access(folder.path(), is_parent).is_some()
         };
-        assert!(!with(0o700, false) && !with(0o755, false) && !with(0o1777, true) && !with(0o775, true));
-        assert!(with(0o777, false) && with(0o775, false) && with(0o777, true) && with(0o1777, false));
+        let (own_folder, parent) = (|mode| others_can_write(mode, false), |mode| others_can_write(mode, true));
+        assert!(!own_folder(0o700) && !own_folder(0o755) && !parent(0o1777) && !parent(0o775));
+        assert!(own_folder(0o777) && own_folder(0o775) && parent(0o777) && own_folder(0o1777));
         assert!(foreign_write_access(&folder.path().join("none"), false).is_none());
     }
 }

@@ -1,16 +1,16 @@
 //! Orrery: a solar-system viewer whose planets are drawn by generated shaders.
 //!
-//! The modules are the stages of a pipeline, in order. ARCHITECTURE.md contains a diagram, and `tests/project/layering.rs` checks which module
-//! may use which:
+//! The main modules are the stages of a pipeline. ARCHITECTURE.md contains a diagram, and `tests/project/layering.rs` checks which module may use which:
 //!
 //! [`catalog`] + [`time`] → [`ephemeris`] → [`scene`] → [`shader`] → [`render`] → [`image`] → [`view`] or [`cli`].
 //!
 //! # Use as a library
 //!
-//! The public interface is what this documentation shows: the names re-exported here, with which most programs begin, and the modules
+//! The public interface is what this documentation shows: the names re-exported here, the starting points of most programs, and the modules
 //! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`], [`message`] and [`units`]. Each of their
 //! items has a doc comment (the lint `missing_docs` checks this). Every other module is public only for the tests and benches of this package,
-//! is hidden from the documentation and may change with any commit. All modules report errors as values, and none reads the clock or the network.
+//! is hidden from the documentation and may change with any commit. All errors are returned as values. No module uses the
+//! network, and only the command line takes the current time from the system clock, for `now`.
 //!
 //! Render an image:
 //!

@@ -5,8 +5,8 @@ fn main() -> std::process::ExitCode {
     orrery::cli::run()
 }
 
-/// Sets `XDG_RUNTIME_DIR` if it is not set to an absolute path. Graphics drivers look there for a Wayland socket, and print a line at each probe if
-/// the variable is missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains
+/// Sets `XDG_RUNTIME_DIR` if it is not set to an absolute path. Graphics drivers look there for a Wayland socket, and print a line each time if the
+/// variable is missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains
 /// no socket and in which nobody can create one.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn set_runtime_folder() {

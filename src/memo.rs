@@ -1,8 +1,8 @@
 //! Small caches of values that are expensive to compute: [`Memo`], which computes a missing value itself, and [`RecentMap`].
 //!
-//! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared in full, not by hash; the number of values
-//! is limited, and [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other threads
-//! wait only if they need the same key. There is no process-wide cache: each lives as long as its owner.
+//! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared in full; the number of values is limited, and
+//! [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other threads wait only if they
+//! need the same key. There is no process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
 use std::collections::{HashMap, VecDeque};
@@ -10,7 +10,7 @@ use std::fmt;
 use std::hash::Hash;
 use std::sync::{Arc, OnceLock};
 
-/// Keys with their values, oldest first.
+/// Keys with their values, oldest first. A value is empty while it is computed.
 type Entries<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
 /// A cache of values by key.
@@ -25,8 +25,8 @@ impl<K, V: Clone> Memo<K, V> {
         Self { entries: Mutex::new(VecDeque::new()), capacity }
     }
 
-    /// The value of a cached key that can be used for `key`, or else the value of `key` itself, which `make` computes. `is_usable_for` decides this; it
-    /// receives the cached key and the requested one.
+    /// The value of a cached key that is usable for `key`; if there is none, the value of `key` itself, which `make` computes. `is_usable_for` receives the
+    /// cached key and the requested one.
     pub(crate) fn get_compatible(&self, is_usable_for: impl Fn(&K, &K) -> bool, key: K, make: impl FnOnce() -> V) -> V {
         let entry = {
             let mut entries = self.entries.lock();
@@ -58,11 +58,12 @@ impl<K, V> fmt::Debug for Memo<K, V> {
     }
 }
 
-/// A map of limited size: the entry that was not used for longest makes way for a new one.
+/// A map of limited size: a new entry replaces the least recently used one.
 #[derive(Debug)]
 pub(crate) struct RecentMap<K, V> {
-    /// Values, each with the number of its last use.
+    /// Values, each with the count of uses at its last use.
     entries: HashMap<K, (V, u64)>,
+    /// Number of uses of any entry so far.
     uses: u64,
     capacity: usize,
 }
@@ -81,15 +82,16 @@ impl<K: Eq + Hash + Clone, V: Clone> RecentMap<K, V> {
         Some(value.clone())
     }
 
-    /// The value of a key, without a use of it.
+    /// The value of a key. Does not count as a use.
     pub(crate) fn peek(&self, key: &K) -> Option<&V> {
         self.entries.get(key).map(|(value, _)| value)
     }
 
+    /// Sets the value of a key. Counts as a use.
     pub(crate) fn insert(&mut self, key: K, value: V) {
         if self.entries.len() >= self.capacity && !self.entries.contains_key(&key) {
-            let oldest = self.entries.iter().min_by_key(|(_, (_, last_use))| *last_use).map(|(key, _)| key.clone());
-            oldest.map(|key| self.entries.remove(&key));
+            let least_recent = self.entries.iter().min_by_key(|(_, (_, last_use))| *last_use).map(|(key, _)| key.clone());
+            least_recent.map(|key| self.entries.remove(&key));
         }
         self.uses += 1;
         self.entries.insert(key, (value, self.uses));
@@ -123,8 +125,9 @@ mod tests {
     fn a_value_is_computed_once_and_the_oldest_is_dropped() {
         const CAPACITY: usize = 4;
         let memo = Memo::with_capacity(CAPACITY);
+        // Counts the values computed so far.
         let mut computed = 0;
-        let mut ask = |n: usize| {
+        let mut computed_after = |n: usize| {
             let value = memo.get(n, || {
                 computed += 1;
                 10 * n
@@ -132,25 +135,25 @@ mod tests {
             assert_eq!(value, 10 * n);
             computed
         };
-        assert_eq!((ask(1), ask(1), ask(2)), (1, 1, 2));
+        assert_eq!((computed_after(1), computed_after(1), computed_after(2)), (1, 1, 2));
         for n in 3..=CAPACITY + 1 {
-            ask(n);
+            computed_after(n);
         }
-        assert_eq!(ask(2), CAPACITY + 1, "still kept");
-        assert_eq!(ask(1), CAPACITY + 2, "computed anew");
+        assert_eq!(computed_after(2), CAPACITY + 1, "still kept");
+        assert_eq!(computed_after(1), CAPACITY + 2, "computed anew");
     }
 
     #[test]
-    fn the_entry_that_was_not_used_for_longest_makes_way() {
+    fn a_new_entry_replaces_the_least_recently_used_one() {
         let mut recent = RecentMap::with_capacity(3);
         for n in 1..=3 {
             recent.insert(n, 10 * n);
         }
         assert_eq!((recent.get(&1), recent.peek(&2)), (Some(10), Some(&20)));
         recent.insert(4, 40);
-        assert_eq!([1, 2, 3, 4].map(|n| recent.get(&n)), [Some(10), None, Some(30), Some(40)], "a peek is no use");
+        assert_eq!([1, 2, 3, 4].map(|n| recent.get(&n)), [Some(10), None, Some(30), Some(40)], "a peek does not count as a use");
         recent.insert(1, 11);
-        assert_eq!([1, 3, 4].map(|n| recent.get(&n)), [Some(11), Some(30), Some(40)], "a new value takes no place");
+        assert_eq!([1, 3, 4].map(|n| recent.get(&n)), [Some(11), Some(30), Some(40)], "a new value of a known key evicts nothing");
         recent.remove(&3);
         assert_eq!(recent.get(&3), None);
         recent.clear();

@@ -1,9 +1,9 @@
-//! Pseudorandom numbers for random test cases and for synthetic bodies and stars.
+//! Pseudorandom numbers for random test cases, covering sets of shader keys, and synthetic minor planets and stars.
 //!
 //! In: a seed. Out: numbers and directions. Always: the same seed gives the same numbers on every machine; there is no
 //! global state. Not here: unpredictable randomness.
 
-/// SplitMix64 (Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators, OOPSLA).
+/// The state of SplitMix64 (Steele, Lea and Flood 2014, Fast splittable pseudorandom number generators, OOPSLA).
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -29,7 +29,7 @@ impl Random {
         low + (high - low) * self.unit_interval()
     }
 
-    /// An index, uniform below `count`; 0 if `count` is 0.
+    /// An index below `count`, uniform but for the negligible bias of the remainder; 0 if `count` is 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.next_u64() % count.max(1) as u64) as usize
     }

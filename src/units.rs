@@ -1,6 +1,6 @@
 //! Physical constants and unit conversions, each with its source.
 //!
-//! Inside Orrery all quantities are in SI units, but with lengths in kilometres; angles are in radians. Degrees occur only in input and output.
+//! Computations use kilometres, seconds and radians. Names of quantities state their unit, also where it is another one, such as degrees in input and output.
 
 /// Kilometres in one astronomical unit (IAU 2012 Resolution B2, exact).
 pub const KM_PER_AU: f64 = 149_597_870.7;

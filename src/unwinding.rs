@@ -7,10 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::Once;
 
 thread_local! {
+    /// Whether panics of this thread print nothing.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The result of `read`; `None` if it panicked. In that case everything that the closure owned is dropped.
+/// The result of `read`; `None` if it panicked, in which case everything that the closure owned has been dropped.
 pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -33,10 +34,10 @@ mod tests {
 
     #[test]
     fn a_panic_is_caught_and_later_panics_print_again() {
-        let lengths: [&[u8]; 2] = [&[1], &[]];
-        assert_eq!(lengths.map(|bytes| catch_panic(|| bytes[0])), [Some(1), None]);
+        let inputs: [&[u8]; 2] = [&[1], &[]];
+        assert_eq!(inputs.map(|bytes| catch_panic(|| bytes[0])), [Some(1), None]);
         assert!(!IS_QUIET.get());
-        // After a nested call the outer call is still quiet.
-        assert_eq!(catch_panic(|| (catch_panic(|| lengths[1][0]), IS_QUIET.get())), Some((None, true)));
+        // A nested call leaves the outer one quiet.
+        assert_eq!(catch_panic(|| (catch_panic(|| inputs[1][0]), IS_QUIET.get())), Some((None, true)));
     }
 }

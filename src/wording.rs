@@ -37,17 +37,17 @@ pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// At most three known words for which `word` may be a misspelling, nearest first: words that begin with it, and words that differ by at most a third of its
-/// letters (one to three edits; a swap counts as one). Case is ignored.
+/// At most three known words that may be meant by `word`, nearest first: words that begin with it (from three letters on), and words that differ from it by
+/// at most a third of its letters (one to three edits; a swap counts as one). Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
-    // Very long input matches no name, and would be slow to compare.
+    // Longer input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let letters = lower.chars().count();
     let max_edits = (letters / 3).clamp(1, 3);
     let distance = |k: &str| {
         let k = k.to_lowercase();
-        let begins = letters >= 3 && k.starts_with(&lower);
-        if begins { 1 } else { strsim::osa_distance(&lower, &k) }
+        let is_prefix = letters >= 3 && k.starts_with(&lower);
+        if is_prefix { 1 } else { strsim::osa_distance(&lower, &k) }
     };
     let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= max_edits).collect();
     near.sort();

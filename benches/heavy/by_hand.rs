@@ -1,116 +1,116 @@
 //! The heavy shader hand-written for AVX2 and FMA, eight pixels at a time: the reference for the tape's speed.
 //!
-//! Formulas and constants are those of heavy.wgsl; polynomials have the order of Cephes'. x86-64 only.
+//! Formulas and constants are those of heavy.wgsl. `exp` and `asin` use the polynomials of Cephes, `atan2` one of degree 11. x86-64 only.
 
 use super::heavy::UNIFORMS;
 use std::arch::x86_64::*;
 
 /// The values of eight pixels.
-type V = __m256;
+type F32x8 = __m256;
 
-/// A constant for all eight pixels.
+/// The same value for all eight pixels.
 #[target_feature(enable = "avx2,fma")]
-fn k(x: f32) -> V {
+fn splat(x: f32) -> F32x8 {
     _mm256_set1_ps(x)
 }
 
 macro_rules! ops {
     ($($name:ident = $intrinsic:ident),*) => { $(
         #[target_feature(enable = "avx2,fma")]
-        fn $name(a: V, b: V) -> V { $intrinsic(a, b) }
+        fn $name(a: F32x8, b: F32x8) -> F32x8 { $intrinsic(a, b) }
     )* };
 }
 ops!(add = _mm256_add_ps, sub = _mm256_sub_ps, mul = _mm256_mul_ps, div = _mm256_div_ps, min = _mm256_min_ps, max = _mm256_max_ps);
 
 /// a b + c
 #[target_feature(enable = "avx2,fma")]
-fn fma(a: V, b: V, c: V) -> V {
+fn fma(a: F32x8, b: F32x8, c: F32x8) -> F32x8 {
     _mm256_fmadd_ps(a, b, c)
 }
 #[target_feature(enable = "avx2,fma")]
-fn sqrt(a: V) -> V {
+fn sqrt(a: F32x8) -> F32x8 {
     _mm256_sqrt_ps(a)
 }
 /// `yes` where the mask is set, otherwise `no`.
 #[target_feature(enable = "avx2,fma")]
-fn select(no: V, yes: V, mask: V) -> V {
+fn select(no: F32x8, yes: F32x8, mask: F32x8) -> F32x8 {
     _mm256_blendv_ps(no, yes, mask)
 }
 #[target_feature(enable = "avx2,fma")]
-fn less(a: V, b: V) -> V {
+fn less(a: F32x8, b: F32x8) -> F32x8 {
     _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)
 }
 #[target_feature(enable = "avx2,fma")]
-fn abs(a: V) -> V {
-    _mm256_andnot_ps(k(-0.0), a)
+fn abs(a: F32x8) -> F32x8 {
+    _mm256_andnot_ps(splat(-0.0), a)
 }
 #[target_feature(enable = "avx2,fma")]
-fn neg(a: V) -> V {
-    _mm256_xor_ps(k(-0.0), a)
+fn neg(a: F32x8) -> F32x8 {
+    _mm256_xor_ps(splat(-0.0), a)
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn exp(x: V) -> V {
-    let x = max(min(x, k(88.0)), k(-87.0));
-    let n = _mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(mul(x, k(std::f32::consts::LOG2_E)));
-    let r = fma(n, k(2.121_944_4e-4), fma(n, k(-0.693_359_4), x));
-    let mut p = k(1.987_569_1e-4);
+fn exp(x: F32x8) -> F32x8 {
+    let x = max(min(x, splat(88.0)), splat(-87.0));
+    let n = _mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(mul(x, splat(std::f32::consts::LOG2_E)));
+    let r = fma(n, splat(2.121_944_4e-4), fma(n, splat(-0.693_359_4), x));
+    let mut p = splat(1.987_569_1e-4);
     for c in [1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 0.166_666_65, 0.5] {
-        p = fma(p, r, k(c));
+        p = fma(p, r, splat(c));
     }
-    let p = add(fma(mul(r, r), p, r), k(1.0));
+    let p = add(fma(mul(r, r), p, r), splat(1.0));
     let power = _mm256_slli_epi32::<23>(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)));
     mul(p, _mm256_castsi256_ps(power))
 }
 
 /// asin, by the half-angle formula for |x| above 1/2.
 #[target_feature(enable = "avx2,fma")]
-fn asin(x: V) -> V {
+fn asin(x: F32x8) -> F32x8 {
     let a = abs(x);
-    let large = less(k(0.5), a);
-    let z = select(mul(a, a), mul(k(0.5), sub(k(1.0), a)), large);
+    let large = less(splat(0.5), a);
+    let z = select(mul(a, a), mul(splat(0.5), sub(splat(1.0), a)), large);
     let s = select(a, sqrt(z), large);
-    let mut p = k(4.216_32e-2);
+    let mut p = splat(4.216_32e-2);
     for c in [2.418_131_1e-2, 4.547_002_5e-2, 7.495_300_3e-2, 0.166_667_52] {
-        p = fma(p, z, k(c));
+        p = fma(p, z, splat(c));
     }
     let r = fma(mul(p, z), s, s);
-    let r = select(r, fma(k(-2.0), r, k(std::f32::consts::FRAC_PI_2)), large);
-    _mm256_or_ps(r, _mm256_and_ps(x, k(-0.0)))
+    let r = select(r, fma(splat(-2.0), r, splat(std::f32::consts::FRAC_PI_2)), large);
+    _mm256_or_ps(r, _mm256_and_ps(x, splat(-0.0)))
 }
 #[target_feature(enable = "avx2,fma")]
-fn acos(x: V) -> V {
-    sub(k(std::f32::consts::FRAC_PI_2), asin(x))
+fn acos(x: F32x8) -> F32x8 {
+    sub(splat(std::f32::consts::FRAC_PI_2), asin(x))
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn atan2(y: V, x: V) -> V {
+fn atan2(y: F32x8, x: F32x8) -> F32x8 {
     let (ax, ay) = (abs(x), abs(y));
     let steep = less(ax, ay);
-    let t = div(select(ay, ax, steep), max(select(ax, ay, steep), k(1e-30)));
+    let t = div(select(ay, ax, steep), max(select(ax, ay, steep), splat(1e-30)));
     let z = mul(t, t);
-    let mut p = k(-0.011_719_135);
+    let mut p = splat(-0.011_719_135);
     for c in [0.052_647_349, -0.116_432_87, 0.193_543_46, -0.332_622_85, 0.999_977_3] {
-        p = fma(p, z, k(c));
+        p = fma(p, z, splat(c));
     }
     let a = mul(p, t);
-    let a = select(a, sub(k(std::f32::consts::FRAC_PI_2), a), steep);
-    let a = select(a, sub(k(std::f32::consts::PI), a), less(x, k(0.0)));
-    _mm256_or_ps(a, _mm256_and_ps(y, k(-0.0)))
+    let a = select(a, sub(splat(std::f32::consts::FRAC_PI_2), a), steep);
+    let a = select(a, sub(splat(std::f32::consts::PI), a), less(x, splat(0.0)));
+    _mm256_or_ps(a, _mm256_and_ps(y, splat(-0.0)))
 }
 
-/// Column of air from a height in a direction, as in heavy.wgsl; `x`: the body's radius in scale heights.
+/// Column density of air from a height in a direction, as in heavy.wgsl; `x`: the body's radius in scale heights.
 #[target_feature(enable = "avx2,fma")]
-fn column(height: V, cosine: V, x: f32) -> V {
+fn column(height: F32x8, cosine: F32x8, x: f32) -> F32x8 {
     let c = (std::f32::consts::FRAC_PI_2 * x).sqrt();
-    let below = less(cosine, k(0.0));
-    let up = mul(div(k(c), fma(k(c - 1.0), abs(cosine), k(1.0))), exp(neg(height)));
+    let below = less(cosine, splat(0.0));
+    let up = mul(div(splat(c), fma(splat(c - 1.0), abs(cosine), splat(1.0))), exp(neg(height)));
     if _mm256_movemask_ps(below) == 0 {
         return up;
     }
-    let s = sqrt(max(sub(k(1.0), mul(cosine, cosine)), k(1e-6)));
-    let lowest = _mm256_fmsub_ps(add(k(x), height), s, k(x));
-    let down = sub(mul(k(2.0 * c), exp(neg(max(lowest, k(0.0))))), up);
+    let s = sqrt(max(sub(splat(1.0), mul(cosine, cosine)), splat(1e-6)));
+    let lowest = _mm256_fmsub_ps(add(splat(x), height), s, splat(x));
+    let down = sub(mul(splat(2.0 * c), exp(neg(max(lowest, splat(0.0))))), up);
     select(up, down, below)
 }
 
@@ -123,9 +123,9 @@ pub struct Texels {
 
 /// Bilinear filtering at the finest level: u repeats, v is clamped.
 #[target_feature(enable = "avx2,fma")]
-fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
-    let x = fma(u, k(map.width as f32), k(-0.5));
-    let y = fma(v, k(map.height as f32), k(-0.5));
+fn sample(map: &Texels, u: F32x8, v: F32x8) -> [F32x8; 3] {
+    let x = fma(u, splat(map.width as f32), splat(-0.5));
+    let y = fma(v, splat(map.height as f32), splat(-0.5));
     let (x0, y0) = (_mm256_floor_ps(x), _mm256_floor_ps(y));
     let (fx, fy) = (sub(x, x0), sub(y, y0));
     let (mut xi, mut yi, mut wx, mut wy) = ([0i32; 8], [0i32; 8], [0f32; 8], [0f32; 8]);
@@ -161,60 +161,60 @@ fn sample(map: &Texels, u: V, v: V) -> [V; 3] {
 #[target_feature(enable = "avx2,fma")]
 pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
     let [sun, occluder, air] = UNIFORMS;
-    let sun_v = [k(sun[0]), k(sun[1]), k(sun[2])];
-    let dot_sun = |p: [V; 3]| fma(p[2], sun_v[2], fma(p[1], sun_v[1], mul(p[0], sun_v[0])));
-    let shadow = |p: [V; 3]| {
-        let to = [sub(k(occluder[0]), p[0]), sub(k(occluder[1]), p[1]), sub(k(occluder[2]), p[2])];
+    let sun_v = [splat(sun[0]), splat(sun[1]), splat(sun[2])];
+    let dot_sun = |p: [F32x8; 3]| fma(p[2], sun_v[2], fma(p[1], sun_v[1], mul(p[0], sun_v[0])));
+    let sunlight_fraction = |p: [F32x8; 3]| {
+        let to = [sub(splat(occluder[0]), p[0]), sub(splat(occluder[1]), p[1]), sub(splat(occluder[2]), p[2])];
         let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
-        let separation = acos(max(min(div(dot_sun(to), distance), k(1.0)), k(-1.0)));
-        let radius = asin(min(div(k(occluder[3]), distance), k(1.0)));
-        let t = mul(sub(separation, sub(radius, k(0.05))), k(10.0));
-        let t = max(min(t, k(1.0)), k(0.0));
-        mul(mul(t, t), _mm256_fnmadd_ps(k(2.0), t, k(3.0)))
+        let separation = acos(max(min(div(dot_sun(to), distance), splat(1.0)), splat(-1.0)));
+        let radius = asin(min(div(splat(occluder[3]), distance), splat(1.0)));
+        let t = mul(sub(separation, sub(radius, splat(0.05))), splat(10.0));
+        let t = max(min(t, splat(1.0)), splat(0.0));
+        mul(mul(t, t), _mm256_fnmadd_ps(splat(2.0), t, splat(3.0)))
     };
     let top = 1.0 + 8.0 * air[0];
     let x = 1.0 / air[0];
     let offsets = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5);
     let scale = 2.0 / size as f32 * 1.2;
     for row in 0..size {
-        let py = k((1.0 - (row as f32 + 0.5) * 2.0 / size as f32) * 1.2);
+        let py = splat((1.0 - (row as f32 + 0.5) * 2.0 / size as f32) * 1.2);
         for column_start in (0..size).step_by(8) {
-            let px = fma(add(k(column_start as f32), offsets), k(scale), k(-1.2));
+            let px = fma(add(splat(column_start as f32), offsets), splat(scale), splat(-1.2));
             let r2 = fma(px, px, mul(py, py));
-            let inside = less(r2, k(top * top));
+            let inside = less(r2, splat(top * top));
             let pixels = &mut out[row * size + column_start..row * size + column_start + 8];
             if _mm256_movemask_ps(inside) == 0 {
                 pixels.fill([0.0, 0.0, 0.0, 1.0]);
                 continue;
             }
-            let hits = less(r2, k(1.0));
-            let z_top = sqrt(max(sub(k(top * top), r2), k(0.0)));
-            let z_end = select(neg(z_top), sqrt(max(sub(k(1.0), r2), k(0.0))), hits);
-            let step = mul(sub(z_top, z_end), k(1.0 / 16.0));
-            let (mut light, mut passed) = ([k(0.0); 3], k(0.0));
+            let hits = less(r2, splat(1.0));
+            let z_top = sqrt(max(sub(splat(top * top), r2), splat(0.0)));
+            let z_end = select(neg(z_top), sqrt(max(sub(splat(1.0), r2), splat(0.0))), hits);
+            let step = mul(sub(z_top, z_end), splat(1.0 / 16.0));
+            let (mut light, mut column_to_camera) = ([splat(0.0); 3], splat(0.0));
             for n in 0..16 {
-                let p = [px, py, _mm256_fnmadd_ps(k(n as f32 + 0.5), step, z_top)];
+                let p = [px, py, _mm256_fnmadd_ps(splat(n as f32 + 0.5), step, z_top)];
                 let radius = sqrt(fma(p[2], p[2], fma(p[1], p[1], mul(p[0], p[0]))));
-                let height = mul(max(sub(radius, k(1.0)), k(0.0)), k(x));
+                let height = mul(max(sub(radius, splat(1.0)), splat(0.0)), splat(x));
                 let density = mul(exp(neg(height)), step);
                 let cosine = div(dot_sun(p), radius);
-                let depth = mul(column(height, cosine, x), k(air[0]));
-                passed = add(passed, density);
-                let (optical_path, arriving) = (add(passed, depth), mul(density, shadow(p)));
+                let column_to_sun = mul(column(height, cosine, x), splat(air[0]));
+                column_to_camera = add(column_to_camera, density);
+                let (total_column, sunlit_density) = (add(column_to_camera, column_to_sun), mul(density, sunlight_fraction(p)));
                 for c in 0..3 {
-                    let seen = exp(mul(k(-air[c + 1]), optical_path));
-                    light[c] = fma(mul(k(air[c + 1]), seen), arriving, light[c]);
+                    let transmittance = exp(mul(splat(-air[c + 1]), total_column));
+                    light[c] = fma(mul(splat(air[c + 1]), transmittance), sunlit_density, light[c]);
                 }
             }
             let mut colour = light;
             if _mm256_movemask_ps(hits) != 0 {
                 let p = [px, py, z_end];
-                let u = fma(atan2(px, z_end), k(0.159_154_94), k(0.5));
-                let v = mul(acos(max(min(py, k(1.0)), k(-1.0))), k(std::f32::consts::FRAC_1_PI));
+                let u = fma(atan2(px, z_end), splat(0.159_154_94), splat(0.5));
+                let v = mul(acos(max(min(py, splat(1.0)), splat(-1.0))), splat(std::f32::consts::FRAC_1_PI));
                 let ground = sample(map, u, v);
-                let sunlit = mul(max(dot_sun(p), k(0.0)), shadow(p));
+                let sunlit = mul(max(dot_sun(p), splat(0.0)), sunlight_fraction(p));
                 for c in 0..3 {
-                    let on_ground = fma(mul(ground[c], exp(mul(k(-air[c + 1]), passed))), sunlit, light[c]);
+                    let on_ground = fma(mul(ground[c], exp(mul(splat(-air[c + 1]), column_to_camera))), sunlit, light[c]);
                     colour[c] = select(light[c], on_ground, hits);
                 }
             }

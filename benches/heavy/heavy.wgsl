@@ -1,12 +1,12 @@
 // A fragment shader as expensive as a planet's, for benches only: an atmosphere of 16 samples, each with a Chapman-like column and an
-// eclipse (5 or 6 exp, 3 to 5 sqrt, 4 divisions), map coordinates and one texture read. It draws a planet in an orthographic view; its
-// numbers have no other meaning.
+// eclipse (5 or 6 exp, 3 to 5 sqrt, 4 divisions), map coordinates and one texture read. It draws a planet in an orthographic view; the
+// numbers are those of no real planet.
 
 struct Draw {
     sun: vec4f,
     // Centre and radius of the occluder, body radii.
-    caster: vec4f,
-    // Scale height, density at the ground per radius (red, green, blue).
+    occluder: vec4f,
+    // Scale height in body radii; scattering coefficients at the ground per radius (red, green, blue).
     air: vec4f,
 }
 
@@ -26,7 +26,8 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> Varyings {
     return Varyings(vec4f(x, y, 0.0, 1.0), vec2f(x, y) * 1.2);
 }
 
-// Column of air from a height in a direction given by the cosine of its zenith angle, in scale heights. `x`: the body's radius in scale heights.
+// Column density of air from a height in a direction given by the cosine of its zenith angle: a length of air at ground density, in scale
+// heights. `x`: the body's radius in scale heights.
 fn column(height: f32, cosine: f32, x: f32) -> f32 {
     let c = sqrt(1.5707963 * x);
     if cosine >= 0.0 {
@@ -37,11 +38,11 @@ fn column(height: f32, cosine: f32, x: f32) -> f32 {
     return 2.0 * c * exp(-max(lowest, 0.0)) - c / ((c - 1.0) * -cosine + 1.0) * exp(-height);
 }
 
-fn shadow(p: vec3f) -> f32 {
-    let to = draw.caster.xyz - p;
+fn sunlight_fraction(p: vec3f) -> f32 {
+    let to = draw.occluder.xyz - p;
     let distance = length(to);
     let separation = acos(clamp(dot(to, draw.sun.xyz) / distance, -1.0, 1.0));
-    let radius = asin(clamp(draw.caster.w / distance, 0.0, 1.0));
+    let radius = asin(clamp(draw.occluder.w / distance, 0.0, 1.0));
     return smoothstep(radius - 0.05, radius + 0.05, separation);
 }
 
@@ -58,17 +59,17 @@ fn fragment_main(in: Varyings) -> @location(0) vec4f {
     let x = 1.0 / draw.air.x;
     let step = (z_top - z_end) / 16.0;
     var light = vec3f(0.0);
-    var passed = 0.0;
+    var column_to_camera = 0.0;
     for (var k = 0; k < 16; k += 1) {
         let p = vec3f(in.place, z_top - (f32(k) + 0.5) * step);
         let radius = length(p);
         let height = max(radius - 1.0, 0.0) * x;
         let density = exp(-height) * step;
         let cosine = dot(p, draw.sun.xyz) / radius;
-        let depth = column(height, cosine, x) * draw.air.x;
-        passed += density;
-        let seen = exp(-draw.air.yzw * (passed + depth));
-        light += draw.air.yzw * seen * (density * shadow(p));
+        let column_to_sun = column(height, cosine, x) * draw.air.x;
+        column_to_camera += density;
+        let transmittance = exp(-draw.air.yzw * (column_to_camera + column_to_sun));
+        light += draw.air.yzw * transmittance * (density * sunlight_fraction(p));
     }
     if !hits {
         return vec4f(light, 1.0);
@@ -76,6 +77,6 @@ fn fragment_main(in: Varyings) -> @location(0) vec4f {
     let p = vec3f(in.place, z_end);
     let uv = vec2f(0.5 + atan2(p.x, p.z) * 0.15915494, acos(clamp(p.y, -1.0, 1.0)) * 0.31830989);
     let ground = textureSampleLevel(map, map_sampler, uv, 0.0).rgb;
-    let sunlit = max(dot(p, draw.sun.xyz), 0.0) * shadow(p);
-    return vec4f(ground * exp(-draw.air.yzw * passed) * sunlit + light, 1.0);
+    let sunlit = max(dot(p, draw.sun.xyz), 0.0) * sunlight_fraction(p);
+    return vec4f(ground * exp(-draw.air.yzw * column_to_camera) * sunlit + light, 1.0);
 }

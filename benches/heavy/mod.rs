@@ -1,6 +1,5 @@
 //! The heavy fragment shader as a plan for the software renderer. In: a size. Out: plan and module, ready to run.
 
-use glam::Vec4;
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::ModuleProvider;
 use orrery::render::plan::{
@@ -15,7 +14,8 @@ use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
 
-/// The uniform block: the Sun's direction, the occluder, the atmosphere.
+/// The uniform block: the Sun's direction; centre and radius of the occluder; scale height and scattering coefficients (red, green, blue) of
+/// the air. Lengths are in body radii.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
 
 /// A map with detail at every scale, 1024 x 512, sRGB.
@@ -31,22 +31,22 @@ pub fn map() -> Texture {
     Texture::from_rgba8(width, height, rgba, TexelFormat::Rgba8Srgb).expect("a texture of this size")
 }
 
-/// A provider that returns one module for every name.
-pub struct Only(pub Arc<ShaderModule>);
+/// A provider that returns its one module for every id.
+pub struct SingleModule(pub Arc<ShaderModule>);
 
-impl ModuleProvider for Only {
+impl ModuleProvider for SingleModule {
     fn module(&self, _: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         Ok(Arc::clone(&self.0))
     }
 }
 
-/// A module from a complete WGSL text, without emission.
-pub fn module(wgsl: &str) -> Only {
+/// A module from a complete WGSL text, without emission. Its id is only a placeholder.
+pub fn module(wgsl: &str) -> SingleModule {
     let module = naga::front::wgsl::parse_str(wgsl).expect("the bench's shader parses");
     let info = orrery::shader::module::validate(&module).expect("the bench's shader is valid");
     let tape = (lowering().lower)(&module, &info).expect("the bench's shader can be lowered");
     let layout = Layout::of(&module).expect("the plan can fill the shader's bindings");
-    Only(Arc::new(ShaderModule {
+    SingleModule(Arc::new(ShaderModule {
         id: ModuleId::Simple("tone_map"),
         wgsl: wgsl.into(),
         module,
@@ -58,15 +58,17 @@ pub fn module(wgsl: &str) -> Only {
 }
 
 /// The program's simple shader of this name.
-pub fn shared_module(name: &'static str) -> Only {
-    Only(Arc::new(ShaderModule::build(&ModuleId::Simple(name), &lowering()).expect("a shared module builds")))
+pub fn simple_module(name: &'static str) -> SingleModule {
+    SingleModule(Arc::new(ShaderModule::build(&ModuleId::Simple(name), &lowering()).expect("a simple module builds")))
 }
 
+/// Plan of one pass of `size` x `size` pixels that the heavy shader fills.
 pub fn plan(size: u32) -> Plan {
-    let uniform_bytes = UNIFORMS.map(|v| Vec4::from_array(v).to_array()).concat().iter().flat_map(|v| v.to_le_bytes()).collect();
+    let uniform_bytes = UNIFORMS.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let draw = PlanDraw {
         label: "heavy".into(),
+        // The provider ignores the id.
         module: ModuleId::Simple("tone_map"),
         uniform_bytes,
         textures: vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::new(map())) }],
@@ -117,7 +119,7 @@ pub fn cpu_seconds() -> f64 {
     orrery::session::process_cpu().expect("this system reports a process's CPU time").as_secs_f64()
 }
 
-/// The median of some numbers.
+/// The median; the upper one of an even number of values.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)

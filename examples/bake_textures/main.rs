@@ -25,8 +25,8 @@ const COPIED: &[(&str, &str)] = &[
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
 ];
 
-/// Bodies whose 512-texel map is copied unchanged.
-const SMALL: &[&str] = &[
+/// Bodies whose map of 512 texels width is copied unchanged.
+const SMALL_MAPS: &[&str] = &[
     "ariel",
     "ceres",
     "charon",
@@ -49,28 +49,29 @@ const SMALL: &[&str] = &[
     "vesta",
 ];
 
-/// Size of the maps created here.
+/// Size of the flattened and the painted maps, texels.
 const WIDTH: u32 = 1024;
-
 const HEIGHT: u32 = 512;
 
 type Colour = [f64; 3];
 
-/// Parameters for converting a stylised map to published colours. One gain per channel would reverse its exaggerated hues: where the map is
-/// less red than its mean, the result would be blue. So only the brightness and the order of hues are kept.
+/// Parameters for converting a stylised map to published colours. With one gain per channel its exaggerated hues would come out wrong: where
+/// the map is less red than its mean, the result would be blue. So only the brightness and the order of hues are kept.
 struct Recolouring {
+    /// File below the source's textures/.
     from: &'static str,
+    /// File name in textures/.
     to: &'static str,
     /// Relative reflectances (red, green, blue) of the map's reddest and bluest ground.
     warm: Colour,
     cool: Colour,
-    /// Fractions of the sphere on which the map's ln(blue/red) lies below the warm end and below the cool end.
+    /// Quantiles of the map's ln(blue/red) over the sphere that become `warm` and `cool`.
     span: [f64; 2],
-    /// Exponent of the map's brightness relative to its mean.
+    /// Exponent applied to the map's brightness relative to its mean.
     contrast: f64,
-    /// Fraction that is kept of the red/green ratio that does not follow blue/red, such as the red rings on Io.
+    /// Fraction kept of the variation of red/green that is uncorrelated with blue/red, such as the red rings on Io.
     red_kept: f64,
-    /// Colour of bright ground that is white in the map; `None`: no ice.
+    /// Colour of ground that is bright and white in the map; `None`: no ice.
     ice: Option<Colour>,
 }
 
@@ -144,10 +145,10 @@ const RECOLOURED: [Recolouring; 6] = [
     },
 ];
 
-/// A feature of the gazetteer, degrees and kilometres.
+/// A feature of the gazetteer.
 struct Feature {
-    lat: f64,
-    lon: f64,
+    lat_deg: f64,
+    lon_deg: f64,
     diameter_km: f64,
 }
 
@@ -160,27 +161,31 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (from, to) in COPIED {
         std::fs::copy(source.join("textures").join(from), out.join(to))?;
     }
-    for name in SMALL {
+    for name in SMALL_MAPS {
         std::fs::copy(source.join(format!("textures/moons/{name}_512.jpg")), out.join(format!("{name}.jpg")))?;
     }
     let open = |name: &str| image::open(source.join("textures").join(name)).map(|i| i.into_rgb8());
-    // Of these stylised maps only the brightness pattern is kept, at the contrast that an eye would see, on a white that the catalog's gain
-    // colours.
+    // Of these stylised maps only the brightness pattern is kept, at about the contrast that the eye would see; the catalog's gain gives the
+    // colour.
     for (from, to, contrast) in
         [("sss_uranusmap.jpg", "uranus.jpg", 0.15), ("sss_neptunemap.jpg", "neptune.jpg", 0.15), ("sss_sunmap.jpg", "sun.jpg", 0.04)]
     {
         save(&flatten(&open(from)?, contrast), &out.join(to))?;
     }
     let catalog = Catalog::embedded();
-    for r in &RECOLOURED {
-        let body =
-            catalog.bodies().iter().find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == r.to)).ok_or("no body has this map")?;
-        save(&recolour(&open(r.from)?, r, body.target_mean_colour()), &out.join(r.to))?;
+    for recolouring in &RECOLOURED {
+        let body = catalog
+            .bodies()
+            .iter()
+            .find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == recolouring.to))
+            .ok_or("no body has this map")?;
+        save(&recolour(&open(recolouring.from)?, recolouring, body.target_mean_colour()), &out.join(recolouring.to))?;
     }
     save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
-    let land = image::imageops::resize(&open("earth_elevation_2048_u8.png")?, 2048, 1024, FilterType::Triangle);
-    let metres = |x: u32, y: u32| f64::from(land.get_pixel(x, y)[0]) * 25.0;
-    save(&normals_from_elevation(land.dimensions(), metres, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
+    // A grey level of this map is 25 m of height.
+    let elevation = image::imageops::resize(&open("earth_elevation_2048_u8.png")?, 2048, 1024, FilterType::Triangle);
+    let metres = |x: u32, y: u32| f64::from(elevation.get_pixel(x, y)[0]) * 25.0;
+    save(&normals_from_elevation(elevation.dimensions(), metres, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
     let mola = image::open(source.join("textures/mars_elevation_1440x720_u16.png"))?.into_luma16();
     let metres = |x: u32, y: u32| f64::from(mola.get_pixel(x, y)[0]);
     save(&normals_from_elevation(mola.dimensions(), metres, 3_389_500.0, 8.0), &out.join("mars_normal.jpg"))?;
@@ -209,17 +214,18 @@ fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(path, bytes)?)
 }
 
-/// Features of one body and of one type by the gazetteer's code, such as AA for craters; longitudes become -180..180.
+/// Features of one body and one type by the gazetteer's code: AA for craters, LG for large ringed features. Longitudes become -180..180.
 fn features(csv: &str, body: &str, type_code: &str) -> Vec<Feature> {
     csv.lines()
         .filter_map(|line| {
-            let f: Vec<&str> = line.rsplitn(5, ',').collect();
-            let [diameter, lon, lat, line_type, head] = f[..] else { return None };
+            let fields: Vec<&str> = line.rsplitn(5, ',').collect();
+            let [diameter, lon, lat, line_type, head] = fields[..] else { return None };
             if line_type != type_code || head.split(',').next() != Some(body) {
                 return None;
             }
             let lon: f64 = lon.parse().ok()?;
-            Some(Feature { lat: lat.parse().ok()?, lon: if lon > 180.0 { lon - 360.0 } else { lon }, diameter_km: diameter.parse().ok()? })
+            let lon_deg = if lon > 180.0 { lon - 360.0 } else { lon };
+            Some(Feature { lat_deg: lat.parse().ok()?, lon_deg, diameter_km: diameter.parse().ok()? })
         })
         .collect()
 }
@@ -251,7 +257,7 @@ fn quantile(values: &[f64], weights: &[f64], fraction: f64) -> f64 {
     order.last().map_or(0.0, |&i| values[i])
 }
 
-/// The map in reflectances, scaled so that the brightest texel fits; its mean over the sphere has the target's hue.
+/// The map in reflectances, scaled so that its brightest value is at most 1; its mean over the sphere has the target's hue.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
     // Black texels have no hue, so a thousandth of the reddest ground's colour is added.
@@ -264,26 +270,27 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let mean: Colour = std::array::from_fn(|c| mean_of(&channel(&linear, c)));
     // The hue is ln(blue/red).
     let hue: Vec<f64> = linear.iter().map(|p| (p[2] / p[0]).ln()).collect();
-    let ends = how.span.map(|part| quantile(&hue, &weights, part));
-    let red: Vec<f64> = linear.iter().map(|p| (p[0] / p[1]).ln()).collect();
-    // The red that does not follow the hue is the residual of a least-squares line.
-    let clamped_hue: Vec<f64> = hue.iter().map(|k| k.clamp(ends[0], ends[1])).collect();
-    let (mean_clamped_hue, mean_red) = (mean_of(&clamped_hue), mean_of(&red));
-    let product =
-        |a: &[f64], b: &[f64], (ma, mb): (f64, f64)| mean_of(&a.iter().zip(b).map(|(x, y)| (x - ma) * (y - mb)).collect::<Vec<_>>());
-    let slope = product(&clamped_hue, &red, (mean_clamped_hue, mean_red))
-        / product(&clamped_hue, &clamped_hue, (mean_clamped_hue, mean_clamped_hue));
+    let hue_range = how.span.map(|fraction| quantile(&hue, &weights, fraction));
+    let redness: Vec<f64> = linear.iter().map(|p| (p[0] / p[1]).ln()).collect();
+    // The part of the redness that is uncorrelated with the hue is the residual of a least-squares line.
+    let clamped_hue: Vec<f64> = hue.iter().map(|k| k.clamp(hue_range[0], hue_range[1])).collect();
+    let (mean_clamped_hue, mean_redness) = (mean_of(&clamped_hue), mean_of(&redness));
+    let covariance = |a: &[f64], b: &[f64], (mean_a, mean_b): (f64, f64)| {
+        mean_of(&a.iter().zip(b).map(|(x, y)| (x - mean_a) * (y - mean_b)).collect::<Vec<_>>())
+    };
+    let slope = covariance(&clamped_hue, &redness, (mean_clamped_hue, mean_redness))
+        / covariance(&clamped_hue, &clamped_hue, (mean_clamped_hue, mean_clamped_hue));
     let of_luminance_1 = |c: Colour| c.map(|v| v / luminance(c));
     let (warm, cool) = (of_luminance_1(how.warm), of_luminance_1(how.cool));
     let painted: Vec<Colour> = (0..linear.len())
         .map(|i| {
-            let share = (clamped_hue[i] - ends[0]) / (ends[1] - ends[0]);
-            let mut colour: Colour = std::array::from_fn(|c| warm[c].powf(1.0 - share) * cool[c].powf(share));
-            colour[0] *= (how.red_kept * (red[i] - mean_red - slope * (clamped_hue[i] - mean_clamped_hue)).clamp(-0.4, 0.4)).exp();
+            let coolness = (clamped_hue[i] - hue_range[0]) / (hue_range[1] - hue_range[0]);
+            let mut colour: Colour = std::array::from_fn(|c| warm[c].powf(1.0 - coolness) * cool[c].powf(coolness));
+            colour[0] *= (how.red_kept * (redness[i] - mean_redness - slope * (clamped_hue[i] - mean_clamped_hue)).clamp(-0.4, 0.4)).exp();
             colour = of_luminance_1(colour);
             if let Some(ice) = how.ice.map(of_luminance_1) {
-                let part = smooth(-1.0, -0.3, hue[i]) * smooth(0.25, 0.5, linear[i][1]);
-                colour = std::array::from_fn(|c| colour[c] + part * (ice[c] - colour[c]));
+                let ice_fraction = smoothstep(-1.0, -0.3, hue[i]) * smoothstep(0.25, 0.5, linear[i][1]);
+                colour = std::array::from_fn(|c| colour[c] + ice_fraction * (ice[c] - colour[c]));
             }
             let bright = luminance(std::array::from_fn(|c| linear[i][c] / mean[c])).powf(how.contrast);
             colour.map(|v| v * bright)
@@ -295,7 +302,7 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     RgbImage::from_raw(w, h, texels).unwrap_or_else(|| map.clone())
 }
 
-/// A grey map whose brightness varies about a constant with a fraction of the original's contrast.
+/// A grey map of mean level 200 with `contrast` times the relative contrast of the original.
 fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
     let grey = image::imageops::resize(&image::imageops::grayscale(map), WIDTH, HEIGHT, FilterType::Triangle);
     let mean = grey.pixels().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(WIDTH * HEIGHT);
@@ -306,21 +313,21 @@ fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
 }
 
 /// The Blue Marble shows shallow and murky water as a bright turquoise (Lake Victoria, the north of the Caspian, the Persian Gulf): up to
-/// 0.45 of green light, where water reflects a few hundredths. The colour is kept; brightness above that of the clearest shallow banks is
-/// compressed smoothly.
+/// 0.45 of green light, where water reflects a few hundredths. The brightness of water is compressed smoothly to at most 0.05, and bright
+/// water becomes greyer.
 fn natural_water(map: &RgbImage) -> RgbImage {
-    // 5 % of green light, in the map's linear texels, whose gain in the catalog is 0.53.
+    // 5 % of green light, in the map's linear texels, whose gain in the catalog is about 0.53.
     const MAX_WATER: f64 = 0.05 / 0.53;
     let mut map = map.clone();
     for p in map.pixels_mut() {
         let c: Colour = std::array::from_fn(|k| to_linear(p[k]));
-        // In water both green and blue are well above red; leaves have no blue, ice has red.
-        let water = smooth(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
+        // In water both green and blue are well above red; leaves reflect little blue, and ice as much red.
+        let water = smoothstep(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
         let bright = c[1].max(c[2]);
-        let cut = MAX_WATER * (1.0 - (-bright / MAX_WATER).exp());
-        let factor = 1.0 + water * (cut / bright.max(1e-9) - 1.0);
-        // Murky water is greener and greyer than the turquoise of the map.
-        let grey = 0.35 * water * smooth(MAX_WATER, 3.0 * MAX_WATER, bright);
+        let compressed = MAX_WATER * (1.0 - (-bright / MAX_WATER).exp());
+        let factor = 1.0 + water * (compressed / bright.max(1e-9) - 1.0);
+        // Murky water is greyer than the turquoise of the map.
+        let grey = 0.35 * water * smoothstep(MAX_WATER, 3.0 * MAX_WATER, bright);
         let mean = (c[0] + c[1] + c[2]) / 3.0;
         *p = Rgb(c.map(|v| to_byte((v + grey * (mean - v)) * factor)));
     }
@@ -329,28 +336,28 @@ fn natural_water(map: &RgbImage) -> RgbImage {
 
 /// Tangent-space normals (red east, green north, blue outwards) from heights in metres; slopes are exaggerated.
 fn normals_from_elevation((w, h): (u32, u32), metres: impl Fn(u32, u32) -> f64, radius_m: f64, exaggeration: f64) -> RgbImage {
-    // Beyond a pole the meridian continues half a turn away.
+    // Beyond a pole, the meridian continues as the opposite one.
     let height = |x: i64, y: i64| {
         let beyond_pole = y < 0 || y >= i64::from(h);
         let x = if beyond_pole { x + i64::from(w / 2) } else { x };
         let y = if y < 0 { -1 - y } else { y.min(2 * i64::from(h) - 1 - y) };
         metres(x.rem_euclid(i64::from(w)) as u32, y as u32)
     };
-    let cell = radius_m * PI / f64::from(h);
+    let row_height_m = radius_m * PI / f64::from(h);
     RgbImage::from_fn(w, h, |x, y| {
         let cos_lat = ((f64::from(y) + 0.5) / f64::from(h) * PI).sin();
-        // Differences reach as far to either side as a row is high, so that noise near the poles does not grow.
+        // Differences in longitude reach about a row height to either side, so that noise does not grow towards the poles.
         let reach = (1.0 / cos_lat).round().clamp(1.0, f64::from(w) / 8.0) as i64;
         let (x, y) = (i64::from(x), i64::from(y));
-        let east = exaggeration * (height(x + reach, y) - height(x - reach, y)) / (2.0 * reach as f64 * cell * cos_lat);
-        let north = exaggeration * (height(x, y - 1) - height(x, y + 1)) / (2.0 * cell);
+        let east = exaggeration * (height(x + reach, y) - height(x - reach, y)) / (2.0 * reach as f64 * row_height_m * cos_lat);
+        let north = exaggeration * (height(x, y - 1) - height(x, y + 1)) / (2.0 * row_height_m);
         let length = (east * east + north * north + 1.0).sqrt();
         Rgb([-east / length, -north / length, 1.0 / length].map(|v| ((v * 0.5 + 0.5) * 255.0).round() as u8))
     })
 }
 
 /// 0 below `a`, 1 above `b`, smooth in between.
-fn smooth(a: f64, b: f64, x: f64) -> f64 {
+fn smoothstep(a: f64, b: f64, x: f64) -> f64 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

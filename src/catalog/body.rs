@@ -351,7 +351,7 @@ pub struct Body {
     pub colour: Vec3,
     /// Its procedural relief, finer than its maps.
     pub invented_relief: InventedRelief,
-    /// Which custom surface colours its ground: 0 for none, else 1..=4.
+    /// The number of the user's custom surface shader that colours its ground: 1 to 4; 0: none.
     pub custom_surface: u8,
     /// Its photometric model.
     pub photometry: Photometry,
@@ -380,30 +380,30 @@ pub struct Body {
 impl Body {
     /// The estimated values of the body and their effect on an image, one line per value.
     pub fn estimate_notes(&self) -> Vec<Message> {
-        // The change for a decrease, which is larger than that for an increase by the same percentage.
+        // The change in magnitudes for a decrease, which is larger than that for an increase by the same percentage.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
-        let albedo = self.estimates.albedo_percent.map(|p| {
-            let change = magnitudes(p);
-            message!("estimate-albedo", value = self.geometric_albedo, percent = p, magnitudes = format_args!("{change:.2}"))
+        let albedo = self.estimates.albedo_percent.map(|percent| {
+            let change = magnitudes(percent);
+            message!("estimate-albedo", value = self.geometric_albedo, percent = percent, magnitudes = format_args!("{change:.2}"))
         });
-        let colour = self.estimates.colour_percent.map(|p| message!("estimate-colour", percent = p));
+        let colour = self.estimates.colour_percent.map(|percent| message!("estimate-colour", percent = percent));
         let species = self.atmosphere.iter().flat_map(|air| &air.species);
-        let air = species.filter_map(|s| {
-            let p = s.estimate_percent?;
-            let species = Argument::CatalogText("species", s.name.clone());
-            Some(message!("estimate-air", species = species, percent = p))
+        let air = species.filter_map(|species| {
+            let percent = species.estimate_percent?;
+            let species = Argument::CatalogText("species", species.name.clone());
+            Some(message!("estimate-air", species = species, percent = percent))
         });
         albedo.into_iter().chain(colour).chain(air).collect()
     }
 
-    /// The mean linear RGB that the albedo map times its gain has over the sphere: the body's colour times its geometric albedo (the Sun: 1).
-    /// The Earth's map shows its ground without cloud and air, so its target is the ground's own albedo and colour, not those of the disc.
+    /// The mean linear RGB over the sphere that the albedo map times its gain should have: the body's colour times its geometric albedo (the Sun: 1).
+    /// The Earth's map shows its ground without clouds and air, so its target is the ground's own albedo and colour, not those of the disc.
     pub fn target_mean_colour(&self) -> [f64; 3] {
-        let level = match self.kind {
+        let albedo = match self.kind {
             BodyKind::Star => 1.0,
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
-        self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * level)
+        self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * albedo)
     }
 
     /// Factor on z that turns a point of the unit-sphere frame into a direction whose latitude is of the kind in which the rows of the body's

@@ -1,9 +1,8 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv, and the beginning of a name. Out: the cities whose name, or a word of it, starts so; matches of the whole name
-//! come first. Always: coordinates are those of
-//! the table, accurate to two kilometres. The table lists the cities after which time zones are named and some sixty other large cities. Any other
-//! place can be given by latitude and longitude.
+//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those with another word that does.
+//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named
+//! and some sixty other large cities. Any other place can be given by latitude and longitude.
 
 use std::sync::LazyLock;
 
@@ -18,7 +17,7 @@ pub struct City {
 }
 
 impl City {
-    fn of_line(line: &'static str) -> Option<Self> {
+    fn from_line(line: &'static str) -> Option<Self> {
         let mut fields = line.splitn(4, ',');
         let (name, latitude, longitude, country) = (fields.next()?, fields.next()?, fields.next()?, fields.next()?);
         Some(Self { name, country, latitude_deg: latitude.parse().ok()?, longitude_deg: longitude.parse().ok()? })
@@ -27,7 +26,7 @@ impl City {
 
 static CITIES: LazyLock<Vec<City>> = LazyLock::new(|| {
     let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).skip(1);
-    lines.filter_map(City::of_line).collect()
+    lines.filter_map(City::from_line).collect()
 });
 
 /// All cities, sorted by name.
@@ -35,7 +34,7 @@ pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `limit` cities whose name, or a word of it, starts with a text of at least two letters.
+/// At most `limit` cities whose name, or a word of it, starts with `text`, regardless of case; none if `text` has fewer than two letters.
 pub fn named(text: &str, limit: usize) -> Vec<&'static City> {
     let prefix = text.trim().to_lowercase();
     if prefix.chars().count() < 2 {
@@ -76,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn every_line_of_the_table_is_a_city() {
+    fn every_line_is_a_city_and_prefixes_find_cities() {
         let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).count() - 1;
         assert!(lines > 400 && all().len() == lines, "{} of {lines}", all().len());
         assert!(all().iter().all(|c| c.latitude_deg.abs() <= 90.0 && c.longitude_deg.abs() <= 180.0 && !c.country.is_empty()));

@@ -1,7 +1,8 @@
 //! The constellations: names, figures and borders.
 //!
-//! In: the embedded files of catalogs/ (right ascension and declination of J2000, degrees). Out: [`Constellations`]: figures whose vertices refer to
-//! catalogue stars if possible, so that they follow proper motion, and Delporte's borders, along circles of B1875. Not here: apparent places.
+//! In: the embedded files of catalogs/ (GeoJSON of figures and borders, a list of names; right ascension and declination of J2000, degrees). Out:
+//! [`Constellations`]: figures whose vertices refer to catalogue stars if possible, so that they follow proper motion, and Delporte's borders, along
+//! circles of B1875. Not here: apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
@@ -22,8 +23,8 @@ pub struct Constellation {
     /// The IAU abbreviation.
     pub abbreviation: String,
     pub name: String,
-    /// The position of its name, unit vector, ICRF.
-    pub middle: DVec3,
+    /// The direction at which its name is written: a unit vector, ICRF.
+    pub label_direction: DVec3,
     /// Polylines from star to star.
     pub figure: Vec<Vec<FigureVertex>>,
 }
@@ -45,6 +46,7 @@ pub struct Constellations {
 /// fastest stars.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
+/// A GeoJSON FeatureCollection; its coordinates are right ascension and declination.
 #[derive(Deserialize)]
 struct Collection {
     features: Vec<Feature>,
@@ -90,18 +92,20 @@ impl Constellations {
     }
 
     fn read() -> Result<Self, serde_json::Error> {
+        // Abbreviation, name, genitive, rank (unused), and the position of the name.
         type Name = (String, String, String, String, [f64; 2]);
         let names: Vec<Name> = serde_json::from_str(orrery_catalogs::CONSTELLATION_NAMES)?;
         let figures: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_LINES)?;
         let borders: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_BORDERS)?;
         let stars = StarCatalog::embedded();
-        let years = stars.years_since_epoch(crate::units::JD_J2000);
+        let years_to_j2000 = stars.years_since_epoch(crate::units::JD_J2000);
         let vertex = |at: [f64; 2]| {
             let direction = direction(at);
             let distance = |index: usize| {
                 let star = &stars.stars()[index];
-                (star.direction + star.motion_per_year * years).normalize().distance(direction)
+                (star.direction + star.motion_per_year * years_to_j2000).normalize().distance(direction)
             };
+            // Twice the angle, as a margin for proper motion: cells are bounded at the epoch of the star catalog.
             let near = |cell: &&super::stars::SkyCell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
             let indices = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
             // If the vertex is a double star, its brighter component.
@@ -111,12 +115,12 @@ impl Constellations {
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
         let mut drawn = std::collections::BTreeSet::new();
-        let of_name = |(abbreviation, name, _, _, at): Name| {
+        let constellation = |(abbreviation, name, _, _, at): Name| {
             let is_first = drawn.insert(abbreviation.clone());
             let figures_of_name = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
             let figure =
                 figures_of_name.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| vertex(*at)).collect()).collect();
-            Constellation { abbreviation, name, middle: direction(at), figure }
+            Constellation { abbreviation, name, label_direction: direction(at), figure }
         };
         let b1875_from_icrf = icrf_from_b1875().transpose();
         let border = |ends: &[[f64; 2]]| {
@@ -128,7 +132,7 @@ impl Constellations {
             Border { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
         };
         let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(border)).collect();
-        Ok(Self { all: names.into_iter().map(of_name).collect(), borders })
+        Ok(Self { all: names.into_iter().map(constellation).collect(), borders })
     }
 }
 
@@ -143,11 +147,11 @@ mod tests {
         println!("{} entries, {} abbreviations", sky.all.len(), abbreviations.len());
         assert!(abbreviations.len() >= 88, "{}", abbreviations.len());
         let vertices: Vec<&FigureVertex> = sky.all.iter().flat_map(|c| &c.figure).flatten().collect();
-        let stars = vertices.iter().filter(|c| c.star.is_some()).count();
+        let stars = vertices.iter().filter(|v| v.star.is_some()).count();
         println!("{stars} of {} vertices are stars", vertices.len());
         assert!(vertices.len() > 700 && 100 * stars > 97 * vertices.len(), "{stars} of {}", vertices.len());
         let orion = sky.all.iter().find(|c| c.abbreviation == "Ori").expect("Orion");
-        let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|c| Some(StarCatalog::embedded().stars()[c.star?].hip)).collect();
+        let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|v| Some(StarCatalog::embedded().stars()[v.star?].hip)).collect();
         // Betelgeuse, Rigel, Bellatrix, the belt.
         assert!([27_989, 24_436, 25_336, 26_311, 26_727, 25_930].iter().all(|hip| hips.contains(hip)), "{hips:?}");
     }
@@ -164,12 +168,12 @@ mod tests {
         println!("{straight} of {}", sky.borders.len());
         assert!(sky.borders.len() > 500 && 100 * straight > 97 * sky.borders.len(), "{straight} of {}", sky.borders.len());
         assert!(sky.borders.iter().all(|b| (b.ends[1][0] - b.ends[0][0]).abs() <= std::f64::consts::PI));
-        // The comparison must be able to fail: in axes of J2000 the same borders are slanted.
-        let turned = |end: [f64; 2]| {
+        // In the coordinates of J2000 the same borders are slanted, so the test can tell the two equinoxes apart.
+        let in_j2000 = |end: [f64; 2]| {
             let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
             [v.y.atan2(v.x), v.z.asin()]
         };
-        let straight_in_j2000 = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(turned) }) < 0.005).count();
+        let straight_in_j2000 = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(in_j2000) }) < 0.005).count();
         assert!(2 * straight_in_j2000 < sky.borders.len(), "{straight_in_j2000}");
     }
 }

@@ -1,19 +1,19 @@
 //! The radii of the Sun and the Moon for the computation of eclipses.
 //!
-//! In: a convention. Out: both radii in the catalog, so that image, shadow, contacts and queries all use the same values. The choice of radii shifts
-//! totality by seconds: for 2024-04-08 the IAU's Moon, larger than the almanacs' by 0.75 km, keeps the Sun covered 5 s longer under an umbra 5 km wider. Not
-//! here: the Moon's mountains, which move contacts by seconds more.
+//! In: a convention. Out: both radii in the catalog, so that image, shadow, contacts and queries all use the same values. The convention changes the length
+//! of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 5 s more totality and an umbra 5 km wider.
+//! Not here: the Moon's mountains, which shift contacts by further seconds.
 
 use super::{Catalog, NaifId};
 use crate::message::{Message, message};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The Earth's equatorial radius by which almanacs define k, km.
+/// The Earth's equatorial radius, km: the unit of k.
 const ALMANAC_EARTH_KM: f64 = 6378.137;
-/// k, the ratio of the Moon's radius to the Earth's: for the umbra, at the mean depth of the valleys on its limb, which transmit the last sunlight; and for
-/// the penumbra.
+/// k, the ratio of the Moon's radius to the Earth's, for the umbra: smaller than the mean radius, because the valleys of the limb transmit the last sunlight.
 const K_UMBRA: f64 = 0.272_281;
+/// k for the penumbra.
 const K_PENUMBRA: f64 = 0.272_488;
 /// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), the value that almanacs adopted.
 const ALMANAC_SUN_ARCSEC: f64 = 959.63;
@@ -78,7 +78,7 @@ impl Catalog {
         self
     }
 
-    /// The convention in force.
+    /// The convention whose radii the catalog has.
     pub fn eclipse_radii(&self) -> EclipseRadii {
         self.eclipse_radii
     }

@@ -1,6 +1,6 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
-//! In: the table's section. Out: an [`Instrument`] with its field of view in degrees, or a problem with the line and the TOML field. A circle has `diameter_deg`, or
+//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or a problem with the line and the TOML field. A circle has `diameter_deg`, or
 //! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. From a focal length the field of view is
 //! that of a lens without distortion: 2 atan(size / 2 f).
 
@@ -44,43 +44,44 @@ enum FieldShape {
     Rectangle,
 }
 
+/// The angle that `size_mm` in the focal plane subtends.
 fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
     2.0 * (0.5 * size_mm / focal_length_mm).atan().to_degrees()
 }
 
 /// Reads an instrument.
-pub(super) fn instrument(mut s: TableReader) -> Option<Instrument> {
-    let name = s.required("name", "a name", is_name);
-    let shape = required_word(&mut s, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
+pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
+    let name = table.required("name", "a name", is_name);
+    let shape = required_word(&mut table, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
     let degrees = |x: &f64| *x > 0.0 && *x <= WIDEST_DEG;
     let is_size = |x: &f64| *x > 0.0 && x.is_finite();
-    let by_lens = s.has("focal_length_mm");
-    let focal_mm = if by_lens { s.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
-    let field = match (shape, by_lens) {
+    let has_focal_length = table.has("focal_length_mm");
+    let focal_mm = if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+    let field = match (shape, has_focal_length) {
         (Some(FieldShape::Circle), true) => {
-            let stop = s.required("field_stop_mm", "millimetres above 0", is_size);
-            focal_mm.zip(stop).map(|(f, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, f) })
+            let stop = table.required("field_stop_mm", "millimetres above 0", is_size);
+            focal_mm.zip(stop).map(|(focal_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_mm) })
         }
         (Some(FieldShape::Circle), false) => {
-            s.required("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| FieldOfView::Circle { diameter_deg: d.value })
+            table.required("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| FieldOfView::Circle { diameter_deg: d.value })
         }
         (Some(FieldShape::Rectangle), true) => {
-            let sensor = s.required("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
-            focal_mm.zip(sensor).map(|(f, sensor)| {
-                let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, f));
+            let sensor = table.required("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
+            focal_mm.zip(sensor).map(|(focal_mm, sensor)| {
+                let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_mm));
                 FieldOfView::Rectangle { width_deg, height_deg }
             })
         }
         (Some(FieldShape::Rectangle), false) => {
-            let width = s.required("width_deg", "degrees above 0, at most 170", degrees);
-            let height = s.required("height_deg", "degrees above 0, at most 170", degrees);
+            let width = table.required("width_deg", "degrees above 0, at most 170", degrees);
+            let height = table.required("height_deg", "degrees above 0, at most 170", degrees);
             width.zip(height).map(|(w, h)| FieldOfView::Rectangle { width_deg: w.value, height_deg: h.value })
         }
         (None, _) => None,
     };
-    let angle = s.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
-    let _ = s.optional::<String>("source", "a string", |_| true);
-    s.finish();
+    let angle = table.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
+    let _ = table.optional::<String>("source", "a string", |_| true);
+    table.finish();
     Some(Instrument { name: name?.value, field: field?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
 }
 
@@ -98,7 +99,7 @@ mod tests {
     #[test]
     fn fields_are_read_in_degrees_and_by_focal_length() {
         assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, FieldOfView::Circle { diameter_deg: 6.5 });
-        // A sensor twice the focal length wide sees 90 degrees; 36 mm behind a 50 mm lens see 39.6 degrees (the usual figure of a normal lens).
+        // A sensor twice as wide as the focal length covers 90 degrees; 36 mm behind a 50 mm lens cover 39.6 degrees, the usual figure for a normal lens.
         let wide =
             read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
         let FieldOfView::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };

@@ -1,7 +1,7 @@
 //! The catalog of bodies: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
 //!
 //! In: the embedded files of catalogs/ and the user's files, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
-//! every field in its range, unique names and known parents. It reads no file system and computes no position.
+//! every field in its range, unique names and known parents. It does not access the file system and computes no positions.
 
 use crate::wording::{did_you_mean, echo, echo_within, one_line};
 use orrery_catalogs::CATALOG_FILES;
@@ -77,13 +77,13 @@ pub struct Problem {
     pub file: String,
     /// Line number, starting at 1.
     pub line: usize,
-    /// What is wrong; of a field usually body, field, value, and allowed values.
+    /// What is wrong; for a field usually body, field, value, and allowed values.
     pub message: String,
 }
 
 impl std::fmt::Display for Problem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        // File name and message may quote any text; control characters are escaped, so that a message stays on its line.
+        // File name and message may quote any text, so control characters are escaped; a problem stays one line.
         write!(f, "{}:{}: {}", one_line(&self.file), self.line, one_line(&self.message))
     }
 }
@@ -97,7 +97,7 @@ pub struct CatalogError {
 
 impl CatalogError {
     /// A problem of a file as a whole.
-    fn of_file(file: String, message: String) -> Self {
+    fn in_file(file: String, message: String) -> Self {
         Self { problems: vec![Problem { file, line: 1, message }] }
     }
 }
@@ -121,7 +121,7 @@ impl std::fmt::Display for CatalogError {
 #[error("{0}")]
 pub struct UnknownName(pub String);
 
-/// A name as names are compared: without case, with one spelling of barycentre, and with single spaces in place of `_` and `-`.
+/// The form in which names are compared: lower case, one spelling of barycentre, and single spaces instead of `_` and `-`.
 fn normalized_name(name: &str) -> String {
     let name = name.to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
     name.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -167,7 +167,7 @@ impl Catalog {
         Self { stars, ..self }
     }
 
-    /// Gives a body the number of a custom surface; returns false if it already has one, or if there is no such body.
+    /// Gives a body the number of a custom surface shader; returns false if it already has one, or if there is no such body.
     pub fn set_custom_surface(&mut self, id: NaifId, number: u8) -> bool {
         let body = self.bodies.iter_mut().find(|b| b.id == id && b.custom_surface == 0);
         body.map(|b| b.custom_surface = number).is_some()
@@ -218,14 +218,15 @@ impl Catalog {
     /// becomes one of the body's overlays.
     ///
     /// # Errors
-    /// The error of the first file that cannot be read, or that exceeds the limits of all layers together, or of an image that exceeds the limit of a body.
+    /// The first error: a file that cannot be read, one with which all layers together exceed their limits, or an image with which a body has too many
+    /// overlays.
     pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
         let mut layers: Vec<DataLayer> = Vec::new();
         let mut total = data_layer::TotalSize::default();
         for layer in self.data_layers.all() {
             let layer = read(Arc::unwrap_or_clone(layer))?;
             if let Err(message) = total.add(&layer) {
-                return Err(CatalogError::of_file(layer.file, message).into());
+                return Err(CatalogError::in_file(layer.file, message).into());
             }
             layers.push(layer);
         }
@@ -233,7 +234,7 @@ impl Catalog {
             let body = self.bodies.iter_mut().find(|b| Some(b.id) == layer.body);
             let Some((body, overlay)) = body.zip(layer.overlay()) else { continue };
             if let Err(message) = overlay::add(&mut body.overlays, overlay) {
-                return Err(CatalogError::of_file(layer.file.clone(), message).into());
+                return Err(CatalogError::in_file(layer.file.clone(), message).into());
             }
         }
         Ok(Self { data_layers: LayerList::new(layers), ..self })

@@ -1,7 +1,7 @@
 //! Well-known moments and viewpoints for them: eclipses, transits, triple shadow transits (of moons on Jupiter), ring-plane crossings.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems; a field
-//! that belongs to another vantage is read and not used. A moment replaces an earlier moment of the same name. Nothing is
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems. A field
+//! of another kind of vantage is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is
 //! computed here; tests compare the moments with the ephemeris.
 
 use super::table::{Problems, TableReader, WithLine};
@@ -65,7 +65,7 @@ pub struct Moment {
 /// Kinds of moments, in the order of the window's list.
 pub const KINDS: [&str; 7] = ["solar eclipse", "lunar eclipse", "transit", "shadows", "rings", "conjunction", "photograph"];
 
-/// One `[[moment]]` table whose body names are not resolved yet.
+/// One `[[moment]]` table whose body names have not been looked up yet.
 pub(super) struct UnresolvedMoment {
     name: WithLine<String>,
     kind: String,
@@ -83,7 +83,7 @@ enum UnresolvedVantage {
 }
 
 /// Reads one `[[moment]]` table.
-pub(super) fn draft(mut table: TableReader) -> Option<UnresolvedMoment> {
+pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMoment> {
     let text =
         |table: &mut TableReader, field: &'static str, allowed: &str| table.required(field, allowed, |v: &String| !v.trim().is_empty());
     let name = text(&mut table, "name", "a string");
@@ -135,8 +135,8 @@ pub(super) fn draft(mut table: TableReader) -> Option<UnresolvedMoment> {
     })
 }
 
-/// Resolves the body names, and sorts the list by kind, then by time.
-pub(super) fn assemble(drafts: Vec<UnresolvedMoment>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
+/// Looks up the bodies by their names, and sorts the list by kind, then by time.
+pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
     let ids: BTreeMap<String, NaifId> = names.collect();
     let known: Vec<&str> = ids.keys().map(String::as_str).collect();
@@ -148,9 +148,9 @@ pub(super) fn assemble(drafts: Vec<UnresolvedMoment>, bodies: &[Body], problems:
         found
     };
     let mut moments: Vec<Moment> = Vec::new();
-    for d in drafts {
-        let target = resolve(&d.target);
-        let vantage = match d.vantage {
+    for moment in unresolved {
+        let target = resolve(&moment.target);
+        let vantage = match moment.vantage {
             UnresolvedVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
             UnresolvedVantage::Side { faced_body, away, radii } => {
                 resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, away, radii })
@@ -160,8 +160,16 @@ pub(super) fn assemble(drafts: Vec<UnresolvedMoment>, bodies: &[Body], problems:
             }
         };
         let (Some(target), Some(vantage)) = (target, vantage) else { continue };
-        moments.retain(|m| m.name != d.name.value);
-        moments.push(Moment { name: d.name.value, kind: d.kind, about: d.about, time: d.time, target, vantage, source: d.source });
+        moments.retain(|m| m.name != moment.name.value);
+        moments.push(Moment {
+            name: moment.name.value,
+            kind: moment.kind,
+            about: moment.about,
+            time: moment.time,
+            target,
+            vantage,
+            source: moment.source,
+        });
     }
     let rank = |m: &Moment| KINDS.iter().position(|k| *k == m.kind).unwrap_or(KINDS.len());
     moments.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.time.tdb_seconds_past_j2000().total_cmp(&b.time.tdb_seconds_past_j2000())));

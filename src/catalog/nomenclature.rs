@@ -1,6 +1,6 @@
 //! Names on the surfaces of bodies: the features of the IAU's gazetteer, and crewed landing sites.
 //!
-//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body, the most important first: landing sites, then by prominence.
+//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body: landing sites first, then the others by decreasing prominence.
 //! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
 //! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into an image.
 
@@ -30,8 +30,8 @@ const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl SurfaceFeature {
-    /// `diameter_km`: empty for a feature without a diameter, `None` for a landing site.
-    fn at(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
+    /// Parses the texts of a table's line. `diameter_km`: empty for a feature without a diameter, `None` for a landing site.
+    fn parse(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
         // Outer `None`: a landing site; inner `None`: a text that is not a number.
@@ -46,11 +46,11 @@ impl SurfaceFeature {
         })
     }
 
-    /// Body and feature of a line of either table.
-    fn of_line(line: &'static str) -> Option<(&'static str, Self)> {
+    /// Body and feature of a line: seven fields in the gazetteer, four in the table of landing sites.
+    fn from_line(line: &'static str) -> Option<(&'static str, Self)> {
         match line.split(',').collect::<Vec<_>>()[..] {
-            [body, _, name, kind, lat, lon, diameter] => Some((body, Self::at(name, kind, lat, lon, Some(diameter))?)),
-            [body, name, lat, lon] => Some((body, Self::at(name, "", lat, lon, None)?)),
+            [body, _, name, kind, lat, lon, diameter] => Some((body, Self::parse(name, kind, lat, lon, Some(diameter))?)),
+            [body, name, lat, lon] => Some((body, Self::parse(name, "", lat, lon, None)?)),
             _ => None,
         }
     }
@@ -64,7 +64,7 @@ fn lines() -> impl Iterator<Item = &'static str> {
 
 static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(|| {
     let mut all: BTreeMap<String, Vec<SurfaceFeature>> = BTreeMap::new();
-    for (body, feature) in lines().filter_map(SurfaceFeature::of_line) {
+    for (body, feature) in lines().filter_map(SurfaceFeature::from_line) {
         all.entry(body.to_lowercase()).or_default().push(feature);
     }
     let order = |a: &SurfaceFeature, b: &SurfaceFeature| {
@@ -88,15 +88,17 @@ pub fn letters() -> impl Iterator<Item = char> {
 mod tests {
     use super::*;
 
-    fn place_deg(body: &str, name: &str) -> (f64, f64, f64) {
-        let f = features(body).iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}"));
-        (f.direction.z.asin().to_degrees(), f.direction.y.atan2(f.direction.x).to_degrees().rem_euclid(360.0), f.diameter_km)
+    /// Latitude and east longitude, degrees, and the diameter, km, of a feature.
+    fn place_and_diameter(body: &str, name: &str) -> (f64, f64, f64) {
+        let feature = features(body).iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}"));
+        let direction = feature.direction;
+        (direction.z.asin().to_degrees(), direction.y.atan2(direction.x).to_degrees().rem_euclid(360.0), feature.diameter_km)
     }
 
     /// Each line is read, and well-known features are within 1.5 degrees and 5 % of the gazetteer's own pages (planetarynames.wr.usgs.gov).
     #[test]
     fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
-        let unread: Vec<_> = lines().filter(|l| SurfaceFeature::of_line(l).is_none()).collect();
+        let unread: Vec<_> = lines().filter(|l| SurfaceFeature::from_line(l).is_none()).collect();
         assert!(unread.is_empty(), "{unread:?}");
         assert_eq!(lines().count(), 6320 + 6);
         for (body, name, lat, lon, diameter) in [
@@ -107,7 +109,7 @@ mod tests {
             ("Mercury", "Caloris Planitia", 31.5, 162.7, 1550.0),
             ("Moon", "Apollo 11", 0.67, 23.47, 0.0),
         ] {
-            let (found_lat, found_lon, found_diameter) = place_deg(body, name);
+            let (found_lat, found_lon, found_diameter) = place_and_diameter(body, name);
             assert!((found_lat - lat).abs() < 1.5 && (found_lon - lon).abs() < 1.5, "{name}: {found_lat} {found_lon}");
             assert!((found_diameter - diameter).abs() <= 0.05 * diameter, "{name}: {found_diameter}");
         }

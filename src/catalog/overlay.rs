@@ -4,16 +4,17 @@ use super::fields::{each, number};
 use super::table::{TableReader, WithLine};
 use super::{MAX_OVERLAYS, Overlay, OverlayProjection};
 
-fn projection(s: &mut TableReader) -> Option<OverlayProjection> {
+fn projection(table: &mut TableReader) -> Option<OverlayProjection> {
     const KINDS: [&str; 2] = ["equirectangular", "orthographic"];
-    let kind = s.required("projection", "one of \"equirectangular\", \"orthographic\"", |k: &String| KINDS.contains(&k.as_str()))?;
+    let kind = table.required("projection", "one of \"equirectangular\", \"orthographic\"", |k: &String| KINDS.contains(&k.as_str()))?;
     if kind.value == KINDS[0] {
-        let west_deg = number(s, "west_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
-        let east_deg = number(s, "east_deg", "degrees above west_deg, by 360 at most", |x| {
-            west_deg.is_none_or(|w| x > w && x - w <= 360.0) && x.abs() <= 720.0
+        let west_deg = number(table, "west_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
+        let east_deg = number(table, "east_deg", "degrees above west_deg, by 360 at most", |x| {
+            west_deg.is_none_or(|west| x > west && x - west <= 360.0) && x.abs() <= 720.0
         });
-        let south_deg = number(s, "south_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-        let north_deg = number(s, "north_deg", "degrees above south_deg, at most 90", |x| x <= 90.0 && south_deg.is_none_or(|w| x > w));
+        let south_deg = number(table, "south_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+        let north_deg =
+            number(table, "north_deg", "degrees above south_deg, at most 90", |x| x <= 90.0 && south_deg.is_none_or(|south| x > south));
         return Some(OverlayProjection::Equirectangular {
             west_deg: west_deg?,
             east_deg: east_deg?,
@@ -21,10 +22,10 @@ fn projection(s: &mut TableReader) -> Option<OverlayProjection> {
             north_deg: north_deg?,
         });
     }
-    let latitude_deg = number(s, "latitude_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-    let longitude_deg = number(s, "longitude_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
-    let width_km = number(s, "width_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
-    let height_km = number(s, "height_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
+    let latitude_deg = number(table, "latitude_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let longitude_deg = number(table, "longitude_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
+    let width_km = number(table, "width_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
+    let height_km = number(table, "height_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
     Some(OverlayProjection::Orthographic {
         latitude_deg: latitude_deg?,
         longitude_deg: longitude_deg?,
@@ -34,15 +35,15 @@ fn projection(s: &mut TableReader) -> Option<OverlayProjection> {
 }
 
 /// Reads an `[[overlay]]`: the body's name and the overlay.
-pub(super) fn overlay(mut s: TableReader) -> Option<(WithLine<String>, Overlay)> {
-    let body_name = s.required("body", "the name of a body", |_: &String| true);
-    let name = s.required("name", "a name", |n: &String| !n.trim().is_empty());
-    let file = s.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
-    let gain = s.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
-    let opacity = s.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
-    let _ = s.optional::<String>("source", "a string", |_| true);
-    let projection = projection(&mut s);
-    s.finish();
+pub(super) fn overlay(mut table: TableReader) -> Option<(WithLine<String>, Overlay)> {
+    let body_name = table.required("body", "the name of a body", |_: &String| true);
+    let name = table.required("name", "a name", |n: &String| !n.trim().is_empty());
+    let file = table.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
+    let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let _ = table.optional::<String>("source", "a string", |_| true);
+    let projection = projection(&mut table);
+    table.finish();
     let overlay = Overlay {
         name: name?.value,
         file: file?.value,

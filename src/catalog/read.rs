@@ -20,15 +20,16 @@ use orrery_catalogs::CATALOG_FILES;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
-    let body_name = s.required("body", "the name of a body", |_: &String| true);
-    let name = s.required("name", "a name", is_name);
-    let inner_km = number(&mut s, "inner_km", "kilometres above 0", |x| x > 0.0);
-    let outer_km = s.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|i| *x > i));
-    let tau_normal = number(&mut s, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
-    let albedo = s.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
-    let dust = s.optional("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
-    s.finish();
+fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
+    let body_name = table.required("body", "the name of a body", |_: &String| true);
+    let name = table.required("name", "a name", is_name);
+    let inner_km = number(&mut table, "inner_km", "kilometres above 0", |x| x > 0.0);
+    let outer_km =
+        table.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|inner| *x > inner));
+    let tau_normal = number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
+    let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
+    let dust = table.optional("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    table.finish();
     Some((
         body_name?,
         Ring {
@@ -42,16 +43,16 @@ fn ring(mut s: TableReader) -> Option<(WithLine<String>, Ring)> {
     ))
 }
 
-fn species(mut s: TableReader) -> Option<Species> {
+fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = s.required("name", "a name", is_name);
-    let scale_height_km = number(&mut s, "scale_height_km", "kilometres above 0", |x| x > 0.0);
-    let tent_centre_km = s.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
-    let scattering = s.optional("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
-    let absorption = s.optional("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
-    let asymmetry = s.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
-    let estimate_percent = percent(&mut s, "estimate_percent");
-    s.finish();
+    let name = table.required("name", "a name", is_name);
+    let scale_height_km = number(&mut table, "scale_height_km", "kilometres above 0", |x| x > 0.0);
+    let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
+    let scattering = table.optional("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
+    let absorption = table.optional("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
+    let asymmetry = table.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
+    let estimate_percent = percent(&mut table, "estimate_percent");
+    table.finish();
     Some(Species {
         name: name?.value,
         scale_height_km: scale_height_km?,
@@ -63,25 +64,26 @@ fn species(mut s: TableReader) -> Option<Species> {
     })
 }
 
-/// Maximum number of species of an atmosphere: each adds to every sample of a view ray, and thousands in a file of a megabyte would take minutes.
+/// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; the thousands that fit into a file of one megabyte would take
+/// minutes.
 const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body; their table of radii has room for 4,096 edges.
 const MAX_RINGS: usize = 2000;
 
-fn atmosphere(mut s: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
-    let body_name = s.required("body", "the name of a body", |_: &String| true);
-    let top_km = number(&mut s, "top_km", "kilometres above 0", |x| x > 0.0);
-    let refractivity = s.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
+fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
+    let body_name = table.required("body", "the name of a body", |_: &String| true);
+    let top_km = number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
+    let refractivity = table.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
     let airglow_cd_m2 =
-        s.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
-    let sections = s.sections("species");
+        table.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
+    let sections = table.sections("species");
     if let Some(section) = sections.get(MAX_SPECIES) {
-        s.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
+        table.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
         return None;
     }
     let species: Vec<_> = sections.into_iter().filter_map(species).collect();
-    let _ = s.optional::<String>("source", "a string", |_| true);
-    s.finish();
+    let _ = table.optional::<String>("source", "a string", |_| true);
+    table.finish();
     Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
 }
 
@@ -92,14 +94,14 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut rings: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
-    let mut moment_drafts = Vec::new();
+    let mut unresolved_moments = Vec::new();
     let mut layers = Vec::new();
     let mut instruments: Vec<Instrument> = Vec::new();
     for (file, text) in files {
         let source = TomlFile::new(file, text, &problems);
         let mut root = source.root();
-        for s in root.sections("body") {
-            body(s, &mut drafts);
+        for table in root.sections("body") {
+            body(table, &mut drafts);
         }
         let mut rings_of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
         for (body_name, ring) in root.sections("ring").into_iter().filter_map(ring) {
@@ -121,12 +123,12 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
             instruments.retain(|listed| listed.name != new.name);
             instruments.push(new);
         }
-        moment_drafts.extend(root.sections("moment").into_iter().filter_map(moments::draft));
+        unresolved_moments.extend(root.sections("moment").into_iter().filter_map(moments::unresolved_moment));
         root.finish();
     }
-    let field_lines = drafts.iter().flat_map(lines_of).collect();
+    let field_lines = drafts.iter().flat_map(lines_of_fields).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);
-    let moments = moments::assemble(moment_drafts, &bodies, &problems);
+    let moments = moments::assemble(unresolved_moments, &bodies, &problems);
     let mut data_layers = Vec::new();
     for (body_name, mut layer) in layers {
         layer.body = body_name.as_ref().and_then(|body_name| body_named(&bodies, body_name, &problems));
@@ -146,9 +148,10 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     })
 }
 
-/// Resolves the body name of a layer; reports an unknown name.
+/// The body with the name or alias that a layer gives; reports an unknown name.
 fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
-    let found = bodies.iter().find(|b| b.name.eq_ignore_ascii_case(&body_name.value)).map(|b| b.id);
+    let is_named = |name: &String| name.eq_ignore_ascii_case(&body_name.value);
+    let found = bodies.iter().find(|b| is_named(&b.name) || b.aliases.iter().any(is_named)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
         problems.add_unknown_body(body_name, &known);
@@ -157,12 +160,12 @@ fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems
 }
 
 /// File and line of the fields that can be checked only against the complete catalog.
-fn lines_of((id, d): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
+fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
-        ("", Some(&d.source_line)),
-        ("parent", d.parent.as_ref().map(|l| &l.source_line)),
-        ("motion", d.motion.as_ref().map(|l| &l.source_line)),
-        ("rotation", d.rotation.as_ref().map(|l| &l.source_line)),
+        ("", Some(&draft.source_line)),
+        ("parent", draft.parent.as_ref().map(|l| &l.source_line)),
+        ("motion", draft.motion.as_ref().map(|l| &l.source_line)),
+        ("rotation", draft.rotation.as_ref().map(|l| &l.source_line)),
     ];
     fields
         .into_iter()
@@ -175,7 +178,7 @@ fn is_embedded(source_line: &SourceLine) -> bool {
 }
 
 /// Maximum number of bodies that the message about a cycle names.
-const MAX_NAMES: usize = 8;
+const MAX_NAMES_OF_CYCLE: usize = 8;
 
 /// Reports cycles of parents, each at the `parent` fields of the user's files.
 fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine>, problems: &Problems) {
@@ -191,8 +194,8 @@ fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine
         let Some(cycle) = cycle_start.map(|from| &path[from..]).filter(|cycle| cycle.len() > 1) else { continue };
         for (at, body) in cycle.iter().enumerate() {
             let Some(source_line) = source_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
-            let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES).map(|b| b.name.as_str()).collect();
-            let more = if cycle.len() > MAX_NAMES { ", …" } else { "" };
+            let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
+            let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };
             problems.add(source_line, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
         }
     }
@@ -208,9 +211,9 @@ fn assemble(
 ) -> Vec<Body> {
     let mut ids: BTreeMap<String, i32> = BTreeMap::new();
     let mut named: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
-    for (id, d) in &drafts {
-        let aliases = d.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
-        for (name, source_line) in d.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
+    for (id, draft) in &drafts {
+        let aliases = draft.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
+        for (name, source_line) in draft.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
             ids.insert(name.to_lowercase(), *id);
             let Some((other, other_line)) = named.insert(name.to_lowercase(), (*id, source_line)).filter(|(other, _)| other != id) else {
                 continue;
@@ -228,15 +231,17 @@ fn assemble(
         }
         id
     };
-    let parents = drafts.iter().filter_map(|(id, d)| Some((*id, d.parent.as_ref()?.source_line.clone()))).collect();
-    let with_air: BTreeSet<i32> = atmospheres.iter().filter_map(|(owner, _)| ids.get(&owner.value.to_lowercase()).copied()).collect();
+    let parents = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.parent.as_ref()?.source_line.clone()))).collect();
+    let with_atmosphere: BTreeSet<i32> =
+        atmospheres.iter().filter_map(|(owner, _)| ids.get(&owner.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
-    for (id, d) in drafts {
-        let label = d.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
-        let missing = |field: &str| problems.add(&d.source_line, format!("{label}.{field} is missing"));
+    for (id, draft) in drafts {
+        let label = draft.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
+        let missing = |field: &str| problems.add(&draft.source_line, format!("{label}.{field} is missing"));
+        // The value of a field of the draft; reports a missing one.
         macro_rules! required {
             ($field:ident, $name:literal) => {
-                match d.$field {
+                match draft.$field {
                     Some(v) => Some(v),
                     None => {
                         missing($name);
@@ -245,12 +250,13 @@ fn assemble(
                 }
             };
         }
-        if d.name.is_none() {
+        if draft.name.is_none() {
             missing("name");
         }
-        let parent = d.parent.as_ref().and_then(&resolve).map(NaifId);
+        let parent = draft.parent.as_ref().and_then(&resolve).map(NaifId);
         if parent == Some(NaifId(id)) {
-            problems.add(d.parent.as_ref().map_or(&d.source_line, |l| &l.source_line), format!("{label}.parent is the body itself"));
+            problems
+                .add(draft.parent.as_ref().map_or(&draft.source_line, |l| &l.source_line), format!("{label}.parent is the body itself"));
         }
         let (kind, radii, albedo, colour) = (
             required!(kind, "kind"),
@@ -258,52 +264,52 @@ fn assemble(
             required!(geometric_albedo, "geometric_albedo"),
             required!(colour, "colour_linear_srgb"),
         );
-        if d.parent.is_none() && kind.is_some_and(|k| k != BodyKind::Star) {
+        if draft.parent.is_none() && kind.is_some_and(|k| k != BodyKind::Star) {
             missing("parent");
         }
         let photometry = required!(photometry, "photometry");
         let motion = required!(motion, "motion").map(|m| m.value);
         let rotation = required!(rotation, "rotation").map(|r| r.value);
-        let (Some(name), Some(kind), Some(radii), Some(geometric_albedo), Some(c), Some(photometry), Some(motion), Some(rotation)) =
-            (d.name.map(|l| l.value), kind, radii, albedo, colour, photometry, motion, rotation)
+        let (Some(name), Some(kind), Some(radii), Some(geometric_albedo), Some(colour), Some(photometry), Some(motion), Some(rotation)) =
+            (draft.name.map(|l| l.value), kind, radii, albedo, colour, photometry, motion, rotation)
         else {
             continue;
         };
-        if let Some(mesh) = &d.mesh {
+        if let Some(mesh) = &draft.mesh {
             let add_problem = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
-            if mesh.value.alpha && d.maps.albedo.is_none() {
+            if mesh.value.alpha && draft.maps.albedo.is_none() {
                 add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
-            if with_air.contains(&id) || d.clouds.is_some() {
+            if with_atmosphere.contains(&id) || draft.clouds.is_some() {
                 add_problem("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
             }
         }
         bodies.push(Body {
             id: NaifId(id),
             name,
-            aliases: d.aliases.map(|l| l.value).unwrap_or_default(),
+            aliases: draft.aliases.map(|l| l.value).unwrap_or_default(),
             kind,
             parent,
             radii_km: DVec3::from_array(radii),
-            gm_km3_s2: d.gm_km3_s2,
+            gm_km3_s2: draft.gm_km3_s2,
             geometric_albedo,
-            bond_albedo: d.bond_albedo,
-            clear_sky_albedo: d.clear_sky_albedo,
-            invented_relief: d.invented_relief.unwrap_or_default(),
+            bond_albedo: draft.bond_albedo,
+            clear_sky_albedo: draft.clear_sky_albedo,
+            invented_relief: draft.invented_relief.unwrap_or_default(),
             custom_surface: 0,
-            clear_sky_colour: d.clear_sky_colour.map(of_luminance_1),
-            colour: of_luminance_1(c),
+            clear_sky_colour: draft.clear_sky_colour.map(scaled_to_luminance_1),
+            colour: scaled_to_luminance_1(colour),
             photometry,
-            maps: d.maps,
+            maps: draft.maps,
             overlays: Vec::new(),
-            clouds: d.clouds,
-            mesh: d.mesh.map(|m| m.value),
+            clouds: draft.clouds,
+            mesh: draft.mesh.map(|m| m.value),
             motion,
             rotation,
             rings: Vec::new(),
             atmosphere: None,
-            sources: d.sources,
-            estimates: d.estimates,
+            sources: draft.sources,
+            estimates: draft.estimates,
         });
     }
     report_parent_cycles(&bodies, &parents, problems);
@@ -328,6 +334,6 @@ fn assemble(
 }
 
 /// The colour scaled to luminance 1.
-fn of_luminance_1(rgb: [f64; 3]) -> Vec3 {
+fn scaled_to_luminance_1(rgb: [f64; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|x| (x / crate::units::luminance(rgb)) as f32))
 }

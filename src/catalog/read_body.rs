@@ -38,61 +38,86 @@ pub(super) struct BodyDraft {
     pub estimates: Estimates,
 }
 
-fn photometry(mut s: TableReader) -> Option<Photometry> {
-    let model =
-        required_word(&mut s, "model", &[("emissive", 0), ("lambert", 1), ("lommel-seeliger", 2), ("lunar-lambert", 3), ("oren-nayar", 4)]);
-    let result = match model {
-        Some(0) => {
+#[derive(Clone, Copy)]
+enum PhotometryWord {
+    Emissive,
+    Lambert,
+    LommelSeeliger,
+    LunarLambert,
+    OrenNayar,
+}
+
+fn photometry(mut table: TableReader) -> Option<Photometry> {
+    let words = [
+        ("emissive", PhotometryWord::Emissive),
+        ("lambert", PhotometryWord::Lambert),
+        ("lommel-seeliger", PhotometryWord::LommelSeeliger),
+        ("lunar-lambert", PhotometryWord::LunarLambert),
+        ("oren-nayar", PhotometryWord::OrenNayar),
+    ];
+    let result = match required_word(&mut table, "model", &words)? {
+        PhotometryWord::Emissive => {
             let allowed = "three numbers from -1 to 2 (red, green, blue)";
-            let u1 = s.required("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
-            let u2 = s.required("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u1 = table.required("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u2 = table.required("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
             u1.zip(u2).map(|(u1, u2)| Photometry::Emissive { u1: u1.value, u2: u2.value })
         }
-        Some(1) => Some(Photometry::Lambert),
-        Some(2) => Some(Photometry::LommelSeeliger),
-        Some(3) => number(&mut s, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
+        PhotometryWord::Lambert => Some(Photometry::Lambert),
+        PhotometryWord::LommelSeeliger => Some(Photometry::LommelSeeliger),
+        PhotometryWord::LunarLambert => number(&mut table, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
             .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
-        Some(4) => number(&mut s, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
+        PhotometryWord::OrenNayar => number(&mut table, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
             .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
-        _ => return None,
     };
-    s.finish();
+    table.finish();
     result
 }
 
-fn motion(mut s: TableReader) -> Option<Motion> {
-    let theory = required_word(&mut s, "theory", &[("planetary", 0), ("galilean-l12", 1), ("tass17", 2), ("mean-elements", 3)]);
-    let result = match theory {
-        Some(0) => Some(Motion::Planetary),
-        Some(1) => s
+#[derive(Clone, Copy)]
+enum MotionWord {
+    Planetary,
+    GalileanL12,
+    Tass17,
+    MeanElements,
+}
+
+fn motion(mut table: TableReader) -> Option<Motion> {
+    let words = [
+        ("planetary", MotionWord::Planetary),
+        ("galilean-l12", MotionWord::GalileanL12),
+        ("tass17", MotionWord::Tass17),
+        ("mean-elements", MotionWord::MeanElements),
+    ];
+    let result = match required_word(&mut table, "theory", &words)? {
+        MotionWord::Planetary => Some(Motion::Planetary),
+        MotionWord::GalileanL12 => table
             .required("index", "0 Io, 1 Europa, 2 Ganymede or 3 Callisto", |i: &usize| *i < 4)
             .map(|l| Motion::GalileanL12 { index: l.value }),
-        Some(2) => s
+        MotionWord::Tass17 => table
             .required("index", "0 Mimas, 1 Enceladus, 2 Tethys, 3 Dione, 4 Rhea, 5 Titan, 6 Iapetus or 7 Hyperion", |i: &usize| *i < 8)
             .map(|l| Motion::Tass17 { index: l.value }),
-        Some(3) => elements(&mut s).map(Motion::MeanElements),
-        _ => return None,
+        MotionWord::MeanElements => mean_elements(&mut table).map(Motion::MeanElements),
     };
-    s.finish();
+    table.finish();
     result
 }
 
-fn elements(s: &mut TableReader) -> Option<MeanElements> {
+fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
-    let pole_ra_deg = number(s, "pole_ra_deg", "degrees", any);
-    let pole_dec_deg = number(s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-    let epoch_jd_tt = number(s, "epoch_jd_tt", "a Julian date", any);
-    let semi_major_axis_km = number(s, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
-    let eccentricity = number(s, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
-    let inclination_deg = number(s, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
-    let node_deg = number(s, "node_deg", "degrees", any);
-    let argument_of_periapsis_deg = number(s, "argument_of_periapsis_deg", "degrees", any);
-    let mean_anomaly_deg = number(s, "mean_anomaly_deg", "degrees", any);
-    let mean_motion_deg_day = number(s, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
-    let node_period_yr = number(s, "node_period_yr", "Julian years, 0 for none", any);
-    let argument_period_yr = number(s, "argument_period_yr", "Julian years, 0 for none", any);
+    let pole_ra_deg = number(table, "pole_ra_deg", "degrees", any);
+    let pole_dec_deg = number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let epoch_jd_tt = number(table, "epoch_jd_tt", "a Julian date", any);
+    let semi_major_axis_km = number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
+    let eccentricity = number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
+    let inclination_deg = number(table, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
+    let node_deg = number(table, "node_deg", "degrees", any);
+    let argument_of_periapsis_deg = number(table, "argument_of_periapsis_deg", "degrees", any);
+    let mean_anomaly_deg = number(table, "mean_anomaly_deg", "degrees", any);
+    let mean_motion_deg_day = number(table, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
+    let node_period_yr = number(table, "node_period_yr", "Julian years, 0 for none", any);
+    let argument_period_yr = number(table, "argument_period_yr", "Julian years, 0 for none", any);
     let quadratic =
-        s.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
+        table.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
     Some(MeanElements {
         pole_ra_deg: pole_ra_deg?,
         pole_dec_deg: pole_dec_deg?,
@@ -110,17 +135,30 @@ fn elements(s: &mut TableReader) -> Option<MeanElements> {
     })
 }
 
-fn rotation(mut s: TableReader) -> Option<Rotation> {
-    let model = required_word(&mut s, "model", &[("earth-iau2006", 0), ("pck", 1), ("synchronous", 2), ("fixed", 3)]);
-    let result = match model {
-        Some(0) => Some(Rotation::EarthIau2006),
-        Some(1) => Some(Rotation::Pck),
-        Some(2) => Some(Rotation::Synchronous),
-        Some(3) => {
-            let pole_ra_deg = number(&mut s, "pole_ra_deg", "degrees", |_| true);
-            let pole_dec_deg = number(&mut s, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-            let w0_deg = number(&mut s, "w0_deg", "degrees", |_| true);
-            let w_deg_day = number(&mut s, "w_deg_day", "degrees a day", |_| true);
+#[derive(Clone, Copy)]
+enum RotationWord {
+    EarthIau2006,
+    Pck,
+    Synchronous,
+    Fixed,
+}
+
+fn rotation(mut table: TableReader) -> Option<Rotation> {
+    let words = [
+        ("earth-iau2006", RotationWord::EarthIau2006),
+        ("pck", RotationWord::Pck),
+        ("synchronous", RotationWord::Synchronous),
+        ("fixed", RotationWord::Fixed),
+    ];
+    let result = match required_word(&mut table, "model", &words)? {
+        RotationWord::EarthIau2006 => Some(Rotation::EarthIau2006),
+        RotationWord::Pck => Some(Rotation::Pck),
+        RotationWord::Synchronous => Some(Rotation::Synchronous),
+        RotationWord::Fixed => {
+            let pole_ra_deg = number(&mut table, "pole_ra_deg", "degrees", |_| true);
+            let pole_dec_deg = number(&mut table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+            let w0_deg = number(&mut table, "w0_deg", "degrees", |_| true);
+            let w_deg_day = number(&mut table, "w_deg_day", "degrees a day", |_| true);
             match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
                 (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
                     Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
@@ -128,72 +166,74 @@ fn rotation(mut s: TableReader) -> Option<Rotation> {
                 _ => None,
             }
         }
-        _ => return None,
     };
-    s.finish();
+    table.finish();
     result
 }
 
-fn clouds(mut s: TableReader) -> Option<Clouds> {
+fn clouds(mut table: TableReader) -> Option<Clouds> {
     let from_0_to_1 = "a number from 0 to 1";
-    let height_km = number(&mut s, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = number(&mut s, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = number(&mut s, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let closed_texel =
-        number(&mut s, "closed_texel", "a number above clear_texel, at most 1", |x| x <= 1.0 && clear_texel.is_none_or(|clear| x > clear));
-    let map = map(s)?;
+    let height_km = number(&mut table, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
+    let albedo = number(&mut table, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let clear_texel = number(&mut table, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let closed_texel = number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
+        x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
+    });
+    let map = map(table)?;
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
-fn mesh(mut s: TableReader) -> Option<WithLine<ShapeModel>> {
-    let source_line = s.source_line.clone();
-    let file = s.required::<String>("file", "the name of a .obj file without folders", |f| {
+fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
+    let source_line = table.source_line.clone();
+    let file = table.required::<String>("file", "the name of a .obj file without folders", |f| {
         f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
     });
-    let scale_km = s.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
-    let mut flag = |field, default| s.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
+    let scale_km = table.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
+    let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
-    let invented = invented(&mut s);
-    let _ = s.optional::<String>("source", "a string", |_| true);
-    s.finish();
+    let invented = invented(&mut table);
+    let _ = table.optional::<String>("source", "a string", |_| true);
+    table.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
     let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
     Some(WithLine { value, source_line })
 }
 
-fn maps(mut s: TableReader, into: &mut Maps) {
-    for (field, slot) in
+/// Reads the maps of a `maps` table into `into`; the others remain.
+fn maps(mut table: TableReader, into: &mut Maps) {
+    for (field, target) in
         [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
     {
-        if let Some(found) = s.section(field).and_then(map) {
-            *slot = Some(found);
+        if let Some(found) = table.section(field).and_then(map) {
+            *target = Some(found);
         }
     }
-    s.finish();
+    table.finish();
 }
 
-fn estimates(mut s: TableReader) -> Estimates {
-    let found = Estimates { albedo_percent: percent(&mut s, "albedo_percent"), colour_percent: percent(&mut s, "colour_percent") };
-    s.finish();
+fn estimates(mut table: TableReader) -> Estimates {
+    let found = Estimates { albedo_percent: percent(&mut table, "albedo_percent"), colour_percent: percent(&mut table, "colour_percent") };
+    table.finish();
     found
 }
 
-pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = s.optional("name", "a name", is_name);
-    let source_line = s.source_line.clone();
-    if let Some(n) = &name {
-        s.set_message_prefix(&n.value);
+/// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
+pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
+    let name = table.optional("name", "a name", is_name);
+    let source_line = table.source_line.clone();
+    if let Some(name) = &name {
+        table.set_message_prefix(&name.value);
     }
-    let id = s.required("id", "a NAIF code above 9", |i: &i32| *i > 9);
-    if let (None, Some(n)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        s.set_message_prefix(&n.value);
+    let id = table.required("id", "a NAIF code above 9", |i: &i32| *i > 9);
+    if let (None, Some(older_name)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
+        table.set_message_prefix(&older_name.value);
     }
     let mut fresh = BodyDraft {
         source_line,
         name,
-        aliases: s.optional("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
+        aliases: table.optional("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
         kind: word(
-            &mut s,
+            &mut table,
             "kind",
             &[
                 ("star", BodyKind::Star),
@@ -203,34 +243,34 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
                 ("asteroid", BodyKind::Asteroid),
             ],
         ),
-        parent: s.optional("parent", "the name of a body", |_: &String| true),
-        radii_km: s.optional("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
-        gm_km3_s2: s.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
-        geometric_albedo: s.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        bond_albedo: s.optional("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
+        parent: table.optional("parent", "the name of a body", |_: &String| true),
+        radii_km: table.optional("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
+        gm_km3_s2: table.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
+        geometric_albedo: table.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        bond_albedo: table.optional("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
         invented_relief: word(
-            &mut s,
+            &mut table,
             "invented_relief",
             &[("none", InventedRelief::None), ("craters", InventedRelief::Craters), ("hills", InventedRelief::Hills)],
         ),
-        clear_sky_albedo: s.optional("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        clear_sky_colour: s.optional("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
-        colour: s.optional("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
-        photometry: s.section("photometry").and_then(photometry),
+        clear_sky_albedo: table.optional("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
+        clear_sky_colour: table.optional("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        colour: table.optional("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        photometry: table.section("photometry").and_then(photometry),
         maps: Maps::default(),
-        clouds: s.section("clouds").and_then(clouds),
-        mesh: s.section("mesh").and_then(mesh),
-        motion: s.section("motion").and_then(|s| located(s, motion)),
-        rotation: s.section("rotation").and_then(|s| located(s, rotation)),
+        clouds: table.section("clouds").and_then(clouds),
+        mesh: table.section("mesh").and_then(mesh),
+        motion: table.section("motion").and_then(|table| located(table, motion)),
+        rotation: table.section("rotation").and_then(|table| located(table, rotation)),
         sources: BTreeMap::new(),
-        estimates: s.section("estimates").map(estimates).unwrap_or_default(),
+        estimates: table.section("estimates").map(estimates).unwrap_or_default(),
     };
     let Some(id) = id else {
-        return s.finish();
+        return table.finish();
     };
     let older = drafts.remove(&id.value);
     if let Some(older) = older {
-        // An estimated error belongs to a value of the same file, so a replaced value drops the older error.
+        // An estimated error belongs to the value given in the same file, so an error is dropped when its value is replaced.
         let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
         fresh.estimates = Estimates {
             albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
@@ -257,10 +297,10 @@ pub(super) fn body(mut s: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
         fresh.rotation = fresh.rotation.or(older.rotation);
         fresh.sources = older.sources;
     }
-    if let Some(m) = s.section("maps") {
-        maps(m, &mut fresh.maps);
+    if let Some(maps_table) = table.section("maps") {
+        maps(maps_table, &mut fresh.maps);
     }
-    fresh.sources.extend(s.strings("sources"));
+    fresh.sources.extend(table.strings("sources"));
     drafts.insert(id.value, fresh);
-    s.finish();
+    table.finish();
 }

@@ -1,7 +1,7 @@
 //! Reading TOML tables field by field, so that one pass finds every wrong field, not only the first.
 //!
 //! In: one parsed table with its file and line. Out: values that know their file and line; each problem goes to one shared list.
-//! Serde turns each leaf into its type. The caller describes the allowed values next to its check.
+//! Serde converts each value to its type. The caller describes the allowed values next to its check.
 
 use super::{CatalogError, Problem};
 use crate::wording::{controls_terminal, echo_within};
@@ -11,7 +11,7 @@ use std::rc::Rc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// Position of a value.
+/// File and line of a value.
 #[derive(Clone, Debug)]
 pub(super) struct SourceLine {
     pub file: Rc<str>,
@@ -19,14 +19,14 @@ pub(super) struct SourceLine {
     pub line: usize,
 }
 
-/// A value with its position.
+/// A value with its file and line.
 #[derive(Clone, Debug)]
 pub(super) struct WithLine<T> {
     pub value: T,
     pub source_line: SourceLine,
 }
 
-/// Number of problems after which no more suggestions are made.
+/// Number of problems after which no more suggestions are computed.
 const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
 /// All problems found so far, in the order in which they were found.
@@ -38,8 +38,8 @@ impl Problems {
         self.0.borrow_mut().push(Problem { file: source_line.file.to_string(), line: source_line.line, message });
     }
 
-    /// The known word that was probably meant, if one is similar. A file can have a hundred thousand problems, of which only the first are shown: the others
-    /// get no hint.
+    /// The known word that was probably meant, if one is similar; `None` if there are already many problems, because a file can have a hundred thousand of
+    /// them and only the first are shown.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
         let gets_hint = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
         gets_hint.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
@@ -85,12 +85,12 @@ impl<'a> TomlFile<'a> {
             self.problems.add(&source_line, format!("not TOML: {}", e.message().replace('\n', ", ")));
         }
         let table = table.into_inner();
-        table.values().for_each(|value| self.refuse_controls(value));
-        TableReader { source: self, name: String::new(), source_line: self.source_line(0), table, known: Vec::new() }
+        table.values().for_each(|value| self.report_control_characters(value));
+        TableReader { source: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() }
     }
 
     /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.
-    fn refuse_controls(&self, value: &Spanned<DeValue>) {
+    fn report_control_characters(&self, value: &Spanned<DeValue>) {
         match value.get_ref() {
             DeValue::String(text) => {
                 if let Some(c) = text.chars().find(|c| controls_terminal(*c) && !matches!(c, '\n' | '\r' | '\t')) {
@@ -98,8 +98,8 @@ impl<'a> TomlFile<'a> {
                         .add(&self.source_line(value.span().start), format!("a string has the control character {}", c.escape_default()));
                 }
             }
-            DeValue::Array(items) => items.iter().for_each(|item| self.refuse_controls(item)),
-            DeValue::Table(fields) => fields.values().for_each(|field| self.refuse_controls(field)),
+            DeValue::Array(items) => items.iter().for_each(|item| self.report_control_characters(item)),
+            DeValue::Table(fields) => fields.values().for_each(|field| self.report_control_characters(field)),
             _ => {}
         }
     }
@@ -108,26 +108,26 @@ impl<'a> TomlFile<'a> {
 /// A table being read. Every allowed field is requested once; [`TableReader::finish`] reports the rest.
 pub(super) struct TableReader<'a> {
     source: &'a TomlFile<'a>,
-    /// Dotted path for messages, ending in a dot unless empty.
-    name: String,
+    /// The prefix of fields in messages: a dotted path that ends in a dot, or empty.
+    prefix: String,
     pub source_line: SourceLine,
     table: DeTable<'a>,
     /// Fields requested so far.
-    known: Vec<&'static str>,
+    requested: Vec<&'static str>,
 }
 
 impl<'a> TableReader<'a> {
     /// Sets the prefix of the fields in messages: the name of the body or moment that the table describes.
     pub fn set_message_prefix(&mut self, name: &str) {
-        self.name = format!("{name}.");
+        self.prefix = format!("{name}.");
     }
 
     pub fn problem(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
-        self.source.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.name));
+        self.source.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
     }
 
     fn value(&mut self, field: &'static str) -> Option<Spanned<DeValue<'a>>> {
-        self.known.push(field);
+        self.requested.push(field);
         self.table.remove(field)
     }
 
@@ -154,8 +154,8 @@ impl<'a> TableReader<'a> {
     /// Like [`TableReader::optional`], but reports a missing field.
     pub fn required<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         if !self.table.contains_key(field) {
-            self.source.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.name));
-            self.known.push(field);
+            self.source.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.prefix));
+            self.requested.push(field);
             return None;
         }
         self.optional(field, allowed, ok)
@@ -166,9 +166,13 @@ impl<'a> TableReader<'a> {
         let value = self.value(field)?;
         let source_line = self.source.source_line(value.span().start);
         match value.into_inner() {
-            DeValue::Table(table) => {
-                Some(TableReader { source: self.source, name: format!("{}{field}.", self.name), source_line, table, known: Vec::new() })
-            }
+            DeValue::Table(table) => Some(TableReader {
+                source: self.source,
+                prefix: format!("{}{field}.", self.prefix),
+                source_line,
+                table,
+                requested: Vec::new(),
+            }),
             other => {
                 self.problem(&source_line, field, other.type_str(), "a table");
                 None
@@ -191,10 +195,10 @@ impl<'a> TableReader<'a> {
                 DeValue::Table(table) => {
                     found.push(TableReader {
                         source: self.source,
-                        name: format!("{}{field}.", self.name),
+                        prefix: format!("{}{field}.", self.prefix),
                         source_line,
                         table,
-                        known: Vec::new(),
+                        requested: Vec::new(),
                     });
                 }
                 other => self.problem(&source_line, field, other.type_str(), "a table"),
@@ -214,11 +218,11 @@ impl<'a> TableReader<'a> {
         for key in self.table.keys() {
             let source_line = self.source.source_line(key.span().start);
             let name: &str = key.get_ref();
-            let hint = match self.source.problems.nearest(name, &self.known) {
+            let hint = match self.source.problems.nearest(name, &self.requested) {
                 Some(n) => format!("did you mean `{n}`?"),
-                None => format!("allowed are {}", self.known.join(", ")),
+                None => format!("allowed are {}", self.requested.join(", ")),
             };
-            self.source.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.name, echo_within(name, 80)));
+            self.source.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.prefix, echo_within(name, 80)));
         }
     }
 }

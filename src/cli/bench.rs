@@ -1,7 +1,7 @@
 //! `orrery bench`: measures elapsed and CPU time per frame of the standard scenes, by stage, and prints JSON.
 //!
-//! Each scene is drawn once to fill the caches and then measured. A scene's row describes a single frame, the one with the
-//! median elapsed time, so that the times of its stages add up. Writing files is not part of a frame here.
+//! Each scene is drawn once to fill the caches and then measured. Except for `first_ms` and `least_ms`, the times in a scene's row are those of a
+//! single frame, the one with the median elapsed time, so that they belong together. Writing files is not part of a frame here.
 
 use super::output::{print_message, progress};
 use super::view_args::size;
@@ -17,7 +17,7 @@ use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant as WallInstant};
 
-const EXAMPLE: &str = "Examples:
+const AFTER_HELP: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
@@ -47,7 +47,7 @@ process; null if the system does not report them. Compare results of one machine
 on a busy machine compare least_ms.";
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
+#[command(after_help = AFTER_HELP, next_help_heading = "Measurement")]
 pub(crate) struct BenchArgs {
     /// Scene to measure; repeat or separate by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -72,7 +72,7 @@ pub(crate) struct BenchArgs {
     json: bool,
 }
 
-/// The stages that occur in every frame, hence without those of program start.
+/// The stages of every frame: all but those at program start (catalog and kernel) and the writing of files.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// The measurements of one frame.
@@ -80,7 +80,8 @@ struct MeasuredFrame {
     wall: Duration,
     cpu: Option<Duration>,
     stages: Stages,
-    by: Option<DrawnBy>,
+    /// `None` only in tests.
+    drawn_by: Option<DrawnBy>,
 }
 
 pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
@@ -95,14 +96,14 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|name| name == s.name));
-    let open = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
-    let session = open()?;
+    let open_session = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
+    let session = open_session()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
         let own_session = match (scene.bodies(), scene.stars()) {
-            (Some(bodies), _) => Some(open()?.with_minor_planets(bodies)),
-            (None, Some(stars)) => Some(open()?.with_stars(stars)),
+            (Some(bodies), _) => Some(open_session()?.with_minor_planets(bodies)),
+            (None, Some(stars)) => Some(open_session()?.with_stars(stars)),
             (None, None) => None,
         };
         let session = own_session.as_ref().unwrap_or(&session);
@@ -110,11 +111,11 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = WallInstant::now();
-            let by = Some(session.draw(request, SamplingQuality::of(common.quality), false)?.by);
+            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), false)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
-            Ok(MeasuredFrame { wall, cpu, stages: session.report().0.since(&earlier), by })
+            Ok(MeasuredFrame { wall, cpu, stages: session.report().0.since(&earlier), drawn_by })
         };
         let measure = || measure_of(&scene.request);
         let first = measure()?;
@@ -145,7 +146,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 
 /// The pixels, operations and texture reads of one frame in the fragment shaders of bodies, summed over the pixels of the cost view.
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The cost view has no stars and no lines: its fixed exposure would show others than the image.
+    // The cost view shows bodies only, so stars and lines of the sky are not counted.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
@@ -157,24 +158,24 @@ fn effects(
     session: &Session,
     sampling: SamplingQuality,
     request: &ViewRequest,
-    pairs: u32,
+    pair_count: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
-    let with_all_effects = session.draw(request, sampling, true)?;
+    let drawn_with = session.draw(request, sampling, true)?;
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
-    let with = ViewRequest { exposure: ExposureRequest::Stops(with_all_effects.scene.exposure.stops), ..request.clone() };
+    let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
-    let is_active = |e: Effect| with_all_effects.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
+    let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
     for effect in Effect::ALL.into_iter().filter(|e| is_active(*e)) {
-        let mut without = with.clone();
-        without.effects.set(effect, false);
-        // Loads the modules and maps of this variant before timing.
-        let without_effect = session.draw(&without, sampling, true)?;
-        let pairs = interleaved(pairs as usize, &[&|| measure(&with), &|| measure(&without)])?;
+        let mut request_without = request_with.clone();
+        request_without.effects.set(effect, false);
+        // Also loads the modules and maps of this variant before the timing.
+        let drawn_without = session.draw(&request_without, sampling, true)?;
+        let frames = interleaved(pair_count as usize, &[&|| measure(&request_with), &|| measure(&request_without)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
-        let zipped = || pairs[0].iter().zip(&pairs[1]);
-        let wall = zipped().map(|(a, b)| difference_ms(a.wall, b.wall)).collect();
-        let cpu = zipped().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect();
+        let pairs = || frames[0].iter().zip(&frames[1]);
+        let wall = pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect();
+        let cpu = pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect();
         let ((wall, wall_noise), (cpu, cpu_noise)) = (cost(wall), cost(cpu));
         rows.push(json!({
             "name": effect.name(),
@@ -182,20 +183,20 @@ fn effects(
             "cpu_noise_ms": cpu_noise,
             "wall_ms": wall,
             "wall_noise_ms": wall_noise,
-            "light": LightChange::between(&without_effect.frame.hdr, &with_all_effects.frame.hdr).moved,
+            "light": LightChange::between(&drawn_without.frame.hdr, &drawn_with.frame.hdr).absolute,
         }));
     }
     Ok(rows)
 }
 
-/// The median of the differences, at least 0, and for several differences their median absolute deviation.
-fn cost(differences: Vec<f64>) -> (Option<f64>, Option<f64>) {
-    let count = differences.len();
+/// The median of time differences (milliseconds), at least 0, and for several differences their median absolute deviation.
+fn cost(differences_ms: Vec<f64>) -> (Option<f64>, Option<f64>) {
+    let count = differences_ms.len();
     let median = |values: Vec<f64>| Quartiles::of(values).map(|s| s.median);
-    let Some(middle) = median(differences.clone()) else { return (None, None) };
-    let noise = median(differences.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
-    let to_microseconds = |ms: f64| (1e3 * ms).round() / 1e3;
-    (Some(to_microseconds(middle.max(0.0))), noise.map(to_microseconds))
+    let Some(middle) = median(differences_ms.clone()) else { return (None, None) };
+    let noise = median(differences_ms.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
+    let round_to_microsecond = |ms: f64| (1e3 * ms).round() / 1e3;
+    (Some(round_to_microsecond(middle.max(0.0))), noise.map(round_to_microsecond))
 }
 
 /// The row of a scene; `frames` must not be empty.
@@ -207,9 +208,9 @@ fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value
     };
     json!({
         "scene": name,
-        "renderer": median.by.as_ref().map(|by| by.renderer),
-        "adapter": median.by.as_ref().and_then(|by| by.adapter.clone()),
-        "device_passes_ms": median.by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
+        "renderer": median.drawn_by.as_ref().map(|by| by.renderer),
+        "adapter": median.drawn_by.as_ref().and_then(|by| by.adapter.clone()),
+        "device_passes_ms": median.drawn_by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
         "first_ms": milliseconds(first.wall),
         "median_ms": milliseconds(median.wall),
         "median_cpu_ms": median.cpu.map(milliseconds),
@@ -224,7 +225,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cost_is_not_negative_and_includes_its_noise() {
+    fn a_cost_is_a_median_of_at_least_zero_with_its_deviation() {
         assert_eq!(cost(vec![-3.0, -1.0, -2.0]), (Some(0.0), Some(1.0)));
         assert_eq!(cost(vec![4.0, 6.0]), (Some(5.0), Some(1.0)));
         assert_eq!((cost(vec![7.0]), cost(Vec::new())), ((Some(7.0), None), (None, None)));
@@ -236,7 +237,7 @@ mod tests {
         let frame = |wall: u64, cpu: u64| {
             let mut stages = Stages::default();
             stages.add(Stage::Draw, ms(wall - 1));
-            MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, by: None }
+            MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, drawn_by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
         let row = row("saturn", &frame(90, 9), &mut frames);

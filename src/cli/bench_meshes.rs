@@ -1,10 +1,15 @@
 //! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
-//! In: a size and a number of rounds. Out: JSON with one row per model: the number of triangles; `read_ms`, the CPU time of the maps stage in the
-//! first frame with the mesh, which reads it; `trace_shadow_ms`, the CPU time of the scene stage in the first frame with the mesh's shadow on
-//! itself, most of which traces that shadow; `ellipsoid_ms`, the median time of a frame of the ellipsoid; `without_self_shadow` and `mesh`, the
-//! ratios to it of the times of frames with the mesh, without and with that shadow, measured alternately. If the system reports no CPU time, these
-//! are elapsed times. Always: the shapes are invented, spheres with bumps in place of Phobos; their folder is removed after the measurement.
+//! In: an image size and a number of rounds. Out: JSON with one row per model:
+//! - `triangles`: their number;
+//! - `read_ms`: time of the maps stage in the first frame with the mesh, which reads the mesh file;
+//! - `trace_shadow_ms`: time of the scene stage in the first frame with the mesh's shadow on itself, most of which traces that shadow;
+//! - `ellipsoid_ms`: median time of a frame with the ellipsoid in place of the mesh;
+//! - `without_self_shadow` and `mesh`: times of frames with the mesh, without and with that shadow, as ratios to those with the ellipsoid. Frames of the
+//!   three kinds are measured alternately.
+//!
+//! Times are CPU times, or elapsed times if the system reports no CPU time. The shapes are invented: bumpy spheres in place of Phobos. Their folder is
+//! removed after the measurement.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -24,7 +29,7 @@ use std::path::Path;
 const PHOBOS: NaifId = NaifId(401);
 /// Numbers of bands of latitude from pole to pole; a sphere with n bands has about 4 n² triangles.
 const BANDS: [u32; 4] = [36, 72, 143, 286];
-/// Mean radius of the sphere; less than the body's own radius, so that the bumps stay near its ellipsoid.
+/// Radius of the sphere without its bumps: about the mean radius of Phobos.
 const RADIUS_KM: f64 = 11.0;
 /// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
@@ -92,33 +97,34 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) 
     sources.catalogs = Some(folder.path().to_owned());
     let session = Session::open(&sources, print_message)?.counting_cpu();
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
-    let with = ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
+    let with_shadow =
+        ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
     let without = |effect| {
-        let mut request = with.clone();
+        let mut request = with_shadow.clone();
         request.effects.set(effect, false);
         request
     };
-    let (unshadowed, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
+    let (without_shadow, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, false).map(drop);
     // The first frame with a feature includes the one-time work for it: reading the mesh file, or tracing its shadow. The time is that of the whole stage.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;
-        let spent = session.report().0.since(&earlier);
-        Ok(milliseconds(spent.cpu(stage).unwrap_or_else(|| spent.spent(stage))))
+        let stages = session.report().0.since(&earlier);
+        Ok(milliseconds(stages.cpu(stage).unwrap_or_else(|| stages.spent(stage))))
     };
     // Warm-up, not measured: loads maps and compiles modules.
     stage_ms_of_first_draw(&ellipsoid, Stage::Maps)?;
-    let read_ms = stage_ms_of_first_draw(&unshadowed, Stage::Maps)?;
-    let shadow_ms = stage_ms_of_first_draw(&with, Stage::Scene)?;
-    let timed = |request: &'_ ViewRequest| seconds_of(|| draw(request));
-    let workloads: [&Workload<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&unshadowed), &|| timed(&with)];
+    let read_ms = stage_ms_of_first_draw(&without_shadow, Stage::Maps)?;
+    let trace_shadow_ms = stage_ms_of_first_draw(&with_shadow, Stage::Scene)?;
+    let timed = |request: &ViewRequest| seconds_of(|| draw(request));
+    let workloads: [&Workload<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&without_shadow), &|| timed(&with_shadow)];
     let times = interleaved(rounds, &workloads)?;
     Ok(json!({
         "triangles": triangles,
         "read_ms": rounded(read_ms),
-        "trace_shadow_ms": rounded(shadow_ms),
+        "trace_shadow_ms": rounded(trace_shadow_ms),
         "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|s| rounded(1e3 * s.median)),
         "without_self_shadow": ratio(&times[1], &times[0]),
         "mesh": ratio(&times[2], &times[0]),

@@ -72,7 +72,7 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
             echo_within(&args.b.display().to_string(), 100)
         ))
     };
-    let d = a.difference(&b).map_err(with_both_names)?;
+    let difference = a.difference(&b).map_err(with_both_names)?;
     if let Some(path) = &args.output {
         let shown = a.difference_image(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
@@ -83,22 +83,25 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
         None => None,
     };
-    let psnr = d.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
+    let psnr = difference.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
-        let mut report = serde_json::json!(d);
+        let mut report = serde_json::json!(difference);
         if let Some(fraction) = fraction_within_bound {
             report["bound_held"] = fraction.into();
         }
         print_result(&format!("{report}\n"))?;
     } else {
-        print_result(&format!("mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n", d.mean, d.p999, d.max, d.pixels))?;
+        print_result(&format!(
+            "mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n",
+            difference.mean, difference.p999, difference.max, difference.pixels
+        ))?;
         if let Some(fraction) = fraction_within_bound {
             print_result(&format!("the bound holds in {:.4} % of the pixels\n", 100.0 * fraction))?;
         }
     }
     match args.tolerance {
-        Some(t) if f64::from(d.max) > t => {
-            Err(CliError::Failed(format!("the images differ by {} levels, more than the tolerance of {t}", d.max)))
+        Some(t) if f64::from(difference.max) > t => {
+            Err(CliError::Failed(format!("the images differ by {} levels, more than the tolerance of {t}", difference.max)))
         }
         _ => Ok(()),
     }

@@ -1,6 +1,6 @@
 //! The options that describe a composition: projection, stereo, warp mesh.
 //!
-//! In: arguments. Out: a [`Composition`]. The mesh file is read here.
+//! In: arguments. Out: a [`Composition`], with the nodes of the warp mesh, whose file is read here.
 
 use super::CliError;
 use crate::files::read_text;
@@ -9,7 +9,7 @@ use crate::wording::echo;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Largest warp mesh, bytes: a million nodes of five numbers.
+/// Largest warp mesh file, bytes: enough for a million nodes of five numbers.
 const MAX_MESH_BYTES: u64 = 1 << 27;
 
 /// Options of the composition.
@@ -39,7 +39,7 @@ pub(crate) struct CompositionArgs {
 }
 
 impl CompositionArgs {
-    /// The composition of these options.
+    /// The composition that these options describe.
     ///
     /// # Errors
     /// A mesh that cannot be read, with its file and line.

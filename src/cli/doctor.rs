@@ -1,11 +1,11 @@
-//! `orrery doctor`: checks adapters, data files and caches. Problems are printed as lines of the report and never make the verb fail.
+//! `orrery doctor`: checks adapters, data files and caches. Problems are listed in the report and do not change the exit status.
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{RendererPreference, SessionError, cache_folder, read_catalog};
+use crate::session::{Meshes, RendererPreference, SessionError, cache_folder, read_catalog};
 
 /// Appends a line to the report, which is printed once at the end.
 macro_rules! push_line {
@@ -37,7 +37,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     }
 }
 
-/// Lists number and names of the bodies of each kind, and the bodies that state no source.
+/// Lists the number and the names of the bodies of each kind, and the bodies without a stated source.
 fn bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
@@ -52,18 +52,22 @@ fn bodies(catalog: &Catalog, out: &mut String) {
             push_line!(out, "bodies    {} {kind_name}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
         }
     }
-    let without: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
-    if !without.is_empty() {
-        push_line!(out, "          no source stated ([body.sources]): {}", without.join(", "));
+    let without_source: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
+    if !without_source.is_empty() {
+        push_line!(out, "          no source stated ([body.sources]): {}", without_source.join(", "));
     }
 }
 
 fn shaders(common: &Common, out: &mut String) {
     match (super::inputs::fragments(common), &common.shaders) {
-        (Ok(fragments), Some(folder)) => {
-            push_line!(out, "shaders   {} fragments replaced or added by {} or --surface", fragments.replaced().count(), folder.display());
+        (Ok(fragments), folder) => {
+            let surface = (!common.surface.is_empty()).then(|| "--surface".to_owned());
+            let origins: Vec<String> = folder.as_ref().map(|folder| folder.display().to_string()).into_iter().chain(surface).collect();
+            push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len());
+            if !origins.is_empty() {
+                push_line!(out, "          {} replaced or added by {}", fragments.replaced().count(), origins.join(" and "));
+            }
         }
-        (Ok(_), None) => push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len()),
         (Err(e), _) => push_line!(out, "shaders   {e}"),
     }
 }
@@ -74,7 +78,7 @@ fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
             Some(path) => push_line!(out, "kernel    {} takes precedence over the embedded one (1900 to 2100)", path.display()),
             None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
-        // One line per error; a body without any source of positions is listed with its file.
+        // One line per error. For a body without any source of positions, the line begins with the catalog file.
         Err(e) => e.to_string().lines().for_each(|line| push_line!(out, "kernel    {line}")),
     }
 }
@@ -84,16 +88,24 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
         push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
     let store = MapStore::new(common.textures.clone());
+    let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
     let (mut embedded, mut from_folder, mut without_map) = (0, 0, Vec::new());
     for body in catalog.bodies() {
-        for map in [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten() {
-            match store.origin(&map.file) {
+        let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
+        let maps = maps.chain(body.clouds.as_ref().map(|clouds| &clouds.map)).map(|map| &map.file);
+        for file in maps.chain(body.overlays.iter().map(|overlay| &overlay.file)) {
+            match store.origin(file) {
                 MapOrigin::Embedded => embedded += 1,
                 MapOrigin::Folder(_) => from_folder += 1,
                 MapOrigin::Missing => {
-                    push_line!(out, "textures  {} of {} is missing; put it into the folder of --textures", map.file, body.name)
+                    push_line!(out, "textures  {file} of {} is missing; put it into the folder of --textures", body.name)
                 }
             }
+        }
+        if body.mesh.is_some()
+            && let Err(why) = meshes.model(body)
+        {
+            push_line!(out, "textures  {}: {why}", body.name);
         }
         if body.maps.albedo.is_none() && body.kind != BodyKind::Star {
             without_map.push(body.name.as_str());
@@ -105,11 +117,11 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
 }
 
-/// Lists the graphics adapters, and states which renderer `--renderer` selects.
+/// Names the renderer that `--renderer` selects, and lists the graphics adapters.
 #[cfg(feature = "gpu")]
 fn adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
-    let all = adapters();
+    let found = adapters();
     let choice = match common.renderer {
         RendererPreference::Software => "software (--renderer software)".to_owned(),
         choice => match GpuRenderer::open(choice == RendererPreference::Gpu) {
@@ -119,7 +131,7 @@ fn adapters(common: &Common, out: &mut String) {
         },
     };
     push_line!(out, "renderer  {choice}");
-    for facts in &all {
+    for facts in &found {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
             AdapterKind::Unknown => "kind unknown to the driver",
@@ -127,7 +139,7 @@ fn adapters(common: &Common, out: &mut String) {
         };
         push_line!(out, "adapter   {facts}: {kind}");
     }
-    if all.is_empty() {
+    if found.is_empty() {
         push_line!(out, "adapter   none found (Vulkan, Metal, DX12, GL)");
     }
 }

@@ -40,13 +40,13 @@ pub(crate) fn manual(args: &ManArgs) -> Result<(), CliError> {
         None => command,
         Some(verb) => {
             let verbs: Vec<String> = command.get_subcommands().map(|v| v.get_name().to_owned()).collect();
-            let known: Vec<&str> = verbs.iter().map(String::as_str).collect();
+            let known_verbs: Vec<&str> = verbs.iter().map(String::as_str).collect();
             let found = command.find_subcommand(verb.to_lowercase()).cloned();
             let unknown = || {
                 CliError::Failed(format!(
                     "man {}: no such command; {}",
                     crate::wording::echo(verb),
-                    crate::wording::suggestion_or_list(verb, &known)
+                    crate::wording::suggestion_or_list(verb, &known_verbs)
                 ))
             };
             let name = format!("orrery-{}", verb.to_lowercase());

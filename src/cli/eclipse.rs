@@ -108,13 +108,13 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     let is_wanted = |kind| args.kind.contains(&kind);
     if is_wanted(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        for e in &found {
-            let mut row = solar(e, place);
+        for eclipse in &found {
+            let mut row = solar(eclipse, place);
             if let (Some(place), Some(map)) = (place, catalog.lunar_heights()) {
-                let contacts = e.limb_contacts(place, ephemeris, map).map_err(|e| e.to_string())?;
+                let contacts = eclipse.limb_contacts(place, ephemeris, map).map_err(|e| e.to_string())?;
                 row["local"]["limb"] = limb(&contacts, map);
             }
-            rows.push((e.greatest, row));
+            rows.push((eclipse.greatest, row));
         }
         if let Some(file) = &args.path {
             write_paths(file, &found, radii.name())?;
@@ -166,62 +166,66 @@ fn times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
 
-fn solar(e: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
+fn solar(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "solar",
-        "type": e.class.name(),
-        "central": e.central,
-        "greatest": e.greatest.to_utc_iso(),
-        "greatest_tt": e.greatest.to_tt_iso(),
-        "gamma": e.gamma,
-        "magnitude": e.magnitude,
-        "contacts": times(&e.contacts),
-        "lat": e.place.latitude_deg,
-        "lon": e.place.longitude_deg,
-        "sun_altitude_deg": e.sun_altitude_deg,
-        "duration_s": e.duration_s,
-        "saros": e.saros,
-        "saros_member": e.saros_member,
+        "type": eclipse.class.name(),
+        "central": eclipse.central,
+        "greatest": eclipse.greatest.to_utc_iso(),
+        "greatest_tt": eclipse.greatest.to_tt_iso(),
+        "gamma": eclipse.gamma,
+        "magnitude": eclipse.magnitude,
+        "contacts": times(&eclipse.contacts),
+        "lat": eclipse.place.latitude_deg,
+        "lon": eclipse.place.longitude_deg,
+        "sun_altitude_deg": eclipse.sun_altitude_deg,
+        "duration_s": eclipse.duration_s,
+        "saros": eclipse.saros,
+        "saros_member": eclipse.saros_member,
     });
     if let Some(place) = place {
-        add_local(&mut row, e.seen_from(place).as_ref());
+        add_local(&mut row, eclipse.seen_from(place).as_ref());
     }
     row
 }
 
-/// Contacts computed with the Moon's limb profile, and the last and first bead around totality or annularity.
+/// Contacts computed with the Moon's limb profile, and the times of the last bead before totality or annularity and the first one after it.
 fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
-    let contact = |c: &LimbContact| json!({ "time": c.time.to_utc_iso(), "later_s": c.delay_s, "position_angle_deg": c.position_angle_deg, "height_km": c.height_km });
+    let contact = |c: &LimbContact| {
+        let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);
+        json!({ "time": time, "later_s": c.delay_s, "position_angle_deg": angle_deg, "height_km": c.height_km })
+    };
     let time_of = |name: &str| contacts.iter().find(|c| c.name == name).map_or(Value::Null, |c| json!(c.time.to_utc_iso()));
     let by_name: Map<String, Value> = contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
-fn lunar(e: &LunarEclipse, place: Option<GeodeticPosition>, shadow: &str) -> Value {
-    let (penumbral_s, partial_s, total_s) = (e.duration_s("P1", "P4"), e.duration_s("U1", "U4"), e.duration_s("U2", "U3"));
+fn lunar(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
+    let (penumbral_s, partial_s, total_s) =
+        (eclipse.duration_s("P1", "P4"), eclipse.duration_s("U1", "U4"), eclipse.duration_s("U2", "U3"));
     let mut row = json!({
         "kind": "lunar",
-        "type": e.class.name(),
-        "greatest": e.greatest.to_utc_iso(),
-        "greatest_tt": e.greatest.to_tt_iso(),
-        "gamma": e.gamma,
-        "magnitude": e.umbral_magnitude,
-        "penumbral_magnitude": e.penumbral_magnitude,
-        "contacts": times(&e.contacts),
-        "lat": e.place.latitude_deg,
-        "lon": e.place.longitude_deg,
-        "duration_s": match e.class {
+        "type": eclipse.class.name(),
+        "greatest": eclipse.greatest.to_utc_iso(),
+        "greatest_tt": eclipse.greatest.to_tt_iso(),
+        "gamma": eclipse.gamma,
+        "magnitude": eclipse.umbral_magnitude,
+        "penumbral_magnitude": eclipse.penumbral_magnitude,
+        "contacts": times(&eclipse.contacts),
+        "lat": eclipse.place.latitude_deg,
+        "lon": eclipse.place.longitude_deg,
+        "duration_s": match eclipse.class {
             LunarType::Total => total_s,
             LunarType::Partial => partial_s,
             LunarType::Penumbral => penumbral_s,
         },
         "durations_s": { "penumbral": penumbral_s, "partial": partial_s, "total": total_s },
-        "saros": e.saros,
-        "saros_member": e.saros_member,
-        "shadow": shadow,
+        "saros": eclipse.saros,
+        "saros_member": eclipse.saros_member,
+        "shadow": shadow_enlargement,
     });
     if let Some(place) = place {
-        add_local(&mut row, Some(&e.seen_from(place)));
+        add_local(&mut row, Some(&eclipse.seen_from(place)));
     }
     row
 }
@@ -230,43 +234,43 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit(catalog: &Catalog, e: &Transit, place: Option<GeodeticPosition>) -> Value {
+fn transit(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "transit",
         "type": "transit",
-        "body": name_of(catalog, e.planet),
-        "greatest": e.greatest.to_utc_iso(),
-        "greatest_tt": e.greatest.to_tt_iso(),
-        "gamma": e.gamma,
-        "magnitude": e.magnitude,
-        "separation_arcsec": e.separation_arcsec,
-        "contacts": times(&e.contacts),
+        "body": name_of(catalog, transit.planet),
+        "greatest": transit.greatest.to_utc_iso(),
+        "greatest_tt": transit.greatest.to_tt_iso(),
+        "gamma": transit.gamma,
+        "magnitude": transit.magnitude,
+        "separation_arcsec": transit.separation_arcsec,
+        "contacts": times(&transit.contacts),
         "lat": null,
         "lon": null,
-        "duration_s": e.duration_s(),
+        "duration_s": transit.duration_s(),
         "saros": null,
     });
     if let Some(place) = place {
-        add_local(&mut row, e.seen_from(place).as_ref());
+        add_local(&mut row, transit.seen_from(place).as_ref());
     }
     row
 }
 
-fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
+fn moon_event(catalog: &Catalog, event: &MoonEvent) -> Value {
     json!({
         "kind": "moons",
-        "type": e.class.name(),
-        "body": name_of(catalog, e.moon),
-        "planet": name_of(catalog, e.planet),
-        "by": e.by.map(|id| name_of(catalog, id)),
-        "greatest": e.greatest.to_utc_iso(),
-        "greatest_tt": e.greatest.to_tt_iso(),
+        "type": event.class.name(),
+        "body": name_of(catalog, event.moon),
+        "planet": name_of(catalog, event.planet),
+        "by": event.by.map(|id| name_of(catalog, id)),
+        "greatest": event.greatest.to_utc_iso(),
+        "greatest_tt": event.greatest.to_tt_iso(),
         "gamma": null,
         "magnitude": null,
-        "contacts": times(&e.contacts),
+        "contacts": times(&event.contacts),
         "lat": null,
         "lon": null,
-        "duration_s": e.duration_s(),
+        "duration_s": event.duration_s(),
         "saros": null,
     })
 }
@@ -274,15 +278,18 @@ fn moon_event(catalog: &Catalog, e: &MoonEvent) -> Value {
 /// Writes centre lines and limits as a GeoJSON file (RFC 7946).
 fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<(), String> {
     let mut features = Vec::new();
-    for e in eclipses {
-        let Some(path) = e.path() else { continue };
+    for eclipse in eclipses {
+        let Some(path) = eclipse.path() else { continue };
         let centre: Vec<GeodeticPosition> = path.centre_line.iter().map(|(_, place)| *place).collect();
         let mut add = |name: &str, places: &[GeodeticPosition], times: Value| {
             let lines = events::cut_at_date_line(places);
             if !lines.is_empty() {
                 features.push(json!({
                     "type": "Feature",
-                    "properties": { "name": name, "type": e.class.name(), "greatest": e.greatest.to_utc_iso(), "saros": e.saros, "radii": radii, "times": times },
+                    "properties": {
+                        "name": name, "type": eclipse.class.name(), "greatest": eclipse.greatest.to_utc_iso(), "saros": eclipse.saros,
+                        "radii": radii, "times": times,
+                    },
                     "geometry": { "type": "MultiLineString", "coordinates": lines },
                 }));
             }
@@ -304,7 +311,10 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         row["local"] = json!({ "visible": false });
         return;
     };
-    let contact = |c: &events::LocalContact| json!({ "time": c.time.to_utc_iso(), "altitude_deg": c.altitude_deg, "azimuth_deg": c.azimuth_deg, "up": c.is_up() });
+    let contact = |c: &events::LocalContact| {
+        let time = c.time.to_utc_iso();
+        json!({ "time": time, "altitude_deg": c.altitude_deg, "azimuth_deg": c.azimuth_deg, "up": c.is_up() })
+    };
     let contacts: Map<String, Value> = seen.contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
     for c in &seen.contacts {
         row["contacts"][c.name] = json!(c.time.to_utc_iso());

@@ -1,4 +1,4 @@
-//! Formats the table of `orrery eclipse find` from the events' JSON objects.
+//! Formats the JSON objects of `orrery eclipse find` as a text table.
 
 use crate::catalog::Catalog;
 use crate::events;
@@ -28,9 +28,11 @@ fn duration(seconds: &Value) -> String {
     }
 }
 
+/// The table: a heading, a row for each event, with `at_place` a line of local circumstances below it, and a last line with the number of events.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
+    // The line below each row; the heading has none.
     let mut notes: Vec<Option<String>> = vec![None];
     for row in rows {
         let word = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
@@ -77,7 +79,8 @@ fn contacts_text(row: &Value) -> String {
     by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
 }
 
-/// The line of a place: `here: C1 09:11:33 (8°) … magnitude 1.018 at 10:12:02`, or `here: not visible`.
+/// The line of a place: `here: C1 09:11:33 (8.0°) · … · maximum 10:12:02 (11.2°) · … · magnitude 1.0180`, or `here: not visible`. A second line follows
+/// if the Moon's limb profile is known.
 fn local_text(local: &Value) -> String {
     if local["visible"] != json!(true) {
         return "here: not visible".to_owned();
@@ -107,8 +110,8 @@ fn local_text(local: &Value) -> String {
     format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })
 }
 
-/// The contacts by the Moon's limb profile:
-/// `by the Moon's own limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72°) …; 16 heights a degree …`.
+/// The contacts computed with the Moon's limb profile:
+/// `by the Moon's own limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72° from north) · …; 16.0000 heights a degree …`.
 fn limb_text(limb: &Value) -> String {
     let mut by_time: Vec<(&str, &Value)> = limb["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.as_str(), c)).collect();
     by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
@@ -120,10 +123,11 @@ fn limb_text(limb: &Value) -> String {
         } else {
             ""
         };
+        // To a tenth of a second.
         let time =
             c["time"].as_str().unwrap_or("").trim_end_matches('Z').rsplit('T').next().unwrap_or("").chars().take(10).collect::<String>();
-        let later = c["later_s"].as_f64().unwrap_or(0.0);
-        format!("{name}{bead} {time} ({later:+.1} s, at {}° from north)", number(&c["position_angle_deg"], 0))
+        let delay_s = c["later_s"].as_f64().unwrap_or(0.0);
+        format!("{name}{bead} {time} ({delay_s:+.1} s, at {}° from north)", number(&c["position_angle_deg"], 0))
     };
     let found = by_time.iter().map(contact_text).collect::<Vec<_>>().join(" · ");
     let missing = if limb["last_bead"].is_null() { "; beads throughout, or no inner contacts" } else { "" };

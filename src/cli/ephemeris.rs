@@ -112,7 +112,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     print_result(&text)
 }
 
-/// A table of positions, or with --rise-set the rise, transit and set of one day.
+/// A table of positions, or with `--rise-set` rise, transit, set and twilights of one day.
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
@@ -148,12 +148,12 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         }
         None => vec![required_time("time", &args.time)?],
     };
-    let form = match (args.csv, args.json) {
+    let format = match (args.csv, args.json) {
         (true, _) => OutputFormat::Csv,
         (_, true) => OutputFormat::Json,
         _ => OutputFormat::Text,
     };
-    ephemeris_table::table(catalog, ephemeris, body, columns, &times, form)
+    ephemeris_table::table(catalog, ephemeris, body, columns, &times, format)
 }
 
 fn time_of(option: &str, text: &str) -> Result<Instant, String> {
@@ -176,7 +176,7 @@ impl Query {
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
-    /// Apparent place or orientation. If the query names no centre, the orientation is as seen from the Earth.
+    /// Apparent place or orientation. An orientation is that seen from the query's centre; without one, from the Earth.
     fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
         let id = body_id(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
@@ -210,6 +210,7 @@ impl Query {
                     .map_err(|_| format!("source {} is not known; one of mean, series, kernel", echo(&s.to_string())))?,
             ),
         };
+        // Only a position needs a centre.
         let center = match text("center") {
             Err(_) if quantity != Quantity::State && !object.contains_key("center") => String::new(),
             center => center?,
@@ -222,7 +223,7 @@ fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String>
     catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
 
-/// `now` is resolved here, because nothing below this module reads the clock.
+/// The instant of a text, which may be `now`. The clock is read here, because modules below the command line take an instant instead.
 fn time(text: &str) -> Result<Instant, String> {
     if text.trim().eq_ignore_ascii_case("now") {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()).map_err(|e| e.to_string());
@@ -252,23 +253,23 @@ fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>
     Ok(())
 }
 
-fn as_json(a: &SourcedState) -> Value {
+fn as_json(answer: &SourcedState) -> Value {
     json!({
-        "pos_km": a.state.pos_km.to_array(),
-        "vel_km_s": a.state.vel_km_s.to_array(),
-        "source": a.source,
-        "error_km": a.error_km,
+        "pos_km": answer.state.pos_km.to_array(),
+        "vel_km_s": answer.state.vel_km_s.to_array(),
+        "source": answer.source,
+        "error_km": answer.error_km,
     })
 }
 
-fn as_text(a: &SourcedState) -> String {
-    let [x, y, z] = a.state.pos_km.to_array();
-    let [vx, vy, vz] = a.state.vel_km_s.to_array();
-    let source = json!(a.source);
-    let within = if a.error_km.is_finite() { format!("within {} km", a.error_km) } else { "error unknown".to_owned() };
+fn as_text(answer: &SourcedState) -> String {
+    let [x, y, z] = answer.state.pos_km.to_array();
+    let [vx, vy, vz] = answer.state.vel_km_s.to_array();
+    let source = json!(answer.source);
+    let error = if answer.error_km.is_finite() { format!("within {} km", answer.error_km) } else { "error unknown".to_owned() };
     format!(
-        "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {within}\n",
-        a.state.pos_km.length(),
+        "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {error}\n",
+        answer.state.pos_km.length(),
         source.as_str().unwrap_or("")
     )
 }
@@ -277,7 +278,7 @@ fn as_text(a: &SourcedState) -> String {
 mod tests {
     use super::*;
 
-    fn ask(line: &str) -> Result<SourcedState, String> {
+    fn answer_to(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         Query::from_json(line, None, Quantity::State)?.answer(&catalog, &ephemeris)
@@ -285,7 +286,7 @@ mod tests {
 
     #[test]
     fn valid_lines_are_answered_and_invalid_ones_get_an_error() {
-        let good = ask(r#"{"body":"Moon","center":"earth","time":"2024-04-08T18:17:16Z"}"#).expect("an answer");
+        let good = answer_to(r#"{"body":"Moon","center":"earth","time":"2024-04-08T18:17:16Z"}"#).expect("an answer");
         // The Moon was near its perigee, some 359 800 km away.
         assert!((good.state.pos_km.length() - 359_800.0).abs() < 500.0, "{}", good.state.pos_km.length());
         for (line, about) in [
@@ -298,7 +299,7 @@ mod tests {
             (r#"{"body":"moon","center":"earth","time":"now","source":"gut"}"#, "gut"),
             (r#"{"body":"moon","center":"earth","time":"now","sauce":"mean"}"#, "sauce"),
         ] {
-            let error = ask(line).expect_err(line);
+            let error = answer_to(line).expect_err(line);
             assert!(error.contains(about) && !error.contains('\n'), "{line}: {error}");
         }
     }

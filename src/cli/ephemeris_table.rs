@@ -1,7 +1,7 @@
-//! Tables of `orrery ephemeris` over a span of time; also rise, transit, set and twilight of a day at a place.
+//! Tables of `orrery ephemeris`, one row per instant; also rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants and the requested columns. Out: rows of named cells as text, CSV or JSON. Always: every format has the same columns, the
-//! names of quantities end in the unit, and a row's time is UTC. Not here: parsing of the command line.
+//! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: every format has the same columns; the names of
+//! quantities end in the unit, but in text not those of sexagesimal angles; a row's time is UTC. Not here: parsing of the command line.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -12,19 +12,19 @@ use crate::units::SECONDS_PER_DAY;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// Largest number of rows: a year in steps of 160 s.
+/// Largest number of rows: enough for a year in steps of 160 s.
 pub(crate) const MAX_ROWS: usize = 200_000;
 
 /// The columns of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Columns {
-    /// Geometric position and velocity about a centre, ICRF.
+    /// Geometric position and velocity relative to a centre, ICRF; distance, error and source.
     State { center: NaifId, source: Option<Source> },
-    /// Apparent right ascension and declination from the Earth's centre, of date and in GCRS; distance and light time.
+    /// Apparent right ascension and declination from the Earth's centre, of date and in GCRS; distance, light time and error.
     Apparent,
     /// Sub-observer and sub-solar point, phase angle, distance and light time.
     Orientation { observer: NaifId },
-    /// Azimuth and altitude at a place, without refraction.
+    /// Azimuth, altitude and hour angle at a place, without refraction; distance and semidiameter.
     Horizontal { at: Observer },
 }
 
@@ -102,7 +102,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
             }
             row.push(("distance_km", Cell::Number(found.state.pos_km.length(), 3)));
             let error = if found.error_km.is_finite() { Cell::Number(found.error_km, 3) } else { Cell::None };
-            row.extend([("error_km", error), ("source", Cell::Text(name_of(found.source)))]);
+            row.extend([("error_km", error), ("source", Cell::Text(source_name(found.source)))]);
         }
         Columns::Apparent => {
             let apparent = apparent_place(ephemeris, body, t)?;
@@ -145,7 +145,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
     Ok(row)
 }
 
-fn name_of(source: Source) -> String {
+fn source_name(source: Source) -> String {
     json!(source).as_str().unwrap_or_default().to_owned()
 }
 
@@ -153,7 +153,7 @@ fn format_rows(rows: &[Row], format: OutputFormat) -> String {
     let mut out = String::new();
     match format {
         OutputFormat::Json => {
-            let objects: Vec<String> = rows.iter().map(|row| format!("  {}", object(row))).collect();
+            let objects: Vec<String> = rows.iter().map(|row| format!("  {}", row_as_json(row))).collect();
             out = format!("[\n{}\n]\n", objects.join(",\n"));
         }
         OutputFormat::Csv => {
@@ -166,8 +166,8 @@ fn format_rows(rows: &[Row], format: OutputFormat) -> String {
         }
         OutputFormat::Text => {
             let mut lines: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(|(_, cell)| cell.in_text()).collect()).collect();
-            let heads = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, cell)| cell.head(name)).collect());
-            lines.insert(0, heads);
+            let headings = rows.first().map_or(Vec::new(), |row| row.iter().map(|(name, cell)| cell.heading(name)).collect());
+            lines.insert(0, headings);
             let widths: Vec<usize> =
                 (0..lines[0].len()).map(|k| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0)).collect();
             for line in lines {
@@ -179,7 +179,7 @@ fn format_rows(rows: &[Row], format: OutputFormat) -> String {
     out
 }
 
-fn object(row: &Row) -> Value {
+fn row_as_json(row: &Row) -> Value {
     let value = |cell: &Cell| match cell {
         Cell::Number(v, _) | Cell::Formatted(_, v, _) => json!(v),
         Cell::Text(text) => json!(text),
@@ -205,8 +205,8 @@ impl Cell {
         }
     }
 
-    /// The heading of a text table. Formatted angles are not in degrees there, so their heading lacks the suffix `_deg`.
-    fn head(&self, name: &str) -> String {
+    /// The heading of a column of a text table. Formatted angles are not decimal degrees, so their heading lacks the suffix `_deg`.
+    fn heading(&self, name: &str) -> String {
         match self {
             Self::Formatted(..) => name.trim_end_matches("_deg").to_owned(),
             _ => name.to_owned(),
@@ -214,7 +214,7 @@ impl Cell {
     }
 }
 
-/// Altitudes of the Sun's centre at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
+/// Altitudes of the Sun's centre, degrees, at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
 const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
 
 /// Rise, transit and set of a body at a place within the day that starts at `start`, and the twilights for the Sun.

@@ -1,4 +1,5 @@
 //! `orrery explain`: lists for every body of a view which effects are drawn, which are not, and why.
+
 use super::output::print_message;
 use super::view_args::ViewArgs;
 use super::{CliError, Common};
@@ -65,17 +66,17 @@ fn keys(body: &BodyInView) -> Vec<String> {
 }
 
 /// Notes on the body's values that are estimates.
-fn estimate_notes(catalog: &Catalog, b: &BodyInView) -> Vec<Message> {
-    catalog.body(b.id).map(Body::estimate_notes).unwrap_or_default()
+fn estimate_notes(catalog: &Catalog, body: &BodyInView) -> Vec<Message> {
+    catalog.body(body.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
-fn as_json(b: &BodyInView, estimate_notes: &[Message]) -> Value {
+fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
     json!({
-        "id": b.id, "name": b.name, "appearance": b.appearance, "key": keys(b).first(), "keys": keys(b),
-        "distance_km": b.distance_km, "angular_diameter_deg": b.angular_diameter_deg, "diameter_px": b.diameter_px,
-        "phase_angle_deg": b.phase_angle_deg, "magnitude": b.magnitude,
-        "sub_viewer": b.sub_observer, "sub_solar": b.sub_solar, "features": b.decisions, "estimates": estimate_notes,
-        "invented": b.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
+        "id": body.id, "name": body.name, "appearance": body.appearance, "key": keys(body).first(), "keys": keys(body),
+        "distance_km": body.distance_km, "angular_diameter_deg": body.angular_diameter_deg, "diameter_px": body.diameter_px,
+        "phase_angle_deg": body.phase_angle_deg, "magnitude": body.magnitude,
+        "sub_viewer": body.sub_observer, "sub_solar": body.sub_solar, "features": body.decisions, "estimates": estimate_notes,
+        "invented": body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
 }
 
@@ -88,28 +89,28 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         scene.purpose
     );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_text()));
-    for d in &scene.sky {
-        text.push_str(&format!("{} {} {}\n", if d.on { '+' } else { '-' }, d.feature, d.description()));
+    for decision in &scene.sky {
+        text.push_str(&format!("{} {} {}\n", if decision.on { '+' } else { '-' }, decision.feature, decision.description()));
     }
-    for b in bodies {
-        let magnitude = b.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
+    for body in bodies {
+        let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         text.push_str(&format!(
             "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
-            b.name, b.distance_km, b.diameter_px, b.phase_angle_deg
+            body.name, body.distance_km, body.diameter_px, body.phase_angle_deg
         ));
-        text.push_str(&format!("  sub-observer {:.3} {:.3}", b.sub_observer.latitude_deg, b.sub_observer.longitude_deg));
-        if let Some(s) = b.sub_solar {
-            text.push_str(&format!(", sub-solar {:.3} {:.3}", s.latitude_deg, s.longitude_deg));
+        text.push_str(&format!("  sub-observer {:.3} {:.3}", body.sub_observer.latitude_deg, body.sub_observer.longitude_deg));
+        if let Some(sub_solar) = body.sub_solar {
+            text.push_str(&format!(", sub-solar {:.3} {:.3}", sub_solar.latitude_deg, sub_solar.longitude_deg));
         }
         text.push_str(" (planetocentric latitude, east longitude)\n");
-        for key in keys(b) {
+        for key in keys(body) {
             text.push_str(&format!("  key {key}\n"));
         }
-        for line in estimate_notes(catalog, b) {
+        for line in estimate_notes(catalog, body) {
             text.push_str(&format!("  ~ {line}\n"));
         }
-        for d in &b.decisions {
-            text.push_str(&format!("  {} {:13} {}\n", if d.on { '+' } else { '-' }, d.feature, d.description()));
+        for decision in &body.decisions {
+            text.push_str(&format!("  {} {:13} {}\n", if decision.on { '+' } else { '-' }, decision.feature, decision.description()));
         }
     }
     text

@@ -1,7 +1,7 @@
 //! The output files of a sequence: their names, which frames this process draws, and which files exist already.
 //!
-//! In: options of the command line, and the provenance of each frame. Out: paths, and the existing frames that are kept. Always: before anything is
-//! drawn, every path of the sequence is checked to be free or to contain a frame of the same request.
+//! In: options of the command line, and the provenance of each frame. Out: paths, and the numbers of existing frames that need not be drawn. Always: before
+//! anything is drawn, every path of the sequence is checked: without `--overwrite` it must be free or hold a complete frame of the same request.
 
 use super::CliError;
 use crate::image::{AnimationFormat, animation_format};
@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 /// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Output {
+    /// A single image.
     One(PathBuf),
     /// The text before the frame number, the minimum width of the number, and the text after it.
     Sequence(String, usize, String),
@@ -23,6 +24,7 @@ pub(crate) enum Output {
 }
 
 impl Output {
+    /// The output that `-o` names, for this number of frames.
     pub(crate) fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
@@ -48,6 +50,7 @@ impl Output {
         }
     }
 
+    /// The file of a frame; `None` if the frames have no files of their own.
     pub(crate) fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
@@ -80,11 +83,11 @@ pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
-/// The error for an existing file that this request must not replace; `None` if there is no conflict.
-fn conflict_error(path: &Path, earlier: &ExistingImage, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
+/// The error for an existing file that this request must not replace; `None` if there is no conflict. `starts_now`: the sequence starts at `now`.
+fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let overwrite_hint = "--overwrite replaces it";
-    let line = match earlier {
+    let line = match existing {
         ExistingImage::None | ExistingImage::Same => return None,
         ExistingImage::Other(differ) => {
             // A sequence that starts at `now` can never be resumed.
@@ -101,7 +104,8 @@ fn conflict_error(path: &Path, earlier: &ExistingImage, provenance: &Provenance,
     Some(CliError::Failed(line))
 }
 
-/// The frames whose files exist already, are complete and belong to this request. `requested`: number, path and provenance of each frame.
+/// The numbers of the frames whose files exist already, are complete and belong to this request. `requested`: number, path and provenance of each frame.
+/// `starts_now`: the sequence starts at `now`.
 ///
 /// # Errors
 /// A folder that does not exist, or a file that this request must not replace, unless it may be overwritten.
@@ -111,20 +115,20 @@ pub(crate) fn existing_frames(
     overwrite: bool,
     starts_now: bool,
 ) -> Result<BTreeSet<u32>, CliError> {
-    let mut existing_frames = BTreeSet::new();
+    let mut existing_numbers = BTreeSet::new();
     for (number, path, provenance) in requested {
         if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
             let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
-        let earlier = provenance.existing(&path, size);
-        if earlier == ExistingImage::Same {
-            existing_frames.insert(number);
-        } else if let (false, Some(refused)) = (overwrite, conflict_error(&path, &earlier, &provenance, starts_now)) {
-            return Err(refused);
+        let existing = provenance.existing(&path, size);
+        if existing == ExistingImage::Same {
+            existing_numbers.insert(number);
+        } else if let (false, Some(conflict)) = (overwrite, conflict_error(&path, &existing, &provenance, starts_now)) {
+            return Err(conflict);
         }
     }
-    Ok(existing_frames)
+    Ok(existing_numbers)
 }
 
 #[cfg(test)]
@@ -132,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frame_numbers_go_where_the_pattern_says() {
+    fn patterns_give_the_paths_of_frames_and_invalid_ones_are_refused() {
         let sequence = Output::parse(Some("a/out-%05d.png"), 10).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));

@@ -10,7 +10,7 @@ use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
-/// The embedded catalog, overridden by every `.toml` file in the folder of `--catalogs`, in order of name; with the options `--radii`,
+/// The embedded catalog, overridden by the `.toml` files in the folder of `--catalogs`, in order of their names; with the options `--radii`,
 /// `--lunar-heights` and `--surface`.
 pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
@@ -20,14 +20,14 @@ pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
 
 /// The built-in fragments, overridden by `--shaders` and `--surface`.
 pub(crate) fn fragments(common: &Common) -> Result<Fragments, CliError> {
-    let edited = match &common.shaders {
+    let from_folder = match &common.shaders {
         Some(folder) => {
             fragment_times(folder).and_then(|times| read_fragments(folder, &times)).map_err(|e| CliError::Failed(e.to_string()))?
         }
         None => Fragments::default(),
     };
-    let surfaces = surface_fragments(&common.surface, &edited)?;
-    Ok(edited.and_files(surfaces))
+    let surfaces = surface_fragments(&common.surface, &from_folder)?;
+    Ok(from_folder.and_files(surfaces))
 }
 
 /// The embedded ephemeris, overridden by the file of `--kernel`.

@@ -48,7 +48,7 @@ struct Status {
 struct Check {
     #[serde(flatten)]
     modules: DiskCheck,
-    /// Number of intact decoded maps. Damaged ones are among the modules' damaged files.
+    /// Number of intact decoded maps. Damaged ones are listed with the damaged modules.
     valid_maps: u64,
 }
 
@@ -62,7 +62,7 @@ fn open(common: &Common) -> Result<(ShaderLibrary, Option<StoredMaps>), CliError
     Ok((library, cache.as_deref().map(StoredMaps::new)))
 }
 
-fn json(value: &impl serde::Serialize) -> Result<(), CliError> {
+fn print_json(value: &impl serde::Serialize) -> Result<(), CliError> {
     print_result(&format!("{}\n", serde_json::to_string(value).map_err(|e| CliError::Failed(e.to_string()))?))
 }
 
@@ -73,7 +73,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let maps = maps.map(|maps| maps.status());
             if args.json {
                 let status = Status { modules: library.status(), maps };
-                json(&status)?;
+                print_json(&status)?;
                 return status.modules.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
             let (status, maps) = (library.status(), maps.unwrap_or_default());
@@ -105,20 +105,20 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                     ids.len()
                 )));
             }
-            let s = library.statistics();
+            let statistics = library.statistics();
             if args.json {
-                return json(&s);
+                return print_json(&statistics);
             }
-            let each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
+            let ms_each = |seconds: f64, n: u64| if n == 0 { 0.0 } else { 1000.0 * seconds / n as f64 };
             print_result(&format!(
                 "compiled   {} ({:.2} ms each)\nfrom disk  {} ({:.2} ms each)\nwritten    {} ({:.2} ms each)\nrepaired   {}\n",
-                s.emitted,
-                each(s.emitting_s, s.emitted),
-                s.from_disk,
-                each(s.reading_s, s.from_disk),
-                s.written,
-                each(s.writing_s, s.written),
-                s.repaired
+                statistics.emitted,
+                ms_each(statistics.emitting_s, statistics.emitted),
+                statistics.from_disk,
+                ms_each(statistics.reading_s, statistics.from_disk),
+                statistics.written,
+                ms_each(statistics.writing_s, statistics.written),
+                statistics.repaired
             ))
         }
         LibraryVerb::Verify => {
@@ -126,21 +126,21 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let mut check = Check { modules: library.verify(), valid_maps };
             check.modules.damaged.extend(damaged_maps);
             if args.json {
-                json(&check)?;
+                print_json(&check)?;
             }
-            let Check { modules: check, .. } = check;
+            let modules = check.modules;
             if !args.json {
                 let damaged =
-                    check.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
-                print_result(&format!("valid      {}\nvalid maps {valid_maps}\n{}", check.valid, damaged.collect::<String>()))?;
+                    modules.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
+                print_result(&format!("valid      {}\nvalid maps {valid_maps}\n{}", modules.valid, damaged.collect::<String>()))?;
             }
-            if let Some(why) = check.unreadable {
+            if let Some(why) = modules.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));
             }
-            if !check.damaged.is_empty() {
+            if !modules.damaged.is_empty() {
                 return Err(CliError::Failed(format!(
                     "{} entries are damaged; they are replaced when they are next used, or run `orrery library clear`",
-                    check.damaged.len()
+                    modules.damaged.len()
                 )));
             }
             Ok(())
@@ -151,7 +151,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 removed += maps.clear().map_err(|e| CliError::Failed(format!("the decoded maps cannot be cleared: {e}")))?;
             }
             if args.json {
-                return json(&serde_json::json!({ "removed": removed }));
+                return print_json(&serde_json::json!({ "removed": removed }));
             }
             print_result(&format!("removed    {removed} files\n"))
         }

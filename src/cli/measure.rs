@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-const EXAMPLE: &str = "Examples:
+const AFTER_HELP: &str = "Examples:
   orrery measure
   orrery measure --short -o trade.png -o trade.svg
   orrery measure --csv > trade.csv
@@ -29,7 +29,7 @@ Reference uses the most accurate option. With --body, the qualities in one view,
 the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = EXAMPLE, next_help_heading = "Measurement")]
+#[command(after_help = AFTER_HELP, next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {
     /// Small images and few rounds: about a minute on two cores
     #[arg(long)]
@@ -62,17 +62,17 @@ pub(crate) struct MeasureArgs {
 
 pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     for path in &args.output {
-        kind_of(path)?;
+        plot_kind(path)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let session = Session::open(&common.sources_to_draw(), print_message)?;
     if let Some(body) = &args.body {
-        return one_view(&session, args, body, effort);
+        return measure_one_view(&session, args, body, effort);
     }
     let bar = progress(CHOICES.len() as u64 + 1);
     let is_chosen = |name: &str| args.choice.is_empty() || args.choice.iter().any(|c| c.eq_ignore_ascii_case(name));
-    if let Some(unknown) = args.choice.iter().find(|c| !CHOICES.iter().any(|(name, _)| c.eq_ignore_ascii_case(name)) && *c != "renderer") {
-        let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
+    let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
+    if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
     let mut choices = Vec::new();
@@ -99,7 +99,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     print_result(&text)
 }
 
-fn one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
+fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
     let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
     let time = instant(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = size(&args.size)?;
@@ -128,7 +128,7 @@ fn names(qualities: &[Quality]) -> Vec<&'static str> {
     qualities.iter().map(|q| q.name()).collect()
 }
 
-/// The value with four significant digits; more would be noise.
+/// The value with four significant digits; further digits are noise.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
@@ -143,19 +143,19 @@ fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
 }
 
 fn csv(choices: &[ChoiceMeasure]) -> String {
-    let line = |(c, o): (&ChoiceMeasure, &OptionMeasure)| {
-        let time = o.measurement.relative_time;
+    let line = |(choice, option): (&ChoiceMeasure, &OptionMeasure)| {
+        let time = option.measurement.relative_time;
         format!(
             "{},\"{}\",{},{},{},{},{},{},{}\n",
-            c.name,
-            o.name.replace('"', "\"\""),
-            rounded(o.measurement.error),
-            c.unit.name(),
+            choice.name,
+            option.name.replace('"', "\"\""),
+            rounded(option.measurement.error),
+            choice.unit.name(),
             rounded(time.median),
             rounded(time.low),
             rounded(time.high),
-            o.is_dominated,
-            names(&o.default_of).join(" "),
+            option.is_dominated,
+            names(&option.default_of).join(" "),
         )
     };
     let head = "choice,option,error,unit,time_ratio,time_ratio_low,time_ratio_high,dominated,default_of\n";
@@ -166,16 +166,16 @@ fn table(choices: &[ChoiceMeasure]) -> String {
     let mut text = String::new();
     for choice in choices {
         text += &format!("{} ({})\n", choice.name, choice.about);
-        for o in &choice.options {
-            let time = o.measurement.relative_time;
-            let mut notes = names(&o.default_of).join(", ");
-            if o.is_dominated {
+        for option in &choice.options {
+            let time = option.measurement.relative_time;
+            let mut notes = names(&option.default_of).join(", ");
+            if option.is_dominated {
                 notes += if notes.is_empty() { "dominated" } else { "; dominated" };
             }
             let line = format!(
                 "  {:<26} {:>10} {:<11} time {:>7} ({} to {})  {notes}",
-                o.name,
-                rounded(o.measurement.error),
+                option.name,
+                rounded(option.measurement.error),
                 choice.unit.name(),
                 rounded(time.median),
                 rounded(time.low),
@@ -196,7 +196,7 @@ enum PlotKind {
     Svg,
 }
 
-fn kind_of(path: &Path) -> Result<PlotKind, CliError> {
+fn plot_kind(path: &Path) -> Result<PlotKind, CliError> {
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("png") => Ok(PlotKind::Png),
         Some("svg") => Ok(PlotKind::Svg),
@@ -206,7 +206,7 @@ fn kind_of(path: &Path) -> Result<PlotKind, CliError> {
 
 fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
     let failed = |e: plot::PlotError| CliError::Failed(e.to_string());
-    let bytes = match kind_of(path)? {
+    let bytes = match plot_kind(path)? {
         PlotKind::Svg => plot::svg(choices).map_err(failed)?.into_bytes(),
         PlotKind::Png => {
             let mut bytes = Vec::new();

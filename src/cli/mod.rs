@@ -2,7 +2,7 @@
 //!
 //! Exit status: 0 for success, 1 for failure (one line states the reason and what to do; errors in catalog files take a line each), 2 for invalid
 //! arguments. Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The results themselves are
-//! computed by the layers below.
+//! computed by the modules below the command line.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -47,7 +47,7 @@ mod view;
 mod view_args;
 
 /// Text below the list of verbs.
-const DEFAULT_VERB: &str = "Without a command, the arguments are those of `view`:
+const AFTER_HELP: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
 
@@ -58,7 +58,7 @@ Examples:
   orrery <COMMAND> --help";
 
 #[derive(Parser)]
-#[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders", after_help = DEFAULT_VERB)]
+#[command(name = "orrery", version, about = "A solar-system viewer whose planets are drawn by generated shaders", after_help = AFTER_HELP)]
 struct Cli {
     #[command(flatten)]
     common: Common,
@@ -216,7 +216,7 @@ impl From<SurfaceError> for CliError {
 impl From<SessionError> for CliError {
     fn from(e: SessionError) -> Self {
         match e {
-            SessionError::Catalog(faults) => Self::Catalog(faults),
+            SessionError::Catalog(problems) => Self::Catalog(problems),
             other => Self::Failed(other.to_string()),
         }
     }
@@ -232,7 +232,7 @@ fn thread_count(text: &str) -> Result<usize, String> {
 }
 
 /// Longest quotation of an argument in a message, characters.
-const MAX_ECHO_CHARS: usize = 60;
+const MAX_ARGUMENT_CHARS: usize = 60;
 
 /// Parses the arguments; arguments without a verb are those of `view`.
 fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
@@ -259,7 +259,7 @@ fn print_help(e: &clap::Error) -> Result<(), CliError> {
     e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::stdout_error(&e))
 }
 
-/// Prints clap's message. If an argument is too long or has control characters, it is shortened and the control characters are escaped.
+/// Prints clap's message, in which arguments that are too long are cut and control characters are escaped.
 fn print_usage_error(e: &clap::Error, args: &[OsString]) {
     let mut given: Vec<String> = Vec::new();
     for word in args.iter().skip(1) {
@@ -267,13 +267,15 @@ fn print_usage_error(e: &clap::Error, args: &[OsString]) {
         given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         given.push(word);
     }
-    given.retain(|word| echo_within(word, MAX_ECHO_CHARS) != *word);
+    given.retain(|word| echo_within(word, MAX_ARGUMENT_CHARS) != *word);
     if given.is_empty() {
         let _ = e.print();
         return;
     }
+    // Longest first, because an argument contains its value.
     given.sort_by_key(|word| std::cmp::Reverse(word.len()));
-    let message = given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, MAX_ECHO_CHARS)));
+    let message =
+        given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, MAX_ARGUMENT_CHARS)));
     output::write_error(&escape_controls(&message));
 }
 
@@ -289,7 +291,7 @@ pub fn run() -> ExitCode {
         Err(e) => return exit_code(print_help(&e)),
     };
     let common = &cli.common;
-    let done = match &cli.verb {
+    let result = match &cli.verb {
         None => view::run(common, &view::ViewArgs::default()),
         Some(Verb::View(a)) => view::run(common, a),
         Some(Verb::Render(a)) => render::run(common, a),
@@ -307,15 +309,15 @@ pub fn run() -> ExitCode {
         Some(Verb::Completions(a)) => documents::completions(a),
         Some(Verb::Man(a)) => documents::manual(a),
     };
-    exit_code(done)
+    exit_code(result)
 }
 
 /// Reports the error of a verb, if any, and returns the exit status.
-fn exit_code(done: Result<(), CliError>) -> ExitCode {
-    match done {
+fn exit_code(result: Result<(), CliError>) -> ExitCode {
+    match result {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
-        Err(CliError::Catalog(faults)) => {
-            output::print_messages(&faults.to_string());
+        Err(CliError::Catalog(problems)) => {
+            output::print_messages(&problems.to_string());
             ExitCode::FAILURE
         }
         Err(e) => {

@@ -1,6 +1,6 @@
 //! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: each frame at once on standard output, or a complete file at the end. Always: an existing file is replaced only with
+//! In: frames in order. Out: on standard output each frame at once; or a complete file at the end. Always: an existing file is replaced only with
 //! `--overwrite`; an interrupted run leaves no file. Not here: single images.
 
 use super::CliError;
@@ -16,17 +16,21 @@ use std::path::PathBuf;
 pub(crate) enum MovingOutput {
     /// Each frame has its own file, which is written elsewhere.
     None,
+    /// A y4m stream.
     Stream {
+        /// Frames per second.
         rate: u32,
-        /// Standard output, once the stream has begun. Not `std::io::Stdout`, which searches everything written to it for the last line break.
+        /// Standard output, once the stream has begun. A plain file, because `std::io::Stdout` searches everything written to it for the last line break.
         out: Option<std::fs::File>,
-        /// The bytes of a frame.
+        /// Buffer for the bytes of a frame.
         bytes: Vec<u8>,
     },
+    /// An animation file.
     File {
         path: PathBuf,
         overwrite: bool,
         writer: Box<AnimationWriter<SharedBytes>>,
+        /// The encoded frames, which `writer` appends.
         bytes: SharedBytes,
     },
 }
@@ -45,6 +49,8 @@ fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
 }
 
 impl MovingOutput {
+    /// Prepares the output.
+    ///
     /// # Errors
     /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
@@ -80,11 +86,11 @@ impl MovingOutput {
                 let out = match out {
                     Some(out) => out,
                     None => {
-                        let begun = out.insert(unbuffered_stdout().map_err(|e| stdout_error(&e))?);
+                        let stdout = out.insert(unbuffered_stdout().map_err(|e| stdout_error(&e))?);
                         let mut header = Vec::new();
                         write_y4m_header(&mut header, frame.width, frame.height, *rate).map_err(failed)?;
-                        begun.write_all(&header).map_err(|e| stdout_error(&e))?;
-                        begun
+                        stdout.write_all(&header).map_err(|e| stdout_error(&e))?;
+                        stdout
                     }
                 };
                 y4m_frame(bytes, &frame.display);
@@ -94,7 +100,7 @@ impl MovingOutput {
         }
     }
 
-    /// Writes the animation file.
+    /// Writes the animation file, if the output is one.
     ///
     /// # Errors
     /// The reason why it cannot be written.

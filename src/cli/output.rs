@@ -1,7 +1,7 @@
 //! Writes to standard output and standard error, for all verbs.
 //!
-//! In: results and messages. Out: text on the two streams. Always: a closed stream never causes a panic: for results the error is
-//! [`CliError::OutputClosed`], messages are dropped. This module formats nothing.
+//! In: results and messages. Out: text on the two streams. Always: a closed stream never causes a panic; a result then gives the error
+//! [`CliError::OutputClosed`], and a message is dropped.
 
 use super::CliError;
 use crate::wording::{escape_controls, one_line};
@@ -29,7 +29,7 @@ pub(crate) fn print_message(line: &str) {
     write_error(&format!("orrery: {}\n", one_line(line)));
 }
 
-/// Writes several messages, one per line.
+/// Writes several messages, one per line; `orrery: ` precedes the first.
 pub(crate) fn print_messages(lines: &str) {
     write_error(&format!("orrery: {}\n", escape_controls(lines)));
 }

@@ -47,7 +47,7 @@ const TOUR_FILE_HELP: &str = "Tour file: \"title\", and \"stops\" in order, each
 ";
 
 /// Heading of the options that do not describe the view.
-const OUTPUT: &str = "Output";
+const OUTPUT_HEADING: &str = "Output";
 
 /// Text below the options: examples, and descriptions of camera and tour files.
 fn after_help() -> String {
@@ -62,38 +62,38 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
-    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
     output: Option<String>,
     /// Number of frames
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT_HEADING)]
     frames: u32,
     /// Tour file (JSON) in place of a view: draw --rate frames per second along its stops; its fields are described below
     #[cfg(feature = "view")]
-    #[arg(long, value_name = "FILE", help_heading = OUTPUT, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
         "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
     tour: Option<PathBuf>,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
-    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT)]
+    #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT_HEADING)]
     step: String,
     /// Render every n-th frame starting at i (0 to n-1), to share a sequence between machines
-    #[arg(long, value_name = "I/N", help_heading = OUTPUT)]
+    #[arg(long, value_name = "I/N", help_heading = OUTPUT_HEADING)]
     shard: Option<String>,
     /// Replace files of other requests; files of the same request are kept
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, help_heading = OUTPUT_HEADING)]
     overwrite: bool,
     /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both
-    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
     error: Vec<PathBuf>,
     /// Frames per second of a y4m stream, an animation or a tour
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT)]
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT_HEADING)]
     rate: u32,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, help_heading = OUTPUT_HEADING)]
     time_report: bool,
 }
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
-    let program_start = WallInstant::now();
+    let run_start = WallInstant::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before it has been read; `u32::MAX` stands for several frames.
@@ -122,13 +122,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
-    let mut existing_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
+    let mut kept_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
-        // A single image is drawn again; the bytes would be the same.
-        existing_frames.clear();
+        // Only sequences resume; a single image is always drawn.
+        kept_frames.clear();
     }
-    if !existing_frames.is_empty() {
-        print_message(&format!("kept {} of {} frames of an earlier run", existing_frames.len(), numbers().count()));
+    if !kept_frames.is_empty() {
+        print_message(&format!("kept {} of {} frames of an earlier run", kept_frames.len(), numbers().count()));
     }
     let error_bound_request = request_of(0);
     check_error_files(args, &session, &error_bound_request, starts_now)?;
@@ -140,17 +140,17 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut drawn_by = None;
     for number in numbers() {
         let path = output.path(number);
-        if existing_frames.contains(&number) {
+        if kept_frames.contains(&number) {
             bar.inc(1);
             continue;
         }
         let request = request_of(number);
         let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
         let drawn = session.draw(&request, sampling, keep_hdr)?;
-        first_frame.get_or_insert_with(|| program_start.elapsed());
+        first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
-        let before = if args.time_report { process_cpu() } else { None };
+        let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
         match &path {
             Some(path) => {
@@ -161,8 +161,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             None => moving.add(&drawn.frame)?,
         }
         write_stages.add(Stage::Write, start.elapsed());
-        if let Some(ran) = before.and_then(|before| process_cpu()?.checked_sub(before)) {
-            write_stages.add_cpu(Stage::Write, ran);
+        if let Some(cpu_time) = cpu_before.and_then(|before| process_cpu()?.checked_sub(before)) {
+            write_stages.add_cpu(Stage::Write, cpu_time);
         }
         bar.inc(1);
     }
@@ -177,7 +177,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     if args.time_report {
         let mut report = report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
-        report["kept_frames"] = existing_frames.len().into();
+        report["kept_frames"] = kept_frames.len().into();
         let report = format!("{report}\n");
         if output == Output::Stream {
             write_error(&report);
@@ -200,7 +200,7 @@ impl RenderArgs {
     }
 }
 
-/// Refuses error bounds that cannot be written: for sequences, in other file formats, or over files of other requests.
+/// Refuses `--error` for several frames, for file formats other than PNG and EXR, and over files of other requests.
 fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, starts_now: bool) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
@@ -241,25 +241,33 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
     ]
 }
 
-fn report(session: &Session, write_stages: &Stages, frames: u32, first_frame: Option<Duration>, by: Option<DrawnBy>) -> serde_json::Value {
+/// The JSON object of `--time-report`. `first_frame`: the time from the start of the command to the first frame.
+fn report(
+    session: &Session,
+    write_stages: &Stages,
+    frames: u32,
+    first_frame: Option<Duration>,
+    drawn_by: Option<DrawnBy>,
+) -> serde_json::Value {
     let (mut stages, library) = session.report();
     stages.add(Stage::Write, write_stages.spent(Stage::Write));
-    if let Some(ran) = write_stages.cpu(Stage::Write) {
-        stages.add_cpu(Stage::Write, ran);
+    if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
+        stages.add_cpu(Stage::Write, cpu_time);
     }
-    // Only stages whose CPU time was counted: not catalog and kernel, which run before counting starts, and none if the system reports no CPU time.
+    // Only stages whose CPU time was counted: those that run before counting starts (catalog, kernel) have none, and without CPU times of the system no
+    // stage has one.
     let counted =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();
     let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
-        "renderer": by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
+        "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
         "process_cpu_ms": process_cpu_ms, "library": library, "first_frame_ms": first_frame.map(milliseconds),
     });
-    if let Some(timings) = by.as_ref().and_then(|by| by.software.as_ref()) {
+    if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);
     }
-    if let Some(by) = by.filter(|by| by.adapter.is_some()) {
+    if let Some(by) = drawn_by.filter(|by| by.adapter.is_some()) {
         report["adapter"] = serde_json::json!(by.adapter);
         report["gpu_passes_ms"] =
             by.passes_ms.into_iter().map(|(name, ms)| (name, serde_json::json!(ms))).collect::<serde_json::Map<_, _>>().into();

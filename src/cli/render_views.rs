@@ -1,7 +1,7 @@
 //! The views that `orrery render` draws: one view at several times, or the views along a tour.
 //!
 //! In: a request and a step, or a tour file. Out: the request of each frame by its number. Always: the same arguments and
-//! file give the same requests, except that a stop of a tour without a time takes the present.
+//! file give the same requests, unless a time is `now` or a stop of a tour has none, which also means now.
 
 use super::CliError;
 use crate::scene::request::{Composition, ViewRequest};
@@ -15,6 +15,7 @@ const MAX_FRAMES: f64 = 216_000.0;
 pub(crate) enum Views {
     /// One view at `count` times, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
+    /// The views along a tour, one per frame.
     // Constructed only with the feature `view`, whose module parses tour files.
     #[cfg_attr(not(feature = "view"), expect(dead_code))]
     Tour { title: String, frames: Vec<ViewRequest> },
@@ -25,7 +26,7 @@ impl Views {
         Self::Steps { first: Box::new(first), step_s, count }
     }
 
-    /// The views along the tour of a file, `rate` frames per second of the tour.
+    /// The views along the tour of a file, `rate` frames per second.
     ///
     /// # Errors
     /// A file that cannot be read, an invalid field of a stop, or a tour of more than [`MAX_FRAMES`] frames.
@@ -56,7 +57,7 @@ impl Views {
     }
 
     /// # Errors
-    /// Always: the feature `view`, which this build lacks, reads tour files.
+    /// Always, because this build lacks the feature `view`, which reads tour files.
     #[cfg(not(feature = "view"))]
     pub(crate) fn along_tour(
         _file: &Path,
@@ -86,6 +87,7 @@ impl Views {
         }
     }
 
+    /// The title of a tour.
     pub(crate) fn title(&self) -> Option<&str> {
         match self {
             Self::Steps { .. } => None,

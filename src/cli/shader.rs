@@ -41,12 +41,12 @@ enum ShaderVerb {
         covering: Option<u8>,
         /// List the keys of the default view of this body instead
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
-        of: Option<String>,
+        body: Option<String>,
         /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-        #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
+        #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
         time: Option<String>,
         /// List the names of the simple shaders instead, which draw everything but bodies
-        #[arg(long, conflicts_with_all = ["covering", "of"])]
+        #[arg(long, conflicts_with_all = ["covering", "body"])]
         simple: bool,
         /// Print one JSON list
         #[arg(long)]
@@ -211,7 +211,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
 
 pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     match &args.verb {
-        ShaderVerb::Keys { covering: t, of, time, simple, json, count } => {
+        ShaderVerb::Keys { covering: strength, body, time, simple, json, count } => {
             if *simple {
                 let names = || SIMPLE_MODULES.iter().map(|n| format!("{n}\n")).collect::<String>();
                 return match (count, json) {
@@ -220,8 +220,8 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                     _ => print_result(&names()),
                 };
             }
-            let keys: Vec<ShaderKey> = match (t, of) {
-                (Some(t), _) => covering(usize::from(*t)),
+            let keys: Vec<ShaderKey> = match (strength, body) {
+                (Some(strength), _) => covering(usize::from(*strength)),
                 (None, Some(body)) => keys_for(common, body, time.as_deref().unwrap_or("now"))?,
                 (None, None) => reachable_keys(common)?.into_iter().collect(),
             };
@@ -275,7 +275,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
 /// Largest fragment or digest file, bytes.
 const MAX_FILE_BYTES: u64 = 1 << 26;
 
-/// Writes the built-in fragments as files; files that already have the same content are not written.
+/// Writes the built-in fragments as files, except those whose file already has the same content.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
     let (mut new, mut same) = (Vec::new(), 0);
@@ -310,6 +310,7 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
     print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
     let recorded = match read_text(path, MAX_FILE_BYTES) {
+        // An update replaces a missing or invalid file.
         Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
         Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))?,
         Err(_) if update => DigestRecord::default(),

@@ -30,9 +30,9 @@ pub(crate) struct KeySelection {
     covering: Option<u8>,
     /// Only the keys of the default view of this body
     #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
-    of: Option<String>,
+    body: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-    #[arg(long, value_name = "T", requires = "of", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
     time: Option<String>,
     /// Replace an earlier export in the folder
     #[arg(long)]
@@ -40,9 +40,10 @@ pub(crate) struct KeySelection {
 }
 
 impl KeySelection {
+    /// The selected keys; `default_keys` if no option selects any.
     fn keys(&self, common: &Common, default_keys: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
-        match (self.covering, &self.of) {
-            (Some(t), _) => Ok(covering(usize::from(t))),
+        match (self.covering, &self.body) {
+            (Some(strength), _) => Ok(covering(usize::from(strength))),
             (None, Some(body)) => keys_for(common, body, self.time.as_deref().unwrap_or("now")),
             (None, None) => default_keys(),
         }
@@ -52,19 +53,23 @@ impl KeySelection {
 /// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// The layout of an output folder: its manifest, the name of the list in the manifest by which it is recognised, and the subfolders that are replaced.
+/// The layout of an output folder.
 struct ExportFolder {
+    /// The content, as error messages name it.
     what: &'static str,
+    /// File name of the manifest.
     manifest: &'static str,
+    /// A list in the manifest, by which an earlier export is recognised.
     list: &'static str,
+    /// Subfolders of an earlier export that are removed before a new one.
     folders: [&'static str; 2],
 }
 
 const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", folders: ["pages", "pictures"] };
 const CORPUS: ExportFolder = ExportFolder { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export; the files of that export are removed, because
-/// another selection of keys has other files.
+/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's subfolders are removed, because
+/// another selection of keys has files of other names.
 fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
     let what = layout.what;
     let shown = echo(&folder.display().to_string());
@@ -77,8 +82,8 @@ fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Resu
         match (is_empty, is_ours, overwrite) {
             (true, _, _) => {}
             (false, true, true) => {
-                for part in layout.folders.map(|p| folder.join(p)).iter().filter(|p| p.is_dir()) {
-                    std::fs::remove_dir_all(part).map_err(failed)?;
+                for subfolder in layout.folders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
+                    std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
             }
             (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {what} already; --overwrite replaces it"))),
@@ -88,6 +93,7 @@ fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Resu
     std::fs::create_dir_all(folder).map_err(failed)
 }
 
+/// The revision to export: the built-in fragments with the user's changes.
 fn revision(common: &Common) -> Result<Revision, CliError> {
     let fragments = fragments(common)?;
     let name = common.shaders.as_ref().map(|folder| folder.display().to_string());
@@ -101,8 +107,8 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
     let keys =
         which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
-    let of_all = which.of.is_none();
-    let simple = SIMPLE_MODULES.iter().filter(|_| of_all).map(|n| ModuleId::Simple(n));
+    let with_simple = which.body.is_none();
+    let simple = SIMPLE_MODULES.iter().filter(|_| with_simple).map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
     prepare_folder(folder, &ATLAS, which.overwrite)?;
     let bar = progress(ids.len() as u64);

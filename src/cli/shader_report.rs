@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Number of keys of a group that the text lists; `--json` lists all.
 const MAX_LISTED: usize = 3;
 
-/// The modules that are compiled to compare folders of fragments: keys with every pair of dimension values, simple shaders and probes.
+/// The modules that are compiled to compare folders of fragments: a covering set of keys for pairs of dimension values, simple shaders and probes.
 fn default_modules() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
@@ -79,13 +79,13 @@ fn text(report: &Report) -> String {
     text
 }
 
-/// What follows a list of which only the first [`MAX_LISTED`] of `total` entries are written.
+/// The end of a list of `total` entries of which at most [`MAX_LISTED`] are written.
 fn more(total: usize) -> String {
     if total > MAX_LISTED { format!(" and {} more", total - MAX_LISTED) } else { String::new() }
 }
 
 /// The description of a cause; a fragment is named by its path in the source tree.
-fn cause_words(cause: &str) -> String {
+fn cause_text(cause: &str) -> String {
     let description = |cause: &str| match cause {
         "generator" => "the generator: lines without a fragment, or their order".to_owned(),
         "lowering" => "the lowering: the same text, another tape".to_owned(),
@@ -94,12 +94,13 @@ fn cause_words(cause: &str) -> String {
     cause.split(" + ").map(description).collect::<Vec<_>>().join(", ")
 }
 
+/// The changes of the modules with one cause.
 fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     let features: BTreeSet<&str> = changes.iter().flat_map(|c| &c.causes).flat_map(|c| &c.features).map(String::as_str).collect();
     let most_lines = |count: fn(&crate::export::report::Cause) -> usize| {
         changes.iter().map(|c| c.causes.iter().map(count).sum::<usize>()).max().unwrap_or(0)
     };
-    let mut text = format!("\n{}\n  {}", cause_words(cause), modules(changes.len()));
+    let mut text = format!("\n{}\n  {}", cause_text(cause), modules(changes.len()));
     let (removed, added) = (most_lines(|c| c.removed), most_lines(|c| c.added));
     if removed + added > 0 {
         let _ = write!(text, ", at most {removed} lines removed and {added} added");
@@ -116,19 +117,19 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
             image.max_levels, image.mean_levels, image.pixels
         );
     }
-    let change_range = |figure: &dyn Fn(&Figures) -> Option<f64>| range(changes, figure);
-    if let Some(light) = change_range(&|f| f.mean_luminance) {
+    let change_of = |figure: &dyn Fn(&Figures) -> Option<f64>| change_range(changes, figure);
+    if let Some(light) = change_of(&|f| f.mean_luminance) {
         let _ = writeln!(text, "  mean light  {light}");
     }
-    let greatest = |rounding: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| rounding(c)).fold(0.0, f64::max);
+    let greatest = |levels: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| levels(c)).fold(0.0, f64::max);
     if changes.iter().any(|c| c.first.rounding_levels.is_some()) {
         let (before, after) = (greatest(|c| c.first.rounding_levels), greatest(|c| c.second.rounding_levels));
         let _ = writeln!(text, "  f32 to f64  at most {before:.3} of 255 levels in A, {after:.3} in B");
     }
-    if let Some(operations) = change_range(&|f| Some(f.operations as f64)) {
+    if let Some(operations) = change_of(&|f| Some(f.operations as f64)) {
         let _ = writeln!(text, "  operations  {operations}");
     }
-    if let Some(reads) = change_range(&|f| Some(f.texture_reads as f64)) {
+    if let Some(reads) = change_of(&|f| Some(f.texture_reads as f64)) {
         let _ = writeln!(text, "  texture reads  {reads}");
     }
     let names: Vec<&str> = changes.iter().take(MAX_LISTED).map(|c| c.module.as_str()).collect();
@@ -136,14 +137,14 @@ fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
     text
 }
 
-/// The smallest and greatest relative change of a figure, as text.
-fn range(changes: &[&ModuleChange], figure: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
+/// The smallest and the greatest relative change of a figure, as text; `None` if no module has the figure in both revisions.
+fn change_range(changes: &[&ModuleChange], figure: &dyn Fn(&Figures) -> Option<f64>) -> Option<String> {
     let percent_change = |c: &&ModuleChange| {
         let (a, b) = (figure(&c.first)?, figure(&c.second)?);
         Some(if a == b { 0.0 } else { 100.0 * (b - a) / a.abs().max(f64::MIN_POSITIVE) })
     };
     let percent_changes: Vec<f64> = changes.iter().filter_map(percent_change).collect();
-    let (min, max) = percent_changes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, g), p| (l.min(*p), g.max(*p)));
+    let (min, max) = percent_changes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), p| (min.min(*p), max.max(*p)));
     match percent_changes.len() {
         0 => None,
         _ if min == 0.0 && max == 0.0 => Some("unchanged".into()),

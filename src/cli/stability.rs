@@ -8,7 +8,7 @@ use crate::stability::{InjectedFaults, SWEEPS, Sweep, SweepBench, SweepReport, r
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Value, json};
 
-const EXAMPLE: &str = "Examples:
+const AFTER_HELP: &str = "Examples:
   orrery stability --short
   orrery stability --sweep distance --sweep shadows
   orrery stability --sweep needs-display --views 500 --seed 7 --json
@@ -22,7 +22,7 @@ fewer cases, within two minutes on two cores. With --renderer gpu the GPU draws 
 images; sweeps for which its arithmetic is less precise have separate bounds.";
 
 #[derive(clap::Args, Debug, Default)]
-#[command(after_help = EXAMPLE, next_help_heading = "Sweeps")]
+#[command(after_help = AFTER_HELP, next_help_heading = "Sweeps")]
 pub(crate) struct StabilityArgs {
     /// Sweep to run; repeat or separate by commas [default: all]
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -81,6 +81,7 @@ fn row(report: &SweepReport) -> Value {
     })
 }
 
+/// A sweep's report as lines of text.
 fn lines(report: &SweepReport) -> String {
     let verdict = if report.has_failed() { "BROKEN" } else { "kept" };
     let found = &report.found;

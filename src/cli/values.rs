@@ -1,6 +1,6 @@
-//! Names the variants of other modules' enums as option values of the command line.
+//! The command line's names for the variants of enums that other modules define.
 //!
-//! In: nothing. Out: clap's lists of values. Always: each choice has one enum, which the command line shares with the modules below.
+//! In: nothing. Out: clap's lists of option values. Always: each choice has one enum, which the command line shares with the modules below it.
 
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;

@@ -122,8 +122,8 @@ mod windowed {
             view.composition = CompositionState::of(&composition);
         }
         let viewer = Viewer::new(subjects(&session), view, clock);
-        let path = args.settings.clone().or_else(Settings::default_path);
-        let (settings, load_message) = path.as_deref().map_or((Settings::default(), None), Settings::load);
+        let settings_path = args.settings.clone().or_else(Settings::default_path);
+        let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
         messages.lock().extend(load_message);
         let mut interface = Interface::new(viewer, settings);
@@ -133,30 +133,31 @@ mod windowed {
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
-        let save_settings = |settings: &Settings| path.as_ref().map_or(Ok(()), |path| settings.save(path));
-        let (ended, end) = channel();
+        let save_settings = |settings: &Settings| settings_path.as_ref().map_or(Ok(()), |path| settings.save(path));
+        // Dropping the sender ends the fault injection.
+        let (sender, window_closed) = channel();
         std::thread::scope(|scope| {
-            if let Some(period) = loss_period() {
+            if let Some(period) = device_loss_period() {
                 let session = &session;
-                scope.spawn(move || lose_devices(session, period, &end));
+                scope.spawn(move || lose_devices(session, period, &window_closed));
             }
             let result =
                 window::run(&mut interface, &session, watcher.as_ref(), save_settings).map_err(|e| CliError::Failed(e.to_string()));
-            drop(ended);
+            drop(sender);
             result
         })
     }
 
     /// Fault injection for `.ci/soak`: the variable `ORRERY_LOSE_DEVICE_S` gives the seconds from one simulated device loss to the next.
-    fn loss_period() -> Option<Duration> {
+    fn device_loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())
     }
 
-    /// Destroys the device once per period, as a driver reset would. Half a period later it switches to software and back, as a user would,
-    /// which opens a new device.
-    fn lose_devices(session: &Session, period: Duration, end: &Receiver<()>) {
-        let wait_half_period = || end.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
+    /// Destroys the device once per period, as a driver reset would. Half a period later, switches to the software renderer and back, as a user would, which
+    /// opens a new device. Returns when the sender of `window_closed` is dropped.
+    fn lose_devices(session: &Session, period: Duration, window_closed: &Receiver<()>) {
+        let wait_half_period = || window_closed.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
         let (_, preference) = session.renderers();
         while wait_half_period() {
             #[cfg(feature = "gpu")]
@@ -186,8 +187,8 @@ mod windowed {
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 
+    /// The current time; J2000 if the system clock is outside the supported calendar.
     fn clock() -> Instant {
-        // Falls back to J2000 if the system clock is outside the supported calendar.
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 

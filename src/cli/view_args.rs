@@ -80,7 +80,7 @@ pub(crate) struct ViewArgs {
     pub pixels: String,
 }
 
-/// The instant of a text: `now`, or any text that [`Instant::parse`] accepts.
+/// The instant of a `--time` text: `now`, or any text that [`Instant::parse`] accepts.
 pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
@@ -91,12 +91,13 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// Width and height of a text such as `1024x768`.
+/// Width and height, in pixels, from a text such as `1024x768`.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))
 }
 
+/// Latitude and east longitude, in degrees, from a text such as `48.86,2.35`.
 fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
     let numbers = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     let (latitude, longitude): (f64, f64) =
@@ -171,6 +172,7 @@ impl ViewArgs {
         Ok(request)
     }
 
+    /// The camera's position. `from`: the body of `--from`.
     fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
         let ground = self.at.as_deref().map(place_on_ground).transpose()?;
         Ok(match (ground, from) {
@@ -179,10 +181,10 @@ impl ViewArgs {
             }
             (Some((latitude_deg, longitude_deg)), None) => {
                 let radii_km = catalog.body(target).map_or(glam::DVec3::ONE, |b| b.radii_km);
-                let (surface, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let height_km = match (self.height_km, self.distance_radii) {
-                    (Some(h), _) => h,
-                    (None, d) => (d.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
+                    (Some(height_km), _) => height_km,
+                    (None, distance_radii) => (distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
                     return Err(CliError::Failed(format!(
@@ -190,7 +192,7 @@ impl ViewArgs {
                         catalog.body(target).map_or("the target", |b| b.name.as_str())
                     )));
                 }
-                let offset_km = surface + normal * height_km;
+                let offset_km = ground_km + normal * height_km;
                 Position::Offset { body: target, offset_km, axes: crate::scene::request::Axes::BodyFixed }
             }
             (None, Some(from)) if self.distance_radii.is_none() => Position::Centre(from),
@@ -235,12 +237,14 @@ mod tests {
                     ..ViewArgs::default()
                 };
                 let request = args.request(&catalog).expect(at);
-                let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else { panic!("{at} is no ground") };
+                let Position::Ground { body, latitude_deg, longitude_deg, .. } = request.position else {
+                    panic!("{at} is not a place on the ground")
+                };
                 let radii_km = catalog.body(body).expect("a body").radii_km;
                 let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let zenith = ephemeris.body_from_icrf(body, request.time).expect("an orientation").transpose() * normal;
                 let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
-                // At the zenith and the nadir every roll is level.
+                // Towards the zenith or the nadir every roll is level.
                 if camera.forward.cross(zenith).length() < 1e-6 {
                     continue;
                 }
@@ -253,12 +257,12 @@ mod tests {
         }
         assert!(
             tilted_with_north_up > 40,
-            "with the target's north up only {tilted_with_north_up} horizons are tilted: the sweep shows nothing"
+            "with the target's north up only {tilted_with_north_up} horizons are tilted, so the views do not test the roll"
         );
     }
 
     #[test]
-    fn sizes_and_places_are_read_or_refused_by_name() {
+    fn sizes_places_and_pixel_views_are_read_or_refused_with_the_option_named() {
         assert_eq!(size("640x480").expect("a size"), (640, 480));
         assert_eq!(place_on_ground("-33.9, 151.2").expect("a place"), (-33.9, 151.2));
         assert!(size("640").unwrap_err().to_string().contains("--size 640"));

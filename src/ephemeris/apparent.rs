@@ -1,8 +1,8 @@
 //! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
 //!
 //! In: a body and an instant (of reception). Out: degrees, kilometres and seconds, for display. Apparent places include light time, light deflection by the
-//! Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02
-//! arcsec, and only beside their discs), the atmosphere, and the observer's position on the Earth.
+//! Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02 arcsec, and only beside their discs), the
+//! atmosphere, and the observer's position on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
 use super::{Ephemeris, EphemerisError, Source};
@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// SOFA's limit: half of the squared angle from the Sun's centre in radians, below which the deflection is reduced; the Sun's limb is at 1.1e-5.
+/// SOFA's `dlim`: half the square of the angle from the Sun's centre, radians, below which the deflection is reduced. The Sun's limb is at 1.1e-5.
 const DEFLECTION_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
@@ -32,7 +32,7 @@ impl RaDec {
 
     /// Right ascension in hours, minutes and seconds of time: `5h 34m 31.9s`.
     pub fn ra_text(&self) -> String {
-        let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS);
+        let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS_PER_UNIT);
         let (hours, minutes, seconds) = sexagesimal(tenths);
         format!("{hours}h {minutes:02}m {seconds:04.1}s")
     }
@@ -47,15 +47,15 @@ impl RaDec {
 }
 
 /// Tenths of a second in an hour or a degree.
-const TENTHS: u64 = 36_000;
+const TENTHS_PER_UNIT: u64 = 36_000;
 
 fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
-    (hours_or_degrees * TENTHS as f64).round() as u64
+    (hours_or_degrees * TENTHS_PER_UNIT as f64).round() as u64
 }
 
 /// Hours or degrees, minutes and seconds.
 fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
-    (tenths / TENTHS, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
+    (tenths / TENTHS_PER_UNIT, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
 
 /// Where a body is seen from the Earth's centre.
@@ -228,11 +228,11 @@ mod tests {
     fn graphic_coordinates_of_saturn() {
         // Halfway between equator and pole Saturn's normal leans 5.9 degrees poleward: tan = (60268/54364)^2.
         let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
-        let p = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
-        assert!((p.lat_centric_deg - 45.0).abs() < 1e-12);
-        assert!((p.lat_graphic_deg.to_radians().tan() - (60_268.0_f64 / 54_364.0).powi(2)).abs() < 1e-12);
-        let p = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
-        assert!((p.lon_east_deg - 90.0).abs() < 1e-12 && (p.lon_graphic_deg - 270.0).abs() < 1e-12);
+        let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
+        assert!((point.lat_centric_deg - 45.0).abs() < 1e-12);
+        assert!((point.lat_graphic_deg.to_radians().tan() - (60_268.0_f64 / 54_364.0).powi(2)).abs() < 1e-12);
+        let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
+        assert!((point.lon_east_deg - 90.0).abs() < 1e-12 && (point.lon_graphic_deg - 270.0).abs() < 1e-12);
         assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
     }
 

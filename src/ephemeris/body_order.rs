@@ -54,7 +54,7 @@ mod tests {
         let names: Vec<&str> = order.iter().filter_map(|id| catalog.body(*id)).map(|b| b.name.as_str()).collect();
         assert_eq!(names[..8], ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Deimos"]);
         let position = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("{name} is missing"));
-        // Distances of the moons: JPL's table of mean elements; Amalthea and Thebe orbit inside Io, Triton outside Proteus.
+        // The order of the moons' distances in JPL's table of mean elements.
         for following in [
             &["Jupiter", "Metis", "Adrastea", "Amalthea", "Thebe", "Io", "Europa", "Ganymede", "Callisto", "Saturn"][..],
             &["Mimas", "Enceladus", "Tethys", "Dione", "Rhea", "Titan", "Hyperion", "Iapetus", "Uranus", "Miranda", "Ariel", "Umbriel"],
@@ -74,7 +74,6 @@ mod tests {
         for (id, published_km) in [(499, 1.523_71 * crate::units::KM_PER_AU), (599, 5.202_89 * crate::units::KM_PER_AU), (301, 384_400.0)] {
             let ours = semi_major_axis_km(&catalog, &ephemeris, catalog.body(NaifId(id)).expect("a body")).expect("an orbit");
             assert!((ours / published_km - 1.0).abs() < 0.02, "{id}: {ours} against {published_km}");
-            assert!((2.0 * ours / published_km - 1.0).abs() > 0.02);
         }
         assert_eq!(semi_major_axis_km(&catalog, &ephemeris, catalog.body(NaifId::SUN).expect("the Sun")), None);
     }

@@ -20,7 +20,7 @@ type ChebyshevSegment = [Vec<f64>; 3];
 
 #[derive(Debug)]
 pub struct ChebyshevCache {
-    /// Keyed by target and number of the interval, counted from J2000.
+    /// Keyed by target and index of the interval, counted from J2000.
     segments: GridCache<i32, Arc<ChebyshevSegment>>,
 }
 
@@ -31,13 +31,13 @@ impl Default for ChebyshevCache {
 }
 
 impl ChebyshevCache {
-    /// The state of `target`. `theory` gives its position in km at TDB seconds past J2000. `days`: the length of an interval.
-    pub fn state(&self, target: i32, days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
-        let radius_s = 0.5 * days * SECONDS_PER_DAY;
-        let number = (tdb_s / (2.0 * radius_s)).floor();
-        let middle_s = (2.0 * number + 1.0) * radius_s;
+    /// The state of `target`. `theory` gives its position in km at TDB seconds past J2000.
+    pub fn state(&self, target: i32, interval_days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
+        let radius_s = 0.5 * interval_days * SECONDS_PER_DAY;
+        let interval = (tdb_s / (2.0 * radius_s)).floor();
+        let middle_s = (2.0 * interval + 1.0) * radius_s;
         let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
-        let segment = self.segments.get(target, number as i64, fit);
+        let segment = self.segments.get(target, interval as i64, fit);
         let [x, y, z] = segment.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / radius_s));
         State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / radius_s }
     }

@@ -152,6 +152,7 @@ mod tests {
                 assert!(found.distance(expected) < bound * a, "e {e} M {m}: {found} {expected}");
             }
         }
+        // `h`: hyperbolic anomaly.
         for (e, h) in [(1.001, 0.3), (1.2, -2.0), (3.4, 7.0)] {
             let e: f64 = e;
             let h: f64 = h;

@@ -1,6 +1,6 @@
 //! Coverage of the theories, for messages: why a state is not available at an instant, and which fields of a catalog no theory supports.
 //!
-//! In: targets, instants, a catalog. Out: lines for the user. Always: a message names the span that the theories really cover. No positions are computed
+//! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message is the one that the theories cover. No positions are computed
 //! here.
 
 use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
@@ -18,8 +18,8 @@ pub struct CoverageFault {
     pub why: String,
 }
 
-/// A span of Julian years as TDB seconds past J2000.
-fn span_of((first, last): (f64, f64)) -> (f64, f64) {
+/// Converts a span of Julian years to TDB seconds past J2000.
+fn span_s((first, last): (f64, f64)) -> (f64, f64) {
     let seconds = |year: f64| (year - 2000.0) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
     (seconds(first), seconds(last))
 }
@@ -53,13 +53,13 @@ impl Ephemeris {
         }
         if source.is_none_or(|s| s == Source::Series) {
             let series_span = self.series.coverage(target.0);
-            spans.extend(series_span.map(|(a, b)| (a.max(span_of(SERIES_YEARS).0), b.min(span_of(SERIES_YEARS).1))));
+            spans.extend(series_span.map(|(a, b)| (a.max(span_s(SERIES_YEARS).0), b.min(span_s(SERIES_YEARS).1))));
         }
         if source.is_none_or(|s| s == Source::Mean) && mean_elements::origin_of(target.0).is_some() {
-            spans.push(span_of(MEAN_YEARS));
+            spans.push(span_s(MEAN_YEARS));
         }
         if self.orbits.get(&target).is_some_and(|o| o.motion != Motion::Planetary) {
-            spans.push(span_of(ORBIT_YEARS));
+            spans.push(span_s(ORBIT_YEARS));
         }
         spans.into_iter().reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
@@ -114,6 +114,7 @@ impl Ephemeris {
         faults
     }
 
+    /// The catalog field and the reason, if no theory supports the motion.
     fn fault_of_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
         let planetary = |id: NaifId| has_massive_moons(id) || self.in_planetary_sources(id);
         if *motion == Motion::Planetary {

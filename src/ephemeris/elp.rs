@@ -7,18 +7,23 @@
 //! in 3000 BC.
 
 use super::{EphemerisError, State, frames};
+use crate::units::RAD_PER_ARCSEC;
 use glam::DVec3;
 
-const ARCSEC: f64 = crate::units::RAD_PER_ARCSEC;
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
 /// Mean longitude in the mean dynamical ecliptic of date from its departure point: radians by powers of Julian centuries.
-const MEAN_LONGITUDE: [f64; 5] =
-    [3.810_344_430_588_308, 1_732_559_343.736_04 * ARCSEC, -5.8883 * ARCSEC, 0.006_604 * ARCSEC, -0.000_031_69 * ARCSEC];
+const MEAN_LONGITUDE: [f64; 5] = [
+    3.810_344_430_588_308,
+    1_732_559_343.736_04 * RAD_PER_ARCSEC,
+    -5.8883 * RAD_PER_ARCSEC,
+    0.006_604 * RAD_PER_ARCSEC,
+    -0.000_031_69 * RAD_PER_ARCSEC,
+];
 /// Correction of the mean longitude to DE440, radians by powers of Julian centuries (fitted here).
-const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * ARCSEC, -0.317_650 * ARCSEC, -0.946_281 * ARCSEC];
+const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * RAD_PER_ARCSEC, -0.317_650 * RAD_PER_ARCSEC, -0.946_281 * RAD_PER_ARCSEC];
 
-/// D, l', l, F, zeta, then the mean longitudes of Mercury to Neptune: radians by powers of Julian centuries.
+/// Arguments of the terms: Delaunay's D, l', l, F; zeta; the mean longitudes of Mercury to Neptune. Radians by powers of Julian centuries.
 const ARGUMENTS: [[f64; 5]; 13] = [
     [5.198_466_741_027_443, 7_771.377_146_811_758, -2.844_935_162_1e-5, 3.197_346_2e-8, -1.543_65e-10],
     [-0.043_125_180_208_125, 628.301_955_168_488, -2.680_534_843e-6, 7.126_76e-10, 7.27e-13],
@@ -55,7 +60,7 @@ struct Term {
     multipliers: [i8; 13],
 }
 
-/// The series, with the terms of each quantity in order of decreasing amplitude.
+/// The series.
 #[derive(Debug)]
 pub struct LunarSeries {
     terms: Vec<Term>,
@@ -81,8 +86,8 @@ impl LunarSeries {
         }
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
-            let weight = if term.quantity == 2 { 1.865 } else { 1.0 };
-            if term.amplitude.abs() < min_arcsec * weight {
+            let units_per_arcsec = if term.quantity == 2 { 1.865 } else { 1.0 };
+            if term.amplitude.abs() < min_arcsec * units_per_arcsec {
                 continue;
             }
             let (mut angle, mut rate) = (term.phase, 0.0);
@@ -97,9 +102,10 @@ impl LunarSeries {
             sums[term.quantity].0 += scale * sin;
             sums[term.quantity].1 += scale * rate * cos + scale_rate * sin;
         }
+        // ELP's V, U and r: longitude, latitude and distance, referred to the mean ecliptic of date.
         let (mean, mean_rate) = polynomial(&MEAN_LONGITUDE, t);
-        let (v, v_rate) = (mean + correction + sums[0].0 * ARCSEC, mean_rate + correction_rate + sums[0].1 * ARCSEC);
-        let (u, u_rate) = (sums[1].0 * ARCSEC, sums[1].1 * ARCSEC);
+        let (v, v_rate) = (mean + correction + sums[0].0 * RAD_PER_ARCSEC, mean_rate + correction_rate + sums[0].1 * RAD_PER_ARCSEC);
+        let (u, u_rate) = (sums[1].0 * RAD_PER_ARCSEC, sums[1].1 * RAD_PER_ARCSEC);
         let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
         let outward = DVec3::new(cos_u * cos_v, cos_u * sin_v, sin_u);
@@ -157,8 +163,8 @@ mod tests {
         let series = LunarSeries::embedded().expect("the table");
         for tdb_s in [-4e10, 0.0, 1.3e10] {
             let slope = (series.state(tdb_s + 60.0, 0.0).pos_km - series.state(tdb_s - 60.0, 0.0).pos_km) / 120.0;
-            let speed = series.state(tdb_s, 0.0).vel_km_s;
-            assert!((slope - speed).length() < 2e-6, "{slope} {speed}");
+            let velocity = series.state(tdb_s, 0.0).vel_km_s;
+            assert!((slope - velocity).length() < 2e-6, "{slope} {velocity}");
             assert!((slope - series.state(tdb_s + 3600.0, 0.0).vel_km_s).length() > 1e-4);
         }
     }

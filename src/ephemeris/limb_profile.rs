@@ -2,12 +2,12 @@
 //!
 //! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle. All
 //! ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration is part of the
-//! place. Always: a height is the least distance of a grazing view ray from the Moon's centre, minus the sphere's radius, so that it hardly depends on the
+//! place. Always: a height is the distance of the grazing view ray from the Moon's centre, minus the sphere's radius, so that it hardly depends on the
 //! viewer's distance.
 //!
 //! The ground is sampled at half the map's steps along the line of sight, then the summit is searched between the neighbours of the highest sample. A
-//! summit elsewhere is missed if it exceeds this one by less than the ground rises over half a step. Positions are relative to the Moon's centre of mass,
-//! the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
+//! higher summit elsewhere can be missed, but only if it is higher by less than the ground rises over half a step. Positions are relative to the Moon's
+//! centre of mass, the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;
@@ -22,10 +22,11 @@ pub const LIMB_POINTS: usize = 8192;
 pub struct LimbProfile {
     /// Kilometres above the sphere, at equal steps of the position angle from the first vector of `across` towards the second.
     heights_km: Vec<f64>,
-    /// Unit vectors perpendicular to the direction to the place, in the Moon's axes: towards the Moon's north as seen, and a quarter turn counterclockwise from it.
+    /// Unit vectors perpendicular to the direction to the place, in the Moon's axes: towards the Moon's north as seen, and a quarter turn counterclockwise
+    /// from it.
     across: [DVec3; 2],
     /// Unit vector to the place.
-    towards: DVec3,
+    to_place: DVec3,
     sphere_km: f64,
 }
 
@@ -33,17 +34,17 @@ impl LimbProfile {
     /// The profile seen from `place_km` in the Moon's axes. The place must be outside of all ground.
     pub fn seen_from(map: &HeightMap, place_km: DVec3) -> Self {
         let distance_km = place_km.length();
-        let towards = place_km / distance_km;
-        let north = (DVec3::Z - towards * towards.z).try_normalize().unwrap_or(DVec3::X);
-        let across = [north, towards.cross(north)];
+        let to_place = place_km / distance_km;
+        let north = (DVec3::Z - to_place * to_place.z).try_normalize().unwrap_or(DVec3::X);
+        let across = [north, to_place.cross(north)];
         let heights_km = (0..LIMB_POINTS)
             .into_par_iter()
             .map(|k| {
                 let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-                silhouette_height_km(map, distance_km, towards, across[0] * cos + across[1] * sin)
+                silhouette_height_km(map, distance_km, to_place, across[0] * cos + across[1] * sin)
             })
             .collect();
-        Self { heights_km, across, towards, sphere_km: map.sphere_km() }
+        Self { heights_km, across, to_place, sphere_km: map.sphere_km() }
     }
 
     /// Radius of the sphere from which heights are measured.
@@ -62,8 +63,8 @@ impl LimbProfile {
     }
 
     /// Unit vector to the place from which the profile is seen, in the Moon's axes.
-    pub fn towards(&self) -> DVec3 {
-        self.towards
+    pub fn to_place(&self) -> DVec3 {
+        self.to_place
     }
 
     /// The minimum and maximum height.
@@ -83,7 +84,7 @@ impl LimbProfile {
     pub fn direction(&self, k: usize, distance_km: f64) -> DVec3 {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let sin_angle = ((self.sphere_km + self.heights_km[k]) / distance_km).min(1.0);
-        (self.across[0] * cos + self.across[1] * sin) * sin_angle - self.towards * (1.0 - sin_angle * sin_angle).sqrt()
+        (self.across[0] * cos + self.across[1] * sin) * sin_angle - self.to_place * (1.0 - sin_angle * sin_angle).sqrt()
     }
 }
 
@@ -92,7 +93,7 @@ const REFINEMENTS: usize = 13;
 
 /// Height of the silhouette above the sphere in the half plane towards `limb_direction`: of the view rays that meet ground there, the greatest distance
 /// from the Moon's centre, less the sphere's radius.
-fn silhouette_height_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_direction: DVec3) -> f64 {
+fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb_direction: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
     let sphere_km = map.sphere_km();
     // Distance of the view ray from the Moon's centre; the ray passes through the point at `radius_km` and at `angle` from the direction to the place.
@@ -101,7 +102,7 @@ fn silhouette_height_km(map: &HeightMap, distance_km: f64, towards: DVec3, limb_
         distance_km * sideways / sideways.hypot(ahead)
     };
     let limb_angle = (sphere_km / distance_km).min(1.0).acos();
-    let ground_ray_km = |angle: f64| ray_km(sphere_km + map.height_km(towards * angle.cos() + limb_direction * angle.sin()), angle);
+    let ground_ray_km = |angle: f64| ray_km(sphere_km + map.height_km(to_place * angle.cos() + limb_direction * angle.sin()), angle);
     let step = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_ray_km(limb_angle), limb_angle);
     // Away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
@@ -168,9 +169,9 @@ mod tests {
         for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
             // A ridge of 9 km that crosses the equator, east, wider than the spacing of the profile's points; the place's limb is 89.73 degrees away.
             let limb_deg = (DEFAULT_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
-            let at_deg: f64 = (limb_deg + behind_deg) / 0.25;
-            // At the middle of a cell.
-            let summit_deg = (at_deg.floor() + 0.5) * 0.25;
+            // At the middle of a cell of the map.
+            let cells: f64 = (limb_deg + behind_deg) / 0.25;
+            let summit_deg = (cells.floor() + 0.5) * 0.25;
             let hill = |latitude: f64, longitude: f64| {
                 let beside_deg = ((latitude - 0.125).abs() - 0.5).max(0.0);
                 (9.0 - 9.0 * beside_deg.hypot(longitude - summit_deg)).max(0.0)

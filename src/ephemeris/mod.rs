@@ -209,7 +209,9 @@ impl Ephemeris {
         }
         let (from_body, from_center) = (self.chain(body, t, source), self.chain(center, t, source));
         // The common part of both chains cancels: the Sun's barycentric state is not needed if the Sun is the centre.
-        let common = from_body.targets().find_map(|(i, p)| from_center.targets().find_map(|(j, q)| (p == q).then_some((i, j))));
+        let common = from_body.targets().find_map(|(body_links, target)| {
+            from_center.targets().find_map(|(center_links, other)| (target == other).then_some((body_links, center_links)))
+        });
         let Some((body_links, center_links)) = common else {
             let incomplete = if from_body.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &from_center } else { &from_body };
             return Err(self.no_theory(incomplete.end(), t, source));
@@ -339,7 +341,7 @@ impl Ephemeris {
         }
     }
 
-    /// A body relative to its parent, by its theory. The theories of moons and asteroids serve every `source`, because there are no others.
+    /// A body relative to its parent, by its theory. The theories of moons and asteroids are used for every `source`, because there are no others.
     fn orbit_link(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
@@ -357,7 +359,7 @@ impl Ephemeris {
     /// the planet, so this needs no position of the planet.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
         let mut recent_centres = self.recent_centres.lock();
-        if let Some((.., known)) = recent_centres.iter().find(|(cached_planet, at, _)| *cached_planet == planet && *at == t) {
+        if let Some((.., known)) = recent_centres.iter().find(|(cached_planet, instant, _)| *cached_planet == planet && *instant == t) {
             return Some(*known);
         }
         let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
@@ -376,9 +378,10 @@ impl Ephemeris {
     }
 }
 
-/// Years in which series and mean elements are used. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars),
-/// 2000 years (Jupiter, Saturn) and 6000 years (Uranus, Neptune).
-const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
+/// Years in which series are used. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years (Jupiter,
+/// Saturn) and 6000 years (Uranus, Neptune).
+pub(crate) const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
+/// Years in which mean elements are used: the span of their tables (3000 BC to AD 3000).
 const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
@@ -411,7 +414,8 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
         let Some(planet_gm) = planet.gm_km3_s2 else { continue };
         let moons = || catalog.bodies().iter().filter(|b| b.parent == Some(planet.id)).filter_map(|b| Some((b.id, b.gm_km3_s2?)));
         let system_gm = planet_gm + moons().map(|(_, gm)| gm).sum::<f64>();
-        let counted = moons().map(|(moon, gm)| MassShare { moon, mass_share: gm / system_gm }).filter(|p| p.mass_share > MIN_MASS_SHARE);
+        let counted =
+            moons().map(|(moon, gm)| MassShare { moon, mass_share: gm / system_gm }).filter(|share| share.mass_share > MIN_MASS_SHARE);
         mass_shares.insert(planet.id, counted.collect());
     }
     mass_shares

@@ -1,8 +1,8 @@
 //! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
 //!
 //! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
-//! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km, the resolution of a Julian date in a double,
-//! and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
+//! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km (limited by the resolution of a Julian date
+//! in a double) and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
@@ -13,8 +13,9 @@ use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 /// Ratio of the Earth's mass to the Moon's (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Days that one polynomial covers. Mercury needs shorter polynomials: it has the shortest period and the largest harmonics.
+/// Days that one polynomial of Mercury covers: fewer than for the others, because its period is the shortest and its harmonics are the largest.
 const MERCURY_SEGMENT_DAYS: f64 = 16.0;
+/// Days that one polynomial of any other body covers.
 const SEGMENT_DAYS: f64 = 32.0;
 
 #[derive(Debug)]
@@ -100,8 +101,8 @@ fn planetary(target: i32) -> Option<VsopSeries> {
 }
 
 fn theory_position_km(theory: VsopSeries, tdb_s: f64) -> DVec3 {
-    let p = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
-    frames::icrf_from_ecliptic() * (DVec3::new(p.x, p.y, p.z) * KM_PER_AU)
+    let position_au = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
+    frames::icrf_from_ecliptic() * (DVec3::new(position_au.x, position_au.y, position_au.z) * KM_PER_AU)
 }
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,

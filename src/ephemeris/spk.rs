@@ -26,6 +26,7 @@ const MAX_SUMMARIES: f64 = 25.0;
 /// Names the record that is outside the file, occurs twice, or does not begin in this way.
 fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
     let records = bytes.len() / RECORD_BYTES;
+    // FWARD in the file record.
     let first = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
     let mut seen = HashSet::new();
     let mut number = f64::from(first);
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_kernel_is_refused_in_one_line() {
+    fn a_truncated_kernel_is_refused_in_one_line() {
         let whole = orrery_catalogs::PLUTO_KERNEL;
         assert!(Spk::parse("x.bsp", whole).is_ok());
         for tenths in 1..10 {
@@ -243,10 +244,11 @@ mod tests {
     fn file_of(data_type: i32, record: &[f64]) -> Vec<u8> {
         let mut data = record.to_vec();
         data.extend([-100.0, 200.0, record.len() as f64, 1.0]);
-        // Addresses count doubles from 1: the data begin in the fourth record of 128.
+        // Addresses count doubles from 1: the data begin in the fourth record of 128 doubles.
         let (first, last) = (385, 384 + data.len() as i32);
         let mut bytes = vec![0; 4 * 1024];
         let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+        // The file record: ID, ND, NI, name, FWARD, BWARD, FREE, format, FTP test string.
         put(0, b"DAF/SPK ");
         put(8, &2_i32.to_le_bytes());
         put(12, &6_i32.to_le_bytes());
@@ -256,6 +258,7 @@ mod tests {
         put(84, &(last + 1).to_le_bytes());
         put(88, b"LTL-IEEE");
         put(699, b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP");
+        // The summary record with one summary, a blank name record, the data.
         put(1024 + 16, &1.0_f64.to_le_bytes());
         put(1024 + 24, &(-100.0_f64).to_le_bytes());
         put(1024 + 32, &100.0_f64.to_le_bytes());

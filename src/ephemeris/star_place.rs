@@ -35,7 +35,7 @@ mod tests {
         assert!((half_way.length() - 0.5).abs() < 1e-12 && angle_rad(half_way, star.direction) < 1e-12);
     }
 
-    /// Arcturus (2.28 arcsec a year) was 3.16 degrees away in 3000 BC. Motion along a straight line turns the direction by less than a right angle.
+    /// In 3000 BC Arcturus (2.28 arcsec a year) was 3.16 degrees from its present place. Motion along a straight line turns the direction by less than a right angle.
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();

@@ -3,7 +3,7 @@
 //!
 //! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest
 //! node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
-//! planet's moons at dozens of instants that are light-seconds apart: they share a few nodes, and the frames that follow at the same time need no others.
+//! planet's moons at dozens of instants that differ by the light time between them: these share a few nodes, and later frames of the same instant reuse them.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;
@@ -25,8 +25,8 @@ impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
         Self { values: Mutex::default(), capacity }
     }
 
-    pub(crate) fn get(&self, key: K, number: i64, compute: impl FnOnce() -> V) -> V {
-        let known = self.values.lock().get(&(key, number)).cloned();
+    pub(crate) fn get(&self, key: K, index: i64, compute: impl FnOnce() -> V) -> V {
+        let known = self.values.lock().get(&(key, index)).cloned();
         known.unwrap_or_else(|| {
             // Computed without the lock, so that other threads are not blocked. Two threads that compute the same value get the same numbers.
             let value = compute();
@@ -34,7 +34,7 @@ impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
             if values.len() >= self.capacity {
                 values.clear();
             }
-            values.insert((key, number), value.clone());
+            values.insert((key, index), value.clone());
             value
         })
     }
@@ -59,7 +59,7 @@ pub(crate) struct TimeGrid<K, V> {
 }
 
 impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
-    /// `step_s`: the distance of two nodes.
+    /// `step_s`: the spacing of the nodes.
     pub(crate) fn new(step_s: f64) -> Self {
         Self { step_s, nodes: GridCache::with_capacity(MAX_NODES) }
     }
@@ -91,17 +91,17 @@ mod tests {
             evaluations.fetch_add(1, Ordering::Relaxed);
             s * s
         };
-        let at = |grid: &TimeGrid<u8, f64>, s: f64| {
+        let interpolated = |grid: &TimeGrid<u8, f64>, s: f64| {
             let ([a, b], weight) = grid.around(0, s, square);
             a + (b - a) * weight
         };
         let times = [0.0, 1.0, 7.9, 8.0, 9.5, -3.0, -8.0, 1e9 + 3.0];
         let (forward, backward) = (TimeGrid::new(8.0), TimeGrid::new(8.0));
-        let states: Vec<f64> = times.iter().map(|s| at(&forward, *s)).collect();
+        let values: Vec<f64> = times.iter().map(|s| interpolated(&forward, *s)).collect();
         assert_eq!(evaluations.load(Ordering::Relaxed), 6, "the nodes -8, 0, 8, 16 and two far away");
-        let reversed: Vec<f64> = times.iter().rev().map(|s| at(&backward, *s)).collect();
-        assert!(states.iter().eq(reversed.iter().rev()));
-        for (s, value) in times.iter().zip(&states) {
+        let reversed: Vec<f64> = times.iter().rev().map(|s| interpolated(&backward, *s)).collect();
+        assert!(values.iter().eq(reversed.iter().rev()));
+        for (s, value) in times.iter().zip(&values) {
             // A chord of a parabola is at most a quarter of the squared step above it.
             assert!((-1e-3..=16.0 + 1e-3).contains(&(value - s * s)) || s.abs() > 1e6, "{s}: {value}");
         }

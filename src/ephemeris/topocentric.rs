@@ -135,12 +135,13 @@ impl ObserverSky<'_> {
     fn upper_limb_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
-        // Almanacs treat planets and stars as points, but use the upper limb of the Sun and the Moon. Here every disc of comparable size has a limb.
+        // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
+        // 0.05 degrees in semidiameter.
         let limb = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
         Ok(horizontal.altitude_deg + refraction + limb)
     }
 
-    /// Rising, transit and setting within `length_s` of `start`.
+    /// Rising, transit and setting in the `length_s` seconds after `start`.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
@@ -217,20 +218,20 @@ impl ObserverSky<'_> {
                 _ => {}
             }
         }
-        let Some((near_s, _)) = best else { return Ok(None) };
-        let greatest_s = time_of_maximum(near_s - CONTACT_STEP_S, near_s + CONTACT_STEP_S, overlap)?;
+        let Some((sampled_s, _)) = best else { return Ok(None) };
+        let greatest_s = time_of_maximum(sampled_s - CONTACT_STEP_S, sampled_s + CONTACT_STEP_S, overlap)?;
         let deepest = overlap(greatest_s)?;
         if deepest <= 0.0 {
             return Ok(None);
         }
         // The contact before (-1) or after (1) the greatest obscuration.
-        let contact = |sign: f64, f: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
+        let contact = |sign: f64, overlap: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
             let mut step = CONTACT_STEP_S;
             let mut inside = greatest_s;
             loop {
                 let s = greatest_s + sign * step;
-                if f(s)? <= 0.0 {
-                    return root(s, inside, f);
+                if overlap(s)? <= 0.0 {
+                    return root(s, inside, overlap);
                 }
                 inside = s;
                 step += CONTACT_STEP_S;

@@ -58,6 +58,7 @@ pub(super) struct Cone {
     apex_km: DVec3,
     /// Unit vector from the apex into the cone.
     axis_direction: DVec3,
+    /// Sine of the half angle at the apex.
     sin_half: f64,
 }
 

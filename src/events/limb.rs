@@ -18,7 +18,8 @@ use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Contacts are searched this far from those of the mean limb: the Moon moves by a third of an arcsecond a second, and its heights reach seven arcseconds.
+/// Contacts are searched this far from those of the mean limb: the Moon moves by a third of an arcsecond a second, and its heights are under seven
+/// arcseconds.
 const SEARCH_S: f64 = 90.0;
 /// Step of the search; every visible bead lasts longer.
 const STEP_S: f64 = 0.25;
@@ -112,7 +113,7 @@ impl SolarEclipse {
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
         // The first instant from `from_s` to `to_s` at which `outside` has the sign `sign`, with a silhouette computed for that instant.
-        let first = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
+        let first_touch = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
             let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
             let mut at_s = None;
             for _ in 0..2 {
@@ -131,16 +132,17 @@ impl SolarEclipse {
         };
         let (c1, c4) = mean_limb.outer;
         // Outside is positive before C1 and after C4.
-        found.extend(first("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
+        found.extend(first_touch("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
         if let Some((c2, c3)) = mean_limb.inner {
             // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
             let (touch, sign) = if mean_limb.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
             let middle = 0.5 * (c2 + c3);
             let (start, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
-            let inner = [first("C2", touch, c2, [start, c2 - SEARCH_S], sign)?, first("C3", touch, c3, [end, c3 + SEARCH_S], sign)?];
+            let inner =
+                [first_touch("C2", touch, c2, [start, c2 - SEARCH_S], sign)?, first_touch("C3", touch, c3, [end, c3 + SEARCH_S], sign)?];
             found.extend(inner.into_iter().flatten());
         }
-        found.extend(first("C4", Touch::Any, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
+        found.extend(first_touch("C4", Touch::Any, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
         Ok(found)
     }
 }

@@ -12,7 +12,7 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Refraction at the horizon by the convention of almanacs, radians.
-const HORIZON_REFRACTION: f64 = 34.0 / 60.0 * PI / 180.0;
+const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
 /// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const SEARCH_STEP_S: f64 = 120.0;
@@ -53,12 +53,12 @@ pub struct LocalContact {
 impl LocalContact {
     /// Whether the disc's upper limb is above the horizon, with refraction.
     pub fn is_up(&self) -> bool {
-        self.altitude_deg.to_radians() + HORIZON_REFRACTION + DISC_RADIUS > 0.0
+        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD > 0.0
     }
 }
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
-const DISC_RADIUS: f64 = 16.0 / 60.0 * PI / 180.0;
+const DISC_RADIUS_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
 
 /// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,12 +82,15 @@ pub struct LocalCircumstances {
     pub central_s: Option<f64>,
 }
 
-/// The discs of the Sun and the Moon as seen from a place, radians.
+/// Angular radii and separation of the discs of the Sun and the Moon as seen from a place, radians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
     pub sun: f64,
+    /// The Moon's radius for the umbra.
     pub moon: f64,
+    /// The Moon's radius for the penumbra.
     penumbral_moon: f64,
+    /// Angle between the centres.
     separation: f64,
 }
 
@@ -180,8 +183,8 @@ impl<'a> Station<'a> {
         let from_station_km = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
         let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
         let north = self.normal.cross(east);
-        let (e, n) = (from_station_km.dot(east), from_station_km.dot(north));
-        (from_station_km.dot(self.normal).atan2(e.hypot(n)), e.atan2(n).rem_euclid(TAU))
+        let (east_km, north_km) = (from_station_km.dot(east), from_station_km.dot(north));
+        (from_station_km.dot(self.normal).atan2(east_km.hypot(north_km)), east_km.atan2(north_km).rem_euclid(TAU))
     }
 
     fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
@@ -273,26 +276,26 @@ impl<'a> Station<'a> {
     }
 
     fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
-        let upper_limb_rad = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION + DISC_RADIUS;
+        let upper_limb_altitude_rad = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD;
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };
-        let mut up_since = (upper_limb_rad(first) > 0.0).then_some(first);
-        let mut at = first;
-        while at < last {
-            let next = (at + SEARCH_STEP_S).min(last);
-            match (upper_limb_rad(at) > 0.0, upper_limb_rad(next) > 0.0) {
+        let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
+        let mut current = first;
+        while current < last {
+            let next = (current + SEARCH_STEP_S).min(last);
+            match (upper_limb_altitude_rad(current) > 0.0, upper_limb_altitude_rad(next) > 0.0) {
                 (false, true) => {
-                    let s = zero_crossing(at, next, upper_limb_rad);
+                    let s = zero_crossing(current, next, upper_limb_altitude_rad);
                     above_horizon.rise = above_horizon.rise.or(Some(s));
                     up_since = Some(s);
                 }
                 (true, false) => {
-                    let s = zero_crossing(at, next, |s| -upper_limb_rad(s));
+                    let s = zero_crossing(current, next, |s| -upper_limb_altitude_rad(s));
                     above_horizon.set = above_horizon.set.or(Some(s));
                     above_horizon.spans.extend(up_since.take().map(|from| (from, s)));
                 }
                 _ => {}
             }
-            at = next;
+            current = next;
         }
         above_horizon.spans.extend(up_since.map(|from| (from, last)));
         above_horizon

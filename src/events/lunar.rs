@@ -1,8 +1,8 @@
 //! Eclipses of the Moon.
 //!
 //! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light time is
-//! included: light seen from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s earlier. So the axis of the shadow is opposite to
-//! the place where the Sun was seen 2.6 s earlier. Almanacs use the Sun of the same instant: their instants are 0.2 s later.
+//! included: the light that comes from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s before. So the axis of the shadow is opposite
+//! to the place where the Sun was seen 2.6 s earlier. Almanacs use the Sun of the same instant: their instants are 0.2 s later.
 //!
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
@@ -19,11 +19,11 @@ use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
 
 /// The true full moon is within 15 hours of the mean full moon.
-const PHASE_S: f64 = 15.0 * 3600.0;
+const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The Moon leaves the penumbra within 3.2 hours of the greatest eclipse.
-const SHADOW_S: f64 = 4.0 * 3600.0;
-/// Danjon's enlargement of the Moon's parallax: the effect of the air on the Earth's radius, less the flattening at 45 degrees.
-const DANJON: f64 = 0.01;
+const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
+/// Danjon's enlargement of the shadow, in Earth radii: the effect of the air, less the flattening at 45 degrees.
+const DANJON_ENLARGEMENT: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LunarType {
@@ -88,7 +88,7 @@ struct InShadow {
 }
 
 impl LunarEclipseGeometry {
-    /// The Moon's radius in eclipses of the Moon: the one that the penumbra of a solar eclipse has.
+    /// The Moon's radius in eclipses of the Moon: the one that is used for the penumbra in solar eclipses.
     fn penumbral_moon_radius_km(&self) -> f64 {
         self.bodies.penumbral_moon_radius_km
     }
@@ -105,11 +105,11 @@ impl LunarEclipseGeometry {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * behind_km * sin_half) / cos_half
         };
-        let enlarged_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON * earth_radius_km } else { 0.0 };
+        let enlargement_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         InShadow {
             offset_from_axis: moon_km - antisolar * behind_km,
-            umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlarged_km,
-            penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlarged_km,
+            umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
+            penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
         }
     }
 
@@ -124,14 +124,14 @@ impl LunarEclipseGeometry {
 }
 
 /// The eclipse of the Moon at a full moon, if there is one.
-pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
+pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
     debug_assert_eq!(full_moon.phase, Phase::Full);
     if !full_moon.may_eclipse() {
         return Ok(None);
     }
-    let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     let mut geometry = LunarEclipseGeometry { sky, bodies, greatest_s: 0.0 };
-    let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| geometry.in_shadow(s).offset_from_axis.length());
+    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.in_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
@@ -142,8 +142,8 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy
     let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
         let outside = |s: f64| fraction - magnitude(s);
         if outside(greatest_s) < 0.0 {
-            contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_S, outside)));
-            contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_S, outside)));
+            contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_SEARCH_S, outside)));
+            contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, outside)));
         }
     };
     add("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);

@@ -5,8 +5,9 @@
 
 use crate::time::Instant;
 
-/// TT Julian date of the mean new moon of lunation 0, and days between mean new moons (Meeus 1998, eq. 49.1).
+/// TT Julian date of the mean new moon of lunation 0 (Meeus 1998, eq. 49.1).
 const FIRST_JD_TT: f64 = 2_451_550.097_66;
+/// Days between mean new moons.
 const SYNODIC_MONTH_DAYS: f64 = 29.530_588_861;
 const LUNATIONS_PER_CENTURY: f64 = 1236.85;
 
@@ -37,7 +38,7 @@ impl Syzygy {
         Self { lunation: self.lunation + 1, ..self }
     }
 
-    /// Lunations past the first new moon, as Meeus counts them.
+    /// Meeus's k: lunations past the new moon of lunation 0.
     fn k(self) -> f64 {
         self.lunation as f64 + if self.phase == Phase::New { 0.0 } else { 0.5 }
     }
@@ -58,17 +59,17 @@ impl Syzygy {
     /// Number of the Saros series, as van den Bergh counts them (Periodicity and Variation of Solar (and Lunar) Eclipses, 1955).
     ///
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
-    /// because 38 times 358 is 1 modulo 223. Anchors: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
-    /// (Espenak and Meeus 2006). Of the numbers that agree modulo 223, the result is the one nearest to the series that are then in the middle of
-    /// their lives.
+    /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
+    /// (Espenak and Meeus 2006). Of the numbers that agree modulo 223, the result is the one nearest to the series that is then in the middle of
+    /// its life.
     pub(crate) fn saros(self) -> i64 {
-        let (anchor, number, middle) = match self.phase {
+        let (reference_lunation, reference_series, middle_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),
             Phase::Full => (282, 136, 130),
         };
-        let lunations = self.lunation - anchor;
-        let number_modulo_223 = number + 38 * lunations;
-        let middle_series = middle as f64 + lunations as f64 / 358.0;
+        let lunations = self.lunation - reference_lunation;
+        let number_modulo_223 = reference_series + 38 * lunations;
+        let middle_series = middle_at_reference as f64 + lunations as f64 / 358.0;
         number_modulo_223 + 223 * ((middle_series - number_modulo_223 as f64) / 223.0).round() as i64
     }
 }
@@ -93,13 +94,13 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
-            let mut at = Syzygy::before(phase, Instant::parse(day_before).expect("a day"));
-            if at.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
-                at = at.next();
+            let mut syzygy = Syzygy::before(phase, Instant::parse(day_before).expect("a day"));
+            if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
+                syzygy = syzygy.next();
             }
-            assert_eq!(at.saros(), series, "{day_before}");
-            // One lunation on is another series.
-            assert_ne!(at.next().saros(), series, "{day_before}");
+            assert_eq!(syzygy.saros(), series, "{day_before}");
+            // The next lunation belongs to another series.
+            assert_ne!(syzygy.next().saros(), series, "{day_before}");
         }
     }
 

@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
 //! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and their local
-//! circumstances. The geometry is that of the shaders: bodies are where the light passed them, radii are the catalog's, by the convention in force.
-//! Nothing is drawn here and no file is read.
+//! circumstances. The geometry is that of the shaders: bodies are where the light passed them, and radii are the catalog's
+//! ([`EclipseRadii`](crate::catalog::EclipseRadii)). Nothing is drawn here and no file is read.
 
 mod cone;
 mod contacts;
@@ -42,8 +42,8 @@ use sky::EclipseBodies;
 /// The catalog lacks a body, or the theories do not cover the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
-    let at = |new_moon| solar::at(ephemeris, bodies, new_moon);
-    at_phases(Phase::New, from, to, |e: &SolarEclipse| e.greatest, at, |e, member| e.saros_member = member)
+    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
+    eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at, |e, member| e.saros_member = member)
 }
 
 /// Eclipses of the Moon whose greatest phase is in `from..to`.
@@ -52,17 +52,17 @@ pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
 /// As [`solar_eclipses`].
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
-    let at = |full_moon| lunar::at(ephemeris, bodies, full_moon);
-    at_phases(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, at, |e, member| e.saros_member = member)
+    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
+    eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at, |e, member| e.saros_member = member)
 }
 
-/// The eclipses that `at` finds at the syzygies of a phase, with their numbers in the Saros series.
-fn at_phases<E>(
+/// The eclipses that `eclipse_at` finds at the syzygies of a phase, with their numbers in the Saros series.
+fn eclipses_at_phase<E>(
     phase: Phase,
     from: Instant,
     to: Instant,
     greatest: impl Fn(&E) -> Instant,
-    at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
+    eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
     set_member: impl Fn(&mut E, Option<i64>),
 ) -> Result<Vec<E>, EphemerisError> {
     let mut found = Vec::new();
@@ -71,9 +71,9 @@ fn at_phases<E>(
     const MARGIN_S: f64 = 86_400.0;
     let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
-        if let Some(mut eclipse) = at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
+        if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
             // The start of a series that began before the theories' span is unknown.
-            set_member(&mut eclipse, starts.member(syzygy, |earlier| at(earlier).map(|e| e.is_some())).ok());
+            set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
             found.push(eclipse);
         }
         syzygy = syzygy.next();

@@ -1,7 +1,7 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. The geometry is that of planes that touch the planet's spheroid and the source: the
-//! Earth as a point for transits and occultations, the Sun's disc for shadows and eclipses. Light time between Sun, moon, planet and Earth is included. An
+//! In: a span of time. Out: events as the Earth's centre sees them. The geometry is that of planes that touch the planet's spheroid and the observer:
+//! for transits and occultations the Earth as a point, for shadows and eclipses the Sun's disc. Light time between Sun, moon, planet and Earth is included. An
 //! event is listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants:
 //! 30 s for the Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
@@ -53,7 +53,7 @@ pub struct MoonEvent {
     pub class: MoonEventType,
     pub moon: NaifId,
     pub planet: NaifId,
-    /// The other moon of a mutual event.
+    /// The occulting or eclipsing moon of a mutual event.
     pub by: Option<NaifId>,
     /// When the moon or its shadow is nearest to the middle of the planet, or the moon to the middle of the shadow around it. In mutual events,
     /// when the centres of the two moons are nearest.
@@ -84,9 +84,9 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
     for moon in MOONS.iter().filter_map(|id| catalog.body(*id)) {
         let Some(planet) = moon.parent.and_then(|id| catalog.body(id)) else { continue };
         let pair = MoonAndPlanet { ephemeris, sun_radius_km: sun.radii_km.x, planet, moon };
-        for source in [NaifId::EARTH, NaifId::SUN] {
-            for (middle, is_in_front) in pair.conjunctions(source, from, to)? {
-                let event = MoonConjunction::around(&pair, source, middle)?.event(&pair, is_in_front)?;
+        for observer in [NaifId::EARTH, NaifId::SUN] {
+            for (middle, is_in_front) in pair.conjunctions(observer, from, to)? {
+                let event = MoonConjunction::around(&pair, observer, middle)?.event(&pair, is_in_front)?;
                 found.extend(event.filter(|e| (from..to).contains(&e.greatest)));
             }
         }
@@ -107,13 +107,14 @@ impl MoonAndPlanet<'_> {
         Ok((state.pos_km, state.vel_km_s))
     }
 
-    /// When the moon crosses the line from the planet to a body, as time at the planet to some seconds, and whether it is in front of the planet.
-    fn conjunctions(&self, source: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
+    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to some seconds), and whether it is then in front of the
+    /// planet.
+    fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
         let system = NaifId(self.planet.id.0 / 100);
-        // Distance sideways from the line, in the plane of the orbit, km; and a number that is positive in front of the planet.
+        // Distance from the line, in the plane of the orbit, km; and a number that is positive in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
-            let towards = self.ephemeris.state(source, system, t, None)?.state.pos_km;
+            let towards = self.ephemeris.state(observer, system, t, None)?.state.pos_km;
             let perpendicular = pos_km.cross(vel_km_s).cross(towards);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(towards)))
         };
@@ -128,7 +129,7 @@ impl MoonAndPlanet<'_> {
             let next = at.plus_seconds(step_s);
             let next_offset = offsets(next)?.0;
             if (offset < 0.0) != (next_offset < 0.0) {
-                // Secant method: the sideways offset is nearly linear in time here.
+                // Secant method: the offset is nearly linear in time here.
                 let (mut a, mut fa, mut b, mut fb) = (0.0, offset, step_s, next_offset);
                 for _ in 0..4 {
                     let s = a - fa * (b - a) / (fb - fa);
@@ -148,21 +149,21 @@ impl MoonAndPlanet<'_> {
     }
 }
 
-/// A moon, its planet and the source (the Sun, or the Earth as observer) around a conjunction. Times are seconds from the middle, at the planet; vectors
-/// are from the planet's centre, km, ICRF axes.
+/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun: what it cannot see lies in shadow. Times are seconds from
+/// the middle, at the planet; vectors are from the planet's centre, km, ICRF axes.
 struct MoonConjunction {
-    source: NaifId,
+    observer: NaifId,
     middle: Instant,
     half_s: f64,
     moon: FittedPosition,
     /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
-    to_source: FittedPosition,
+    to_observer: FittedPosition,
     /// Barycentric velocity of the planet.
     planet_velocity_km_s: DVec3,
     pole: DVec3,
 }
 
-/// The planes that bound a region. They touch the planet, and pass through the source's centre or touch its disc on the same or the opposite side.
+/// The planes that bound a region. They touch the planet, and pass through the observer's centre or touch its disc on the same or the opposite side.
 #[derive(Clone, Copy)]
 enum BoundingPlanes {
     Centre,
@@ -173,34 +174,34 @@ enum BoundingPlanes {
 }
 
 impl MoonConjunction {
-    fn around(pair: &MoonAndPlanet<'_>, source: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
+    fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
         let half_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
         let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
-        let to_source = FittedPosition::over(half_s, |s| vector_to_source(ephemeris, planet, source, instant(s)))?;
+        let to_observer = FittedPosition::over(half_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
-        Ok(Self { source, middle, half_s, moon, to_source, planet_velocity_km_s, pole })
+        Ok(Self { observer, middle, half_s, moon, to_observer, planet_velocity_km_s, pole })
     }
 
     /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it, the delay in seconds,
-    /// and the vector to the source.
+    /// and the vector to the observer.
     fn geometry_of_light(&self, s: f64) -> (DVec3, f64, DVec3) {
-        let to_source = self.to_source.at(s);
-        let along_km = self.moon.at(s).dot(to_source.normalize_or_zero());
+        let to_observer = self.to_observer.at(s);
+        let along_km = self.moon.at(s).dot(to_observer.normalize_or_zero());
         // Light goes from the planet to the Earth, and from the Sun to the planet.
-        let delay_s = if self.source == NaifId::SUN { -along_km } else { along_km } / SPEED_OF_LIGHT_KM_S;
-        (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_source)
+        let delay_s = if self.observer == NaifId::SUN { -along_km } else { along_km } / SPEED_OF_LIGHT_KM_S;
+        (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_observer)
     }
 
     /// How far the moon's centre lies outside the region, km.
-    fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, edge: BoundingPlanes) -> f64 {
-        let (moon_km, _, to_source) = self.geometry_of_light(s);
-        let distance_km = to_source.length();
-        let towards = to_source / distance_km;
-        let radius_km = match edge {
+    fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, planes: BoundingPlanes) -> f64 {
+        let (moon_km, _, to_observer) = self.geometry_of_light(s);
+        let distance_km = to_observer.length();
+        let towards = to_observer / distance_km;
+        let radius_km = match planes {
             BoundingPlanes::Centre => 0.0,
             BoundingPlanes::ExternalTangent => -pair.sun_radius_km,
             BoundingPlanes::InternalTangent => pair.sun_radius_km,
@@ -211,7 +212,7 @@ impl MoonConjunction {
         let other = towards.cross(perpendicular);
         let beyond = |angle: f64| {
             let across = perpendicular * angle.cos() + other * angle.sin();
-            // The normal is tilted so that the plane touches both planet and source.
+            // The normal is tilted so that the plane touches both planet and observer.
             let tilt = (support_km(across) + radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;
             moon_km.dot(normal) - support_km(normal)
@@ -231,14 +232,14 @@ impl MoonConjunction {
     }
 
     fn event(&self, pair: &MoonAndPlanet<'_>, is_in_front: bool) -> Result<Option<MoonEvent>, EphemerisError> {
-        let class = match (self.source == NaifId::SUN, is_in_front) {
+        let class = match (self.observer == NaifId::SUN, is_in_front) {
             (false, true) => MoonEventType::Transit,
             (false, false) => MoonEventType::Occultation,
             (true, true) => MoonEventType::ShadowTransit,
             (true, false) => MoonEventType::Eclipse,
         };
         let radius_km = pair.moon.radii_km.x;
-        // Names of both contacts, the edge and the distance of the moon's centre from it.
+        // Names of both contacts, the bounding planes, and the distance of the moon's centre outside them.
         let limits: &[(&str, &str, BoundingPlanes, f64)] = match class {
             MoonEventType::Transit | MoonEventType::Occultation => &[
                 ("I", "IV", BoundingPlanes::Centre, radius_km),
@@ -255,14 +256,14 @@ impl MoonConjunction {
             ],
         };
         let sideways_km = |s: f64| {
-            let (moon_km, _, to_source) = self.geometry_of_light(s);
-            moon_km.cross(to_source.normalize_or_zero()).length()
+            let (moon_km, _, to_observer) = self.geometry_of_light(s);
+            moon_km.cross(to_observer.normalize_or_zero()).length()
         };
         let search_s = self.half_s - 30.0;
         let greatest_s = time_of_minimum(-search_s, search_s, sideways_km);
         let mut contacts = Vec::new();
-        for &(first, last, edge, distance_km) in limits {
-            let outside = |s: f64| self.distance_outside_km(pair, s, edge) - distance_km;
+        for &(first, last, planes, distance_km) in limits {
+            let outside = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
             if outside(greatest_s) < 0.0 {
                 contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, outside))?));
                 contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, outside))?));
@@ -275,15 +276,15 @@ impl MoonConjunction {
     }
 }
 
-/// Vector from a planet at `t` to the Earth when it receives the planet's light, or to the Sun when it sent the light that arrives at `t`: km, ICRF
-/// axes.
-pub(super) fn vector_to_source(ephemeris: &Ephemeris, planet: NaifId, source: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
+/// Vector from a planet at `t` to the observer: to the Earth when it receives the planet's light, or to the Sun when it sent the light that arrives at
+/// `t`. Kilometres, ICRF axes.
+pub(super) fn vector_to_observer(ephemeris: &Ephemeris, planet: NaifId, observer: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
     let barycentric_km = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km);
     let planet_km = barycentric_km(planet, t)?;
-    if source == NaifId::SUN {
+    if observer == NaifId::SUN {
         return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
     }
-    Ok(barycentric_km(source, reception_time(ephemeris, planet_km, t)?)? - planet_km)
+    Ok(barycentric_km(observer, reception_time(ephemeris, planet_km, t)?)? - planet_km)
 }
 
 /// When the Earth's centre receives light that leaves a barycentric place at `t`.

@@ -6,7 +6,7 @@
 
 use super::contacts::sort_by_time;
 use super::fitted::FittedPosition;
-use super::moons::{GALILEAN, MoonEvent, MoonEventType, reception_time, vector_to_source};
+use super::moons::{GALILEAN, MoonEvent, MoonEventType, reception_time, vector_to_observer};
 use super::numeric::{time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
@@ -19,10 +19,11 @@ const JUPITER: NaifId = NaifId(599);
 const STEP_S: f64 = 600.0;
 /// Two moons do not meet if their centres are farther apart than this at the sample nearest to their passage.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
-/// Largest sine of the elevation of the Earth or the Sun above Jupiter's equator: 4 degrees. Two moons in a line on one side of Jupiter are 249 000 km apart or
-/// more (Io and Europa). Beyond this limit, less one degree for the inclinations of the orbits, they pass 13 000 km from each other, too far for an event.
+/// Largest sine of the elevation of the Earth or the Sun above Jupiter's equator, that of 4 degrees. Two moons in line on one side of Jupiter are at least
+/// 249 000 km apart in depth (Io and Europa). Seen 3 degrees (one less, for the inclinations of the orbits) from the plane, they pass at a distance of
+/// 13 000 km, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
-/// Half of the fitted span: the slowest passages, near the greatest elongation, take some hours.
+/// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take some hours.
 const HALF_S: f64 = 4.0 * 3600.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
@@ -36,13 +37,13 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     let pairs: Vec<(usize, usize)> = (0..moons.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
     // Light from Jupiter takes less than an hour.
     let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
-    for source in [NaifId::EARTH, NaifId::SUN] {
+    for observer in [NaifId::EARTH, NaifId::SUN] {
         let mut at = start;
         // Distances of the pairs perpendicular to the line of sight at the last two samples.
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
         while at < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(source, NaifId(5), at, None)?.state.pos_km.normalize_or_zero();
+            let towards = ephemeris.state(observer, NaifId(5), at, None)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, at)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
@@ -56,7 +57,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                 for (k, &(a, b)) in pairs.iter().enumerate() {
                     if last[k] <= second_last[k] && last[k] < now[k] && last[k] < MAX_DISTANCE_KM {
                         let conjunction =
-                            MutualConjunction::around(ephemeris, [moons[a], moons[b]], source, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
+                            MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
                         found.extend(conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
                     }
                 }
@@ -69,30 +70,30 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 }
 
 /// Two moons around their conjunction. Times are those of light at the farther moon, in seconds from the sample of least distance; vectors are from Jupiter's
-/// centre, km. `source`: the Earth, which sees an occultation, or the Sun, which casts the shadow.
+/// centre, km. `observer`: the Earth, for which the nearer moon occults the farther, or the Sun, from which it shades it.
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
     near_km: FittedPosition,
     far_km: FittedPosition,
-    to_source: FittedPosition,
-    source: NaifId,
+    to_observer: FittedPosition,
+    observer: NaifId,
     sun_radius_km: f64,
     planet_velocity_km_s: DVec3,
     middle: Instant,
 }
 
-/// Position of the nearer moon relative to the line from the farther moon's centre to the source, km.
+/// Position of the nearer moon relative to the line from the farther moon's centre to the observer, km.
 struct Offset {
     /// Distance from the line.
     offset_km: f64,
     /// Distance from the farther moon along the line.
     depth_km: f64,
-    /// Distance of the source from the farther moon.
-    source_km: f64,
+    /// Distance of the observer from the farther moon.
+    observer_km: f64,
 }
 
-/// The region behind the nearer moon.
+/// A region behind the nearer moon, which the farther moon may enter.
 #[derive(Clone, Copy)]
 enum Region {
     /// Hidden from the Earth.
@@ -106,50 +107,51 @@ impl<'a> MutualConjunction<'a> {
     fn around(
         ephemeris: &Ephemeris,
         moons: [&'a Body; 2],
-        source: NaifId,
+        observer: NaifId,
         sun_radius_km: f64,
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let instant = |s: f64| middle.plus_seconds(s);
         let fit = |moon: &Body| FittedPosition::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
-        let to_source = FittedPosition::over(HALF_S, |s| vector_to_source(ephemeris, JUPITER, source, instant(s)))?;
+        let to_observer = FittedPosition::over(HALF_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
-        let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_source.at(0.0)) > 0.0;
+        let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_observer.at(0.0)) > 0.0;
         let (near, far, near_km, far_km) = if a_is_near { (a, b, a_km, b_km) } else { (b, a, b_km, a_km) };
         let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
-        Ok(Self { near, far, near_km, far_km, to_source, source, sun_radius_km, planet_velocity_km_s, middle })
+        Ok(Self { near, far, near_km, far_km, to_observer, observer, sun_radius_km, planet_velocity_km_s, middle })
     }
 
     fn offset(&self, s: f64) -> Offset {
         let far_km = self.far_km.at(s);
-        let to_source = self.to_source.at(s) - far_km;
-        let source_km = to_source.length();
-        let towards = to_source / source_km;
+        let to_observer = self.to_observer.at(s) - far_km;
+        let observer_km = to_observer.length();
+        let towards = to_observer / observer_km;
         // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
         let depth_km = (self.near_km.at(s) - far_km).dot(towards);
-        let delay_s = if self.source == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
+        let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
-        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), source_km }
+        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), observer_km }
     }
 
     /// Distance of the farther moon from a region behind the nearer one, km; negative if it touches the region.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let offset = self.offset(s);
         let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);
-        // Distance of the source from the nearer moon, whose shadow widens or narrows with depth.
-        let source_from_near_km = offset.source_km - offset.depth_km;
+        // Distance of the observer from the nearer moon.
+        let observer_from_near_km = offset.observer_km - offset.depth_km;
         let radius_km = match region {
-            Region::Hidden => near_radius_km * offset.source_km / source_from_near_km,
-            Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / source_from_near_km,
-            Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / source_from_near_km).abs(),
+            Region::Hidden => near_radius_km * offset.observer_km / observer_from_near_km,
+            Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / observer_from_near_km,
+            Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / observer_from_near_km).abs(),
         };
-        offset.offset_km * offset.source_km / source_from_near_km - radius_km - far_radius_km
+        // The line from the observer through the nearer moon's centre passes the farther moon at this distance.
+        offset.offset_km * offset.observer_km / observer_from_near_km - radius_km - far_radius_km
     }
 
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
         let greatest_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, |s| self.offset(s).offset_km);
-        let (class, limits): (_, &[(&str, &str, Region)]) = if self.source == NaifId::SUN {
+        let (class, limits): (_, &[(&str, &str, Region)]) = if self.observer == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
         } else {
             (MoonEventType::MutualOccultation, &[("I", "IV", Region::Hidden)])

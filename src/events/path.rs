@@ -93,21 +93,20 @@ fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> G
 /// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9).
 pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<[f64; 2]>> {
     let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
-    for pair in places
+    for (before, point) in places
         .iter()
         .map(|p| [p.longitude_deg, p.latitude_deg])
-        .scan(None, |before: &mut Option<[f64; 2]>, at| Some((before.replace(at), at)))
+        .scan(None, |before: &mut Option<[f64; 2]>, point| Some((before.replace(point), point)))
     {
-        let (before, at) = pair;
-        if let Some(before) = before.filter(|b| (b[0] - at[0]).abs() > 180.0) {
+        if let Some(before) = before.filter(|b| (b[0] - point[0]).abs() > 180.0) {
             let edge = 180.0_f64.copysign(before[0]);
             // Degrees of longitude from the earlier place to the date line, and to the later place.
-            let (to_date_line, whole) = ((edge - before[0]).abs(), 360.0 - (before[0] - at[0]).abs());
-            let latitude = before[1] + (at[1] - before[1]) * if whole > 0.0 { to_date_line / whole } else { 0.0 };
+            let (to_date_line, whole) = ((edge - before[0]).abs(), 360.0 - (before[0] - point[0]).abs());
+            let latitude = before[1] + (point[1] - before[1]) * if whole > 0.0 { to_date_line / whole } else { 0.0 };
             lines.last_mut().into_iter().for_each(|line| line.push([edge, latitude]));
             lines.push(vec![[-edge, latitude]]);
         }
-        lines.last_mut().into_iter().for_each(|line| line.push(at));
+        lines.last_mut().into_iter().for_each(|line| line.push(point));
     }
     lines.retain(|line| line.len() > 1);
     lines

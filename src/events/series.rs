@@ -1,7 +1,7 @@
 //! The number of an eclipse in its Saros series.
 //!
 //! In: an eclipse, and a function that reports whether there is an eclipse at another phase of the same series. Out: its number, starting at 1. A series
-//! begins with the first eclipse by the radii in force: with a smaller shadow it may begin later.
+//! begins with the first eclipse that the radii in force give: with a smaller shadow it may begin later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;
@@ -14,7 +14,8 @@ const MAX_MEMBERS: i64 = 100;
 /// Cache of the first lunations of series.
 #[derive(Debug, Default)]
 pub(super) struct SeriesStarts {
-    first: HashMap<i64, i64>,
+    /// Lunation of the first eclipse by number of the series.
+    first_lunations: HashMap<i64, i64>,
 }
 
 impl SeriesStarts {
@@ -24,7 +25,7 @@ impl SeriesStarts {
     /// The error of `exists`.
     pub(crate) fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
         let series = syzygy.saros();
-        let first = match self.first.get(&series) {
+        let first = match self.first_lunations.get(&series) {
             Some(first) => *first,
             None => {
                 let (mut earlier_members, mut too_many) = (0, MAX_MEMBERS);
@@ -37,7 +38,7 @@ impl SeriesStarts {
                     }
                 }
                 let first = syzygy.lunation - SAROS_LUNATIONS * earlier_members;
-                self.first.insert(series, first);
+                self.first_lunations.insert(series, first);
                 first
             }
         };

@@ -59,26 +59,27 @@ impl EclipseBodies {
     }
 }
 
-/// Fitted positions of the Sun and the nearer body. Times are seconds from the middle.
+/// Fitted positions of the Sun and of the body in front of it. Times are seconds from the middle.
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
     sun: FittedPosition,
-    near: FittedPosition,
+    near_body: FittedPosition,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
 impl EarthSky {
-    /// The sky from `half_s` before to `half_s` after `middle`; for the Moon a day at most. `near`: the Moon, or a planet that passes in front of the Sun.
+    /// The sky from `half_s` before to `half_s` after `middle`; for the Moon a day at most. `near_body`: the Moon, or a planet that passes in front of the
+    /// Sun.
     ///
     /// # Errors
     /// The theories do not cover the span.
-    pub(crate) fn around(ephemeris: &Ephemeris, near: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
+    pub(crate) fn around(ephemeris: &Ephemeris, near_body: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
         let fit = |body| FittedPosition::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,
-            near: fit(near)?,
+            near_body: fit(near_body)?,
             itrs_from_gcrs_at_middle: ephemeris.body_from_icrf(NaifId::EARTH, middle)?,
         })
     }
@@ -92,7 +93,7 @@ impl EarthSky {
     }
 
     pub(crate) fn near_body_km(&self, s: f64) -> DVec3 {
-        self.near.at(s)
+        self.near_body.at(s)
     }
 
     pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {

@@ -14,9 +14,10 @@ use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 
-/// The true new moon is within 15 hours of the mean new moon, and the penumbra leaves the Earth within 4 hours of the greatest eclipse.
-const PHASE_S: f64 = 15.0 * 3600.0;
-const SHADOW_S: f64 = 4.0 * 3600.0;
+/// The true new moon is within 15 hours of the mean new moon.
+const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
+/// The penumbra leaves the Earth within 4 hours of the greatest eclipse.
+const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
 /// Number of places along the centre line that are tested for umbra or antumbra.
 const LINE_SAMPLES: i32 = 24;
 
@@ -119,7 +120,10 @@ impl SolarEclipseGeometry {
             |s: f64| -earth.depth_of_line(self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
         let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, distance_outside);
         (distance_outside(middle) < 0.0).then(|| {
-            (zero_crossing(middle, middle - SHADOW_S, distance_outside), zero_crossing(middle, middle + SHADOW_S, distance_outside))
+            (
+                zero_crossing(middle, middle - SHADOW_SEARCH_S, distance_outside),
+                zero_crossing(middle, middle + SHADOW_SEARCH_S, distance_outside),
+            )
         })
     }
 
@@ -144,18 +148,18 @@ impl SolarEclipseGeometry {
 }
 
 /// The eclipse of the Sun at a new moon, if there is one.
-pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
+pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
     debug_assert_eq!(new_moon.phase, Phase::New);
     if !new_moon.may_eclipse() {
         return Ok(None);
     }
-    let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_S + SHADOW_S)?;
+    let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     // Vector from the Earth's centre to the nearest point of the axis.
     let nearest_on_axis_km = |s: f64| {
         let (moon_km, (to_sun, _)) = (sky.near_body_km(s), axis(sky.sun_km(s), sky.near_body_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
-    let greatest_s = time_of_minimum(-PHASE_S, PHASE_S, |s| nearest_on_axis_km(s).length());
+    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| nearest_on_axis_km(s).length());
     let nearest = nearest_on_axis_km(greatest_s);
     let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_radii_km.x;
     let geometry = SolarEclipseGeometry { sky, bodies, greatest_s };
@@ -163,7 +167,7 @@ pub(super) fn at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy)
         return Ok(None);
     }
     let span = |gap: &dyn Fn(f64) -> f64| {
-        let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_S, gap);
+        let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
         (end(-1.0), end(1.0))
     };
     let penumbra = span(&|s| geometry.penumbra_gap_km(s));

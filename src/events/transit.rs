@@ -14,7 +14,7 @@ use crate::units::RAD_PER_ARCSEC;
 
 /// The planets between the Earth and the Sun.
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
-/// Time between samples of the elongation, less than an inferior conjunction of either planet takes (more than a week).
+/// Time between samples of the elongation; an inferior conjunction of either planet takes longer, more than a week.
 const STEP_S: f64 = 2.0 * 86_400.0;
 /// Within a step of a transit the planet is nearer to the Sun than this, radians: it moves by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
@@ -64,8 +64,8 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let bodies = EclipseBodies { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_bodies };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
-            let (sun, near) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
-            Ok(if near.length() < sun.length() { angle_rad(sun, near) } else { std::f64::consts::PI })
+            let (sun_km, planet_km) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
+            Ok(if planet_km.length() < sun_km.length() { angle_rad(sun_km, planet_km) } else { std::f64::consts::PI })
         };
         let steps = ((to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000()) / STEP_S).ceil() as i64 + 1;
         let at = |i: i64| from.plus_seconds(i as f64 * STEP_S);
@@ -92,8 +92,8 @@ struct PlanetConjunction {
 impl PlanetConjunction {
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
         // Fitted over some days to find the middle, then over the hours of a transit.
-        let days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
-        let middle = days.sky.instant(time_of_minimum(-STEP_S, STEP_S, |s| days.separation(s)));
+        let over_days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
+        let middle = over_days.sky.instant(time_of_minimum(-STEP_S, STEP_S, |s| over_days.separation(s)));
         Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_S)?, bodies })
     }
 
@@ -117,10 +117,10 @@ impl PlanetConjunction {
         if outer(greatest_s) >= 0.0 {
             return None;
         }
-        let end = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_S, f));
-        let mut contacts = vec![("I", end(-1.0, &outer)), ("IV", end(1.0, &outer))];
+        let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_S, f));
+        let mut contacts = vec![("I", contact(-1.0, &outer)), ("IV", contact(1.0, &outer))];
         if inner(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", end(-1.0, &inner)), ("III", end(1.0, &inner))]);
+            contacts.splice(1..1, [("II", contact(-1.0, &inner)), ("III", contact(1.0, &inner))]);
         }
         let (sun_radius, planet_radius) = self.discs(greatest_s);
         let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;

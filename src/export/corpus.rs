@@ -1,8 +1,9 @@
-//! The conformance corpus: modules with their inputs, expected outputs and tolerances, for other executors of WGSL.
+//! The conformance corpus: modules with their inputs, expected outputs and tolerances, for other implementations of WGSL.
 //!
 //! In: a revision and keys. Out: a folder per key with `module.wgsl` and `case.json`, and `data/` with blobs that cases share, each file
-//! named by the first 16 bytes of its SHA-256. Always: the files contain everything that the draw needs; expected outputs are those of the software renderer in
-//! f64, rounded to f32; the same modules give the same bytes. docs/corpus.md describes the format. Not included: modules that draw no body.
+//! named by the first 16 bytes of its SHA-256. Always: the files contain everything that the draw needs; expected outputs are those of the
+//! software renderer in f64, rounded to f32; the same modules give the same bytes. Not included: modules that draw no body. docs/corpus.md
+//! describes the format.
 
 use super::revision::{Revision, RevisionError};
 use super::sample::{Sample, SampleRenderer, level_differences, make_all};
@@ -22,15 +23,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Side of the image of each case, pixels.
-const SIDE: u32 = 48;
+const SIDE_PX: u32 = 48;
 /// Number of cases in memory at a time.
-const BATCH: usize = 64;
+const CASES_PER_CHUNK: usize = 64;
 /// Name of the list of cases, which identifies a folder as a corpus.
 pub const MANIFEST: &str = "corpus.json";
-/// Version of the format. It changes with the layout of the files.
+/// Version of the format, incremented on incompatible changes.
 pub(crate) const FORMAT: u32 = 1;
-/// Half a level of 256, below the resolution of a display. The software renderer in f32 is within this tolerance for each key of the
-/// covering sets (tests/render/permutations.rs).
+/// Maximum absolute error of a channel, where white is 1: half of 1/256, below the resolution of a display. The software renderer in f32 is
+/// within this tolerance for each key of the covering sets (tests/render/permutations.rs).
 pub(crate) const TOLERANCE: f64 = 1.0 / 512.0;
 
 /// Why a corpus was not written.
@@ -115,6 +116,7 @@ fn vertices(input: &Vertices, blobs: &mut Vec<Blob>) -> Value {
     }
 }
 
+/// The case of a module with its draw and the images of the software renderer.
 fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Case, String> {
     let mut blobs = Vec::new();
     let mut add_blob = |bytes: Vec<u8>| {
@@ -172,12 +174,13 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
     })
 }
 
-fn case(sampler: &SampleRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
+/// Reads and draws the module of a key.
+fn case(renderer: &SampleRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
     let failed = |why: String| CorpusError::Case { key: key.to_string(), why };
     let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| failed("not in the library".into()))?);
-    let plan = sampler.plan(&module, key)?;
+    let plan = renderer.plan(&module, key)?;
     let draw = plan.passes.first().and_then(|p| p.draws.first()).ok_or_else(|| failed("draws nothing".into()))?;
-    case_of(&module, draw, &sampler.draw(&module, key)?).map_err(failed)
+    case_of(&module, draw, &renderer.draw(&module, key)?).map_err(failed)
 }
 
 /// Writes the corpus of these keys into a folder; `done` is called after each case. Returns the number of cases.
@@ -196,10 +199,10 @@ pub fn write(
     create_dir(&folder.join("data"))?;
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
-    for batch in keys.chunks(BATCH) {
-        let make = |sampler: &SampleRenderer, key: &ShaderKey| case(sampler, revision, key, lowering);
+    for chunk in keys.chunks(CASES_PER_CHUNK) {
+        let make = |renderer: &SampleRenderer, key: &ShaderKey| case(renderer, revision, key, lowering);
         let no_renderer = |key: &ShaderKey, e: &SessionError| CorpusError::Case { key: key.to_string(), why: e.to_string() };
-        for case in make_all(SIDE, batch, make, no_renderer, &done) {
+        for case in make_all(SIDE_PX, chunk, make, no_renderer, &done) {
             let Case { folder: case_folder, wgsl, json, blobs } = case?;
             let path = folder.join(&case_folder);
             create_dir(&path)?;

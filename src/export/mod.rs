@@ -1,8 +1,8 @@
 //! Exports for use outside the program: a report on two revisions of the shader library, an atlas of its modules, a corpus for other
-//! executors.
+//! implementations of WGSL.
 //!
 //! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the software renderer draws the sample body of
-//! [`crate::session::sample_plan`] with one thread per key, so that the same modules give the same bytes. Not here: images of views
+//! [`crate::session::sample_plan_of`] with one thread per key, so that the same modules give the same bytes. Not here: images of views
 //! (`session`), and the wording of results (`cli`).
 
 pub mod atlas;

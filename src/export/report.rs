@@ -15,9 +15,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Side of the sample image, pixels.
-const SIDE: u32 = 40;
+const SIDE_PX: u32 = 40;
 
-/// Cost and image statistics of one module in one revision.
+/// Cost of one module in one revision, and statistics of its sample image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
     /// Lane operations of the fragment tape; operations in a loop count once.
@@ -35,13 +35,13 @@ pub struct Figures {
 /// One cause of a difference: a fragment with the lines that only one revision has, or the generator, or the lowering.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Cause {
-    /// The fragment's path, or `generator`, or `lowering`.
+    /// Path of the fragment, or `generator`, or `lowering`.
     pub what: String,
-    /// Features of the lines.
+    /// Features to which the lines belong.
     pub features: BTreeSet<String>,
-    /// Lines that only the first revision has.
+    /// Number of lines that only the first revision has.
     pub removed: usize,
-    /// Lines that only the second has.
+    /// Number of lines that only the second revision has.
     pub added: usize,
 }
 
@@ -52,7 +52,7 @@ pub struct ImageChange {
     pub max_levels: f64,
     /// The mean over all pixels.
     pub mean_levels: f64,
-    /// Pixels that differ by half a level or more.
+    /// Number of pixels that differ by half a level or more.
     pub pixels: usize,
 }
 
@@ -72,7 +72,7 @@ pub struct ModuleChange {
 pub struct Report {
     pub first: String,
     pub second: String,
-    /// Modules with equal text and tape.
+    /// Number of modules with equal text and tape.
     pub equal: usize,
     pub only_first: Vec<String>,
     pub only_second: Vec<String>,
@@ -84,11 +84,12 @@ pub struct Report {
 enum ModuleComparison {
     Equal,
     Changed(Box<ModuleChange>),
-    Only { first: bool },
+    OnlyInFirst,
+    OnlyInSecond,
     Failed(String),
 }
 
-/// The modules in either revision. `default_ids`: the modules to compile if both revisions are folders of fragments.
+/// The modules of both revisions together. `default_ids`: those to compare if both revisions are folders of fragments.
 fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
     let known: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
     let all: BTreeSet<ModuleId> = if known.is_empty() { default_ids.iter().cloned().collect() } else { known.into_iter().collect() };
@@ -98,7 +99,7 @@ fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
 /// Cost and sample image statistics of a module.
 ///
 /// # Errors
-/// One line: the module has no readable tape.
+/// One line: the tape cannot be read, or the module has no fragment stage.
 pub(crate) fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
     let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
@@ -111,7 +112,7 @@ pub(crate) fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<
     })
 }
 
-/// Why two modules of one id differ.
+/// Why two modules with the same id differ.
 fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if first.wgsl == second.wgsl {
         return vec![Cause { what: "lowering".into(), ..Cause::default() }];
@@ -124,17 +125,17 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     };
     let causes: Vec<Cause> =
         changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(cause_of).collect();
-    // The modules have the same lines of the same fragments in another order, or lines from no fragment.
+    // No cause: the same lines of the same fragments are in another order, or the changed lines are from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
-fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
+fn compare(renderer: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
         return Ok(ModuleComparison::Equal);
     }
     let [first, second] = modules.map(Arc::new);
     let sample = |module: &Arc<ShaderModule>| match id {
-        ModuleId::Planet(key) => sampler.draw(module, key).map(Some).map_err(|e| e.to_string()),
+        ModuleId::Planet(key) => renderer.draw(module, key).map(Some).map_err(|e| e.to_string()),
         _ => Ok(None),
     };
     let samples = [sample(&first)?, sample(&second)?];
@@ -160,10 +161,11 @@ fn compare(sampler: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) 
 }
 
 impl Report {
-    /// Compares two revisions. `default_ids`: the modules to compile from fragments; `done` is called after each module, from any thread.
+    /// Compares two revisions. `default_ids`: the modules to compare if both are folders of fragments. `on_start` is called with the number of
+    /// modules, `done` after each module, from any thread.
     ///
     /// # Errors
-    /// No renderer can be created. Errors of single modules are in the report.
+    /// None at present: the report lists modules that cannot be read, compiled or drawn.
     pub fn of(
         revisions: [&Revision; 2],
         default_ids: &[ModuleId],
@@ -173,29 +175,30 @@ impl Report {
     ) -> Result<Self, SessionError> {
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
-        // Each of rayon's jobs has its own sampler, because a sampler has one thread.
-        let samplers = || SampleRenderer::new(SIDE).map_err(|e| e.to_string());
-        let compare_module = |sampler: &mut Result<SampleRenderer, String>, id: &ModuleId| {
-            let built = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
-            let compared = match built {
-                [Ok(Some(a)), Ok(Some(b))] => match sampler {
-                    Ok(sampler) => compare(sampler, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
+        // Each rayon job has its own renderer, because a renderer has one thread.
+        let new_renderer = || SampleRenderer::new(SIDE_PX).map_err(|e| e.to_string());
+        let compare_module = |renderer: &mut Result<SampleRenderer, String>, id: &ModuleId| {
+            let modules = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
+            let compared = match modules {
+                [Ok(Some(a)), Ok(Some(b))] => match renderer {
+                    Ok(renderer) => compare(renderer, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
                     Err(e) => ModuleComparison::Failed(e.clone()),
                 },
                 [Err(e), _] | [_, Err(e)] => ModuleComparison::Failed(e),
-                [Ok(first), Ok(_)] => ModuleComparison::Only { first: first.is_some() },
+                [Ok(Some(_)), Ok(None)] => ModuleComparison::OnlyInFirst,
+                [Ok(None), Ok(_)] => ModuleComparison::OnlyInSecond,
             };
             done();
             compared
         };
-        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(samplers, compare_module).collect();
+        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(new_renderer, compare_module).collect();
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
         for (id, compared) in ids.iter().zip(compared) {
             match compared {
                 ModuleComparison::Equal => report.equal += 1,
                 ModuleComparison::Changed(change) => report.changed.push(*change),
-                ModuleComparison::Only { first: true } => report.only_first.push(id.to_string()),
-                ModuleComparison::Only { first: false } => report.only_second.push(id.to_string()),
+                ModuleComparison::OnlyInFirst => report.only_first.push(id.to_string()),
+                ModuleComparison::OnlyInSecond => report.only_second.push(id.to_string()),
                 ModuleComparison::Failed(why) => report.failures.push((id.to_string(), why)),
             }
         }

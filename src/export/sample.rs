@@ -1,7 +1,7 @@
-//! A module on the sample body: its image in f32 and f64, and statistics of both.
+//! The sample body drawn by a module: images in f32 and f64, and their statistics.
 //!
-//! In: a finished module of a planet's key. Out: a `Sample`. Always: drawn on one thread, so that keys can be drawn in parallel on all
-//! cores; nothing of the module is kept.
+//! In: a module built from a shader key. Out: a `Sample`. Always: one sample is drawn on one thread, so that many can be drawn in parallel on
+//! all cores; the renderer keeps nothing of the module.
 
 use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{ModuleProvider, Plan};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// The sample body drawn by a module, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sample {
-    /// Side, pixels.
+    /// Width and height in pixels.
     pub side: u32,
     /// Linear RGBA, premultiplied, in f32.
     pub single: Vec<[f32; 4]>,
@@ -59,8 +59,8 @@ pub(crate) struct SampleRenderer {
     double: SoftwareRenderer,
 }
 
-/// Runs `make` on all cores, once for each item, with a renderer for samples of `side` pixels. Where no renderer can be created, the item's error is that of
-/// `no_renderer`. `done` is called after each item. The results are in the order of the items.
+/// Runs `make` on all cores, once for each item, with a renderer for samples of `side` x `side` pixels. If the renderer cannot be created,
+/// `no_renderer` gives the item's error. `done` is called after each item. The results are in the order of the items.
 pub(super) fn make_all<I: Sync, T: Send, E: Send>(
     side: u32,
     items: &[I],
@@ -68,9 +68,9 @@ pub(super) fn make_all<I: Sync, T: Send, E: Send>(
     no_renderer: impl Fn(&I, &SessionError) -> E + Sync,
     done: impl Fn() + Sync,
 ) -> Vec<Result<T, E>> {
-    let make_one = |sampler: &mut Result<SampleRenderer, SessionError>, item: &I| {
-        let result = match sampler {
-            Ok(sampler) => make(sampler, item),
+    let make_one = |renderer: &mut Result<SampleRenderer, SessionError>, item: &I| {
+        let result = match renderer {
+            Ok(renderer) => make(renderer, item),
             Err(e) => Err(no_renderer(item, e)),
         };
         done();
@@ -79,7 +79,7 @@ pub(super) fn make_all<I: Sync, T: Send, E: Send>(
     items.par_iter().map_init(|| SampleRenderer::new(side), make_one).collect()
 }
 
-/// A provider of one module.
+/// A provider that returns its one module for every id.
 struct SingleModule<'a>(&'a Arc<ShaderModule>);
 
 impl ModuleProvider for SingleModule<'_> {
@@ -89,7 +89,7 @@ impl ModuleProvider for SingleModule<'_> {
 }
 
 impl SampleRenderer {
-    /// A sampler for images with this side in pixels. It uses the portable kernels, which give the same bits on every machine.
+    /// A renderer for images of `side` x `side` pixels. It uses the portable kernels, which give the same bits on every machine.
     ///
     /// # Errors
     /// The thread cannot be started.

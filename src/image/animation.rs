@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF, and largest numerator and denominator of an animated PNG's delays.
+/// Largest side of a GIF, and largest denominator of an animated PNG's delays.
 const MAX_U16: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
@@ -103,7 +103,7 @@ impl<W: Write> AnimationWriter<W> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// A frame of a different size, or an error of the writer.
+    /// The frame has another size, or the writer failed.
     pub(crate) fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {

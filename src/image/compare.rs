@@ -1,8 +1,8 @@
 //! The difference of two images in display levels (0 to 255).
 //!
 //! In: two images of one size as 8-bit RGBA rows. Out: a [`Difference`] over every red, green and blue value (and alpha if either image is
-//! not opaque), and an image of the differences. Differences are of encoded values, which are perceptually uniform; nothing is aligned,
-//! scaled or filtered.
+//! not opaque), and an image of the differences. Differences are of encoded values, which are roughly perceptually uniform; nothing
+//! is aligned, scaled or filtered.
 
 use super::{ImageError, decode_rgba8};
 
@@ -65,14 +65,14 @@ impl DisplayImage {
                 level_counts[usize::from(p[c].abs_diff(q[c]))] += 1;
             }
         }
-        let values: u64 = level_counts.iter().sum();
+        let value_count: u64 = level_counts.iter().sum();
         let moment =
-            |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / values as f64;
+            |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / value_count as f64;
         let mean_square = moment(2);
         Ok(Difference {
             mean: moment(1),
-            p999: level_not_exceeded(&level_counts, values - values / 1000),
-            max: level_not_exceeded(&level_counts, values),
+            p999: level_not_exceeded(&level_counts, value_count - value_count / 1000),
+            max: level_not_exceeded(&level_counts, value_count),
             psnr_db: (mean_square > 0.0).then(|| 10.0 * (MAX_LEVEL * MAX_LEVEL / mean_square).log10()),
             pixels: self.rgba.len() as u64,
         })

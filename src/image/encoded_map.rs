@@ -1,6 +1,6 @@
 //! The file of a map, before it is decoded.
 //!
-//! In: the encoded bytes, and how they are decoded. Out: the texture. Not here: where the file is, and what is kept of it.
+//! In: the encoded bytes, and how they are decoded. Out: the texture. Not here: finding the file, and caching the texture.
 
 use super::mips::RowOrder;
 use super::{ImageError, PoleFilter, TexelFormat, Texture};
@@ -16,7 +16,7 @@ pub struct MapDecoding {
 /// A map's file.
 #[derive(Clone, Debug)]
 pub(super) struct EncodedMap {
-    /// For messages.
+    /// Name in error messages.
     pub name: String,
     pub bytes: Cow<'static, [u8]>,
     pub decoding: MapDecoding,

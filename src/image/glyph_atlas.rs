@@ -1,8 +1,9 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
-//! a [`Glyph`] for each character, and one for a ring, which marks small bodies. Always: cells do not touch. A character missing in the
-//! font becomes the font's replacement glyph. Not here: the position of text. The font is Ubuntu Light, as in the window.
+//! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: cells do not touch. A
+//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. The font is Ubuntu Light, as in the
+//! window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -89,57 +90,58 @@ fn block(side: u32) -> GlyphBitmap {
 }
 
 impl GlyphAtlas {
-    /// Draws the given characters for text of `size_px`. `marker_radius`: radius of the ring, in units of the font size.
-    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius: f32) -> Self {
+    /// Draws the given characters for text of `size_px`. `marker_radius_ems`: radius of the ring, in units of the font size.
+    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let characters: BTreeSet<char> = characters.into_iter().collect();
+        // The marker and then the block follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
             .filter_map(|c| Some((Some(c), rasterised(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(marker_radius * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
+                (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
                 (None, block((BLOCK_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
-        let widest = drawn.iter().map(|(_, d)| d.size[0]).max().unwrap_or(0);
+        let widest = drawn.iter().map(|(_, bitmap)| bitmap.size[0]).max().unwrap_or(0);
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
         // Rows of cells, each as high as its highest glyph, with a border of one empty texel.
         let (mut corner, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut positions = Vec::new();
-        for (_, d) in &drawn {
-            if corner[0] + d.size[0] + 1 > width {
+        for (_, bitmap) in &drawn {
+            if corner[0] + bitmap.size[0] + 1 > width {
                 corner = [1, corner[1] + row_height + 1];
                 row_height = 0;
             }
             positions.push(corner);
-            corner[0] += d.size[0] + 1;
-            row_height = row_height.max(d.size[1]);
+            corner[0] += bitmap.size[0] + 1;
+            row_height = row_height.max(bitmap.size[1]);
         }
         let height = corner[1] + row_height + 1;
         let mut bytes = vec![0_u8; width as usize * height as usize * 4];
-        for ((_, d), at) in drawn.iter().zip(&positions) {
-            for (y, row) in d.coverage.chunks(d.size[0].max(1) as usize).enumerate() {
+        for ((_, bitmap), at) in drawn.iter().zip(&positions) {
+            for (y, row) in bitmap.coverage.chunks(bitmap.size[0].max(1) as usize).enumerate() {
                 for (x, coverage) in row.iter().enumerate() {
                     let texel = 4 * ((at[1] as usize + y) * width as usize + at[0] as usize + x);
                     bytes[texel..texel + 4].fill((255.0 * coverage).round() as u8);
                 }
             }
         }
-        let cell = |(d, at): (&GlyphBitmap, &[u32; 2])| Glyph { at: *at, size: d.size, bearing: d.bearing, advance: d.advance };
-        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, d), at)| (*c, cell((d, at)))).collect();
+        let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
+        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, bitmap), at)| (*c, glyph(bitmap, *at))).collect();
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterised(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
-            marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
-            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, cell)| *cell),
-            cells: all.into_iter().filter_map(|(c, cell)| Some((c?, cell))).collect(),
+            marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
+            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
+            cells: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
     }
 
-    /// The cells of a text and the pen position of each, pixels from its start. Characters that the atlas lacks are skipped.
+    /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
             let at = *pen;
@@ -172,7 +174,7 @@ mod tests {
         let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
         assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);
-        assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "a sign for what the font does not have");
+        assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Display levels of linear light, and how far apart two linear images are on a display.
 //!
 //! In: linear light and the exposure factor that converts it to display light, where 1 is white. Out: levels from 0 to 255, not rounded, so
-//! that errors below a level can be distinguished. Always: light above white counts as white; a value that is finite in only one of two
+//! that errors below a level can be distinguished. Always: light above white counts as white; a pixel that is finite in only one of two
 //! images counts as a difference of 255. Alpha is not compared.
 
 use crate::units::linear_to_srgb;

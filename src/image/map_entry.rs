@@ -1,33 +1,35 @@
-//! The file format of a stored map: a head with a checksum, then the mip levels, each with its own checksum, so that one can be read without the others.
+//! The file format of a stored map: a header with a checksum, then the mip levels, each with its own checksum, so that one can be read
+//! without the others.
 //!
-//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a damaged head gives no level, and damaged texels do not give theirs, except by a
-//! chance of 2^-128; the levels have the sizes of a complete chain. A level whose texels are all opaque is kept without alpha, a grey one as one channel.
+//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
+//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. An opaque level is stored without alpha, an
+//! opaque grey one as one channel.
 //!
-//! Layout: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 (128 bits) of its packed
-//! texels; the XXH3 of all before. Then the packed texels of all levels. Integers are little-endian.
+//! Layout: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 (128 bits)
+//! of its packed texels; the XXH3 of everything before. Then the packed texels of all levels. Integers are little-endian.
 //!
-//! The checksums are XXH3 and not SHA-256, which took three quarters of the time of a start on processors without SHA instructions: megabytes of levels are
-//! read then.
+//! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the start on processors
+//! without SHA instructions.
 
 use super::mip_level::Level;
 use twox_hash::XxHash3_128;
 
-/// What determines the levels of a map.
+/// Digest of everything that determines the levels of a map.
 pub(super) type Key = [u8; 16];
 
 /// The first bytes of an entry: its kind and the version of this format.
 const MAGIC: &[u8; 8] = b"ORRMAP02";
 const CHECKSUM_BYTES: usize = 16;
-/// Number of channels, and checksum.
+/// Bytes of a level in the header: number of channels, checksum.
 const LEVEL_BYTES: usize = 1 + CHECKSUM_BYTES;
 /// Magic, key and size.
 const PREFIX_BYTES: usize = 8 + 16 + 8;
 /// A side has at most 2^32 - 1 texels.
 const MAX_LEVELS: usize = 32;
-/// No head is longer.
-pub(super) const MAX_HEAD_BYTES: usize = head_bytes(MAX_LEVELS);
+/// Length of the longest header.
+pub(super) const MAX_HEADER_BYTES: usize = header_bytes(MAX_LEVELS);
 
-const fn head_bytes(levels: usize) -> usize {
+const fn header_bytes(levels: usize) -> usize {
     PREFIX_BYTES + levels * LEVEL_BYTES + CHECKSUM_BYTES
 }
 
@@ -41,56 +43,56 @@ fn checksum(bytes: &[u8]) -> [u8; CHECKSUM_BYTES] {
     XxHash3_128::oneshot(bytes).to_le_bytes()
 }
 
-fn texels((width, height): (u32, u32)) -> u64 {
+fn texel_count((width, height): (u32, u32)) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// What the head of a file says.
+/// The header of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub key: Key,
-    /// Of level 0.
+    /// Width and height of level 0.
     pub size: (u32, u32),
-    /// Channels and checksum of each level.
+    /// Number of channels and checksum of each level.
     levels: Vec<(u8, [u8; CHECKSUM_BYTES])>,
 }
 
 impl Entry {
-    /// Reads the head of a file from its first bytes; `None` if it is damaged or does not fit the file's length.
-    pub(super) fn from_head(bytes: &[u8], file_bytes: u64) -> Option<Self> {
+    /// Reads the header from the first bytes of a file; `None` if it is damaged or does not agree with the file's length.
+    pub(super) fn from_header(bytes: &[u8], file_bytes: u64) -> Option<Self> {
         let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
         let (width, rest) = rest.split_first_chunk()?;
         let (height, rest) = rest.split_first_chunk()?;
         let size = (u32::from_le_bytes(*width), u32::from_le_bytes(*height));
         let sizes = chain_sizes(size);
         let (levels, rest) = rest.as_chunks::<LEVEL_BYTES>().0.split_at_checked(sizes.len()).map(|(levels, _)| (levels, rest))?;
-        let covered = head_bytes(sizes.len()) - CHECKSUM_BYTES;
+        let checksummed_bytes = header_bytes(sizes.len()) - CHECKSUM_BYTES;
         let sum = rest.get(levels.as_flattened().len()..)?.first_chunk::<CHECKSUM_BYTES>()?;
-        if texels(size) == 0 || checksum(&bytes[..covered]) != *sum {
+        if texel_count(size) == 0 || checksum(&bytes[..checksummed_bytes]) != *sum {
             return None;
         }
         let level = |[channels, sum @ ..]: &[u8; LEVEL_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *sum));
         let entry = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
-        let (start_of_last, count) = entry.place(sizes.len() - 1);
-        (start_of_last.checked_add(count as u64) == Some(file_bytes)).then_some(entry)
+        let (last_level_start, byte_count) = entry.byte_range(sizes.len() - 1);
+        (last_level_start.checked_add(byte_count as u64) == Some(file_bytes)).then_some(entry)
     }
 
     pub(super) fn sizes(&self) -> Vec<(u32, u32)> {
         chain_sizes(self.size)
     }
 
-    /// Where the packed texels of a level begin in the file, and their number of bytes.
-    pub(super) fn place(&self, level: usize) -> (u64, usize) {
-        let mut counts =
-            self.sizes().into_iter().zip(&self.levels).map(|(size, (channels, _))| texels(size).saturating_mul(u64::from(*channels)));
-        let start = counts.by_ref().take(level).fold(head_bytes(self.levels.len()) as u64, u64::saturating_add);
-        (start, counts.next().map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX)))
+    /// Offset of a level's packed texels in the file, and their number of bytes.
+    pub(super) fn byte_range(&self, level: usize) -> (u64, usize) {
+        let mut byte_counts =
+            self.sizes().into_iter().zip(&self.levels).map(|(size, (channels, _))| texel_count(size).saturating_mul(u64::from(*channels)));
+        let start = byte_counts.by_ref().take(level).fold(header_bytes(self.levels.len()) as u64, u64::saturating_add);
+        (start, byte_counts.next().map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX)))
     }
 
-    /// The texels of a level, four bytes each; `None` if the packed ones are damaged.
+    /// The texels of a level, four bytes each; `None` if the packed texels are damaged.
     pub(super) fn unpack(&self, level: usize, packed: &[u8]) -> Option<Vec<u8>> {
         let (channels, sum) = self.levels.get(level)?;
-        if packed.len() != self.place(level).1 || checksum(packed) != *sum {
+        if packed.len() != self.byte_range(level).1 || checksum(packed) != *sum {
             return None;
         }
         if *channels == 4 {
@@ -106,8 +108,8 @@ impl Entry {
     }
 }
 
-/// How many channels of each texel are kept, from which the others follow: 1 (grey and opaque), 3 (opaque) or 4.
-fn kept_channels(rgba: &[u8]) -> u8 {
+/// Number of channels to store, from which the others follow: 1 (grey and opaque), 3 (opaque) or 4.
+fn stored_channels(rgba: &[u8]) -> u8 {
     let texels = rgba.as_chunks::<4>().0;
     if !texels.iter().all(|t| t[3] == u8::MAX) {
         return 4;
@@ -115,8 +117,9 @@ fn kept_channels(rgba: &[u8]) -> u8 {
     if texels.iter().all(|t| t[0] == t[1] && t[1] == t[2]) { 1 } else { 3 }
 }
 
+/// The number of stored channels, and the packed texels.
 fn pack(rgba: &[u8]) -> (u8, Vec<u8>) {
-    let (channels, texels) = (kept_channels(rgba), rgba.as_chunks::<4>().0);
+    let (channels, texels) = (stored_channels(rgba), rgba.as_chunks::<4>().0);
     let packed = match channels {
         1 => texels.iter().map(|t| t[0]).collect(),
         3 => {
@@ -129,12 +132,12 @@ fn pack(rgba: &[u8]) -> (u8, Vec<u8>) {
     (channels, packed)
 }
 
-/// The file of a complete chain of levels with four bytes a texel; `None` of any other.
+/// The file of a chain of levels; `None` if the chain is incomplete or does not have four bytes per texel.
 pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
     let first = chain.first()?;
     let size = (first.width, first.height);
     let is_complete = chain.iter().map(|level| (level.width, level.height)).eq(chain_sizes(size));
-    if !is_complete || chain.iter().any(|level| level.byte_count() as u64 != 4 * texels((level.width, level.height))) {
+    if !is_complete || chain.iter().any(|level| level.byte_count() as u64 != 4 * texel_count((level.width, level.height))) {
         return None;
     }
     let mut file = [MAGIC.as_slice(), key, &size.0.to_le_bytes(), &size.1.to_le_bytes()].concat();
@@ -149,12 +152,12 @@ pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
     Some(file)
 }
 
-/// The key of a file in which nothing is damaged.
-pub(super) fn whole(file: &[u8]) -> Option<Key> {
-    let entry = Entry::from_head(file, file.len() as u64)?;
+/// The key of a file; `None` if any part of it is damaged.
+pub(super) fn key_if_intact(file: &[u8]) -> Option<Key> {
+    let entry = Entry::from_header(file, file.len() as u64)?;
     let is_intact = |level: usize| {
-        let (start, count) = entry.place(level);
-        let packed = usize::try_from(start).ok().and_then(|start| file.get(start..)?.get(..count));
+        let (start, byte_count) = entry.byte_range(level);
+        let packed = usize::try_from(start).ok().and_then(|start| file.get(start..)?.get(..byte_count));
         packed.is_some_and(|packed| entry.unpack(level, packed).is_some())
     };
     (0..entry.levels.len()).all(is_intact).then_some(entry.key)

@@ -1,8 +1,9 @@
 //! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
 //!
-//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those that no view has
-//! used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies does not fill the memory. Textures
-//! that were not read from a file of a map are kept. With [`StoredMaps`], a map is decoded once; later runs read those of its levels that they need.
+//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those
+//! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
+//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], a map is decoded once; later runs read only
+//! the levels that they need.
 
 use super::encoded_map::{EncodedMap, MapDecoding};
 use super::mip_level::Level;
@@ -20,7 +21,7 @@ use std::time::{Duration, Instant};
 
 /// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
 const BUDGET_BYTES: usize = 64 << 20;
-/// A map that was used more recently is not dropped: the next frame will probably use it again.
+/// A map that was used within this time is not dropped: the next frame will probably use it again.
 const MIN_IDLE: Duration = Duration::from_secs(5);
 
 /// Where a map of this name would be read from.
@@ -31,24 +32,25 @@ pub enum MapOrigin {
     Missing,
 }
 
-/// How overlays are decoded, before they are multiplied by their alpha.
+/// How overlays are decoded, before their colours are multiplied by alpha.
 const OVERLAY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
 
 /// A decoded map in memory.
 #[derive(Debug)]
 struct CachedMap {
     texture: SharedTexture,
-    /// `None`: its texels cannot be read again.
+    /// `None`: not read from a file, so it cannot be read again and is never dropped.
     last_used: Option<Instant>,
 }
 
-fn bytes_of(texture: &Texture) -> usize {
+/// Memory that the texels take now.
+fn bytes_in_memory(texture: &Texture) -> usize {
     texture.levels.iter().map(Level::bytes_in_memory).sum()
 }
 
 /// Drops the least recently used maps until the rest fits into the budget.
 fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) {
-    let mut total: usize = decoded.values().map(|map| bytes_of(&map.texture)).sum();
+    let mut total: usize = decoded.values().map(|map| bytes_in_memory(&map.texture)).sum();
     if total <= BUDGET_BYTES {
         return;
     }
@@ -59,7 +61,7 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) 
         if total <= BUDGET_BYTES {
             break;
         }
-        total -= decoded.remove(&key).map_or(0, |map| bytes_of(&map.texture));
+        total -= decoded.remove(&key).map_or(0, |map| bytes_in_memory(&map.texture));
     }
 }
 
@@ -71,7 +73,7 @@ pub struct MapStore {
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
-    /// What earlier runs decoded.
+    /// The maps that earlier runs decoded.
     stored: Option<Arc<StoredMaps>>,
 }
 

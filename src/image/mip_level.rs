@@ -1,21 +1,22 @@
 //! One mip level of a texture, in memory or read from a store when its texels are first needed.
 //!
-//! In: texels, or a [`LevelSource`] and the level's place in its chain. Out: size and bytes. Always: a level has the same bytes whichever thread reads it
-//! first; other threads that need it wait for that one. A source never waits for another thread, so that it can be used inside a parallel computation.
+//! In: texels, or a [`LevelSource`] and the level's index. Out: size and bytes. Always: a level has the same bytes whichever thread reads it
+//! first; other threads that need it wait for that thread. A source never waits for another thread, so that it can be used inside a parallel
+//! computation.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
 
 /// What supplies the texels of a mip chain, level by level.
 pub(super) trait LevelSource: Debug + Send + Sync {
-    /// The texels of a level. Must not run parallel work: a thread that waits for such work may take up another piece of drawing, which may need
-    /// the same level, and would wait for itself.
+    /// The texels of a level. Must not use rayon: while a thread waits for rayon, it may run another task that needs the same level, and would
+    /// wait for itself.
     fn read(&self, level: usize) -> Vec<u8>;
 }
 
-/// The texels of a level that is not read yet, or was read when it was needed.
+/// A level that is read from its source when it is first needed.
 #[derive(Clone, Debug)]
-struct Pending {
+struct OnDemand {
     source: Arc<dyn LevelSource>,
     level: usize,
     byte_count: usize,
@@ -25,7 +26,7 @@ struct Pending {
 #[derive(Clone, Debug)]
 enum Texels {
     InMemory(Vec<u8>),
-    Pending(Pending),
+    OnDemand(OnDemand),
 }
 
 /// One mip level: tightly packed rows, top row first.
@@ -43,19 +44,19 @@ impl Level {
     }
 
     /// A level of four bytes a texel, which `source` supplies when it is needed.
-    pub(super) fn pending((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
+    pub(super) fn on_demand((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
         let byte_count = 4 * width as usize * height as usize;
-        Self { width, height, texels: Texels::Pending(Pending { source, level, byte_count, bytes: OnceLock::new() }) }
+        Self { width, height, texels: Texels::OnDemand(OnDemand { source, level, byte_count, bytes: OnceLock::new() }) }
     }
 
-    /// The bytes of all texels, which are read now unless they were before.
+    /// The bytes of all texels. They are read now, unless they have been read before.
     pub fn bytes(&self) -> &[u8] {
         match &self.texels {
             Texels::InMemory(bytes) => bytes,
-            Texels::Pending(pending) => pending.bytes.get_or_init(|| {
-                let mut bytes = pending.source.read(pending.level);
+            Texels::OnDemand(on_demand) => on_demand.bytes.get_or_init(|| {
+                let mut bytes = on_demand.source.read(on_demand.level);
                 // Samplers do not check the length again.
-                bytes.resize(pending.byte_count, 0);
+                bytes.resize(on_demand.byte_count, 0);
                 bytes
             }),
         }
@@ -66,15 +67,15 @@ impl Level {
         self.bytes();
         match &mut self.texels {
             Texels::InMemory(bytes) => std::mem::take(bytes),
-            Texels::Pending(pending) => pending.bytes.take().unwrap_or_default(),
+            Texels::OnDemand(on_demand) => on_demand.bytes.take().unwrap_or_default(),
         }
     }
 
-    /// The number of bytes of all texels, whether they were read or not.
+    /// The number of bytes of all texels, read or not.
     pub fn byte_count(&self) -> usize {
         match &self.texels {
             Texels::InMemory(bytes) => bytes.len(),
-            Texels::Pending(pending) => pending.byte_count,
+            Texels::OnDemand(on_demand) => on_demand.byte_count,
         }
     }
 
@@ -82,7 +83,7 @@ impl Level {
     pub fn bytes_in_memory(&self) -> usize {
         match &self.texels {
             Texels::InMemory(bytes) => bytes.len(),
-            Texels::Pending(pending) => pending.bytes.get().map_or(0, Vec::len),
+            Texels::OnDemand(on_demand) => on_demand.bytes.get().map_or(0, Vec::len),
         }
     }
 }
@@ -98,7 +99,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Gives bytes of any length and counts how often it is asked.
+    /// Returns `length` bytes and counts the reads.
     #[derive(Debug)]
     struct Counting {
         length: usize,
@@ -116,9 +117,9 @@ mod tests {
     fn a_level_is_read_once_and_has_the_length_of_its_size() {
         for length in [0, 31, 32, 100] {
             let source = Arc::new(Counting { length, reads: AtomicUsize::new(0) });
-            let level = Level::pending((4, 2), source.clone(), 3);
+            let level = Level::on_demand((4, 2), source.clone(), 3);
             assert_eq!((level.byte_count(), level.bytes_in_memory()), (32, 0));
-            assert_eq!(source.reads.load(Ordering::SeqCst), 0, "its size needs no texels");
+            assert_eq!(source.reads.load(Ordering::SeqCst), 0, "the size is known without reading");
             std::thread::scope(|scope| {
                 for _ in 0..4 {
                     scope.spawn(|| assert_eq!(level.bytes().len(), 32));

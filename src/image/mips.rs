@@ -11,17 +11,17 @@ use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
-/// How the rows of a level are computed; the result is the same.
+/// How the rows of a level are computed. The result is the same either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RowOrder {
     /// On all threads.
     Parallel,
-    /// On the calling thread alone, which meanwhile takes up none of rayon's other tasks.
+    /// On the calling thread alone, which runs no other rayon task meanwhile.
     OneByOne,
 }
 
 impl RowOrder {
-    /// Fewest rows of one task, which one thread computes.
+    /// The fewest rows that a rayon task computes.
     fn min_rows(self) -> usize {
         match self {
             Self::Parallel => 1,
@@ -30,11 +30,11 @@ impl RowOrder {
     }
 }
 
-/// Linear values of sRGB bytes, and of bytes that are linear already.
+/// Linear values of sRGB bytes, and of linear bytes.
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
-/// Steps of the encoding table: the sRGB slope at black is 12.92, so a step is at most 0.051 of an 8-bit level.
+/// Steps of the sRGB encoding table. The slope at black is 12.92, so a step is at most 0.051 of an 8-bit level.
 const STEPS: usize = 65_536;
 static ENCODE: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=STEPS).map(|i| (linear_to_srgb(i as f64 / STEPS as f64) * 255.0).round() as u8).collect());
@@ -48,9 +48,10 @@ fn encode(v: f32, srgb: bool) -> u8 {
     if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
-/// For output cell `i` of `n`: the first of the `sources` source cells that it covers, and the weights of it and its two successors (sum 1).
-fn taps(i: usize, n: usize, sources: usize) -> (usize, [f32; 3]) {
-    let (start, end) = (i as f64 * sources as f64 / n as f64, (i + 1) as f64 * sources as f64 / n as f64);
+/// For texel `i` of `count` along one side: the first of the `sources` source texels that it covers, and the weights of that one and its two
+/// successors (sum 1).
+fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * sources as f64 / count as f64, (i + 1) as f64 * sources as f64 / count as f64);
     let first = start as usize;
     let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
     (first, [weight(0), weight(1), weight(2)])
@@ -95,8 +96,8 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to a row of the next level. The source texels of each texel are added from left to
-/// right.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level, each texel's source texels from left to right.
+/// `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {
@@ -121,10 +122,10 @@ fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])
 /// The next mip level: the area mean of a level's texels.
 fn halve(width: usize, height: usize, rows: Rows<'_>, order: RowOrder) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
-    let columns: Vec<_> = (0..w).map(|x| taps(x, w, width)).collect();
+    let columns: Vec<_> = (0..w).map(|x| area_weights(x, w, width)).collect();
     let mut out = vec![[0.0; 4]; w * h];
     out.par_chunks_mut(w).enumerate().with_min_len(order.min_rows()).for_each_init(Vec::new, |buffer, (y, sums)| {
-        let (y0, wy) = taps(y, h, height);
+        let (y0, wy) = area_weights(y, h, height);
         for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
             add_row(sums, rows.row(y0 + j, width, buffer), &columns, wy);
         }
@@ -248,7 +249,7 @@ mod tests {
             let texels: Vec<[f32; 4]> = (0..width * height).map(|i| [0, 1, 2, 3].map(|c| ((i * 29 + c * 7) % 101) as f32 / 97.0)).collect();
             let (w, h, level) = halve(width, height, Rows::Linear(&texels), RowOrder::Parallel);
             for (at, found) in level.iter().enumerate() {
-                let ((x0, wx), (y0, wy)) = (taps(at % w, w, width), taps(at / w, h, height));
+                let ((x0, wx), (y0, wy)) = (area_weights(at % w, w, width), area_weights(at / w, h, height));
                 let mut sum = [0.0_f32; 4];
                 for (j, wy) in wy.into_iter().enumerate().filter(|(_, w)| *w > 0.0) {
                     for (i, wx) in wx.into_iter().enumerate().filter(|(_, w)| *w > 0.0) {
@@ -263,7 +264,7 @@ mod tests {
 
     /// If rayon ran another task on this thread in between, that task could wait for the level that this thread is computing: a deadlock.
     #[test]
-    fn rows_one_by_one_give_the_same_levels_and_take_up_no_other_work() {
+    fn rows_one_by_one_give_the_same_levels_and_run_no_other_task() {
         let (w, h) = (300_u32, 150_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");

@@ -21,8 +21,6 @@ mod panorama;
 mod poles;
 mod sealed;
 mod stored_maps;
-pub use panorama::{Panorama, read_panorama};
-pub use poles::PoleFilter;
 mod write;
 mod y4m;
 
@@ -33,6 +31,8 @@ pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
 use mips::RowOrder;
+pub use panorama::{Panorama, read_panorama};
+pub use poles::PoleFilter;
 pub use sealed::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};
@@ -40,13 +40,14 @@ pub use y4m::{write_y4m_header, y4m_frame};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Default limit in megapixels. A map of 8192 x 4096 has 34; a small file can claim any size.
+/// Default limit, needed because a small file can claim any size. A map of 8192 x 4096 has 34 megapixels.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
-/// Longest side of a map. One of 64 megapixels in one row would need 2.5 GB for its mip levels.
+/// Longest side of a map. A map of 64 megapixels in one row would need 2.5 GB for its mip levels.
 const MAX_MAP_SIDE: u32 = 1 << 16;
-/// Memory that a decoder may use apart from the pixels, bytes: colour profiles and text, which a file of a megabyte can blow up to one gigabyte.
+/// Memory that a decoder may use apart from the pixels, bytes: for compressed colour profiles and text, of which a file of one megabyte can
+/// contain one gigabyte.
 const DECODER_BYTES: u64 = 16 << 20;
-/// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and the same again for its own buffers.
+/// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -119,7 +120,8 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) 
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels, max_side)?.into_rgba8())
 }
 
-/// Width and height that the head of a PNG states. Needed for the memory limit, because the decoder reads colour profiles before it reports the size.
+/// Width and height that the header of a PNG states. The memory limit needs them before the decoder reports them, because the decoder reads
+/// colour profiles first.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
     let number = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
     Some((number(16)?, number(20)?))
@@ -173,7 +175,7 @@ impl Texture {
         Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS, RowOrder::Parallel)
     }
 
-    /// The same for a map of an entire sphere, with the pole filter.
+    /// As [`Self::decode`], with the decoding and the limits of a map.
     fn decode_filtered(
         name: &str,
         encoded: &[u8],

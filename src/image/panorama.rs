@@ -56,7 +56,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
                 format!("{width}x{height} pixels are no whole sky: an equirectangular panorama is twice as wide as high"),
             ));
         }
-        return if is_linear(&image) { texture(path, Linear::of(image)) } else { encoded_texture(path, image) };
+        return if is_linear(&image) { linear_panorama(path, Linear::of(image)) } else { srgb_panorama(path, image) };
     }
     let faces = FACES.map(|face| face_path(path, face));
     let mut decoded = Vec::new();
@@ -79,7 +79,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         decoded.push(image);
     }
     let faces: Vec<Linear> = decoded.into_iter().map(Linear::of).collect();
-    texture(path, Linear::from_cube(&faces))
+    linear_panorama(path, Linear::from_cube(&faces))
 }
 
 /// Path of a face of the cube.
@@ -150,7 +150,8 @@ impl Linear {
     }
 }
 
-/// The face that a direction (right, up, forward) hits, as an index into [`FACES`], and the position on it: -1 to 1, to the right and down as seen from inside.
+/// The face that a direction (right, up, forward) hits, as an index into [`FACES`], and the position on it: -1 to 1, to the right and down as
+/// seen from inside.
 fn cube_face(d: DVec3) -> (usize, DVec2) {
     let magnitude = d.abs();
     if magnitude.x >= magnitude.y && magnitude.x >= magnitude.z {
@@ -165,7 +166,9 @@ fn cube_face(d: DVec3) -> (usize, DVec2) {
     }
 }
 
-fn texture(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
+/// The panorama of an image in linear light. The texture's value 1 is exceeded by [`CLIPPED_FRACTION`] of the pixels of an EXR.
+fn linear_panorama(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
+    // The value of the image that becomes 1.
     let unit = if image.was_linear {
         let mut brightest: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
         let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
@@ -183,7 +186,7 @@ fn texture(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
 }
 
 /// The panorama of an image in sRGB, whose bytes are kept: decoding to linear light and back would take twice the memory and time.
-fn encoded_texture(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
+fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
     panorama(path, rgba.dimensions(), rgba.into_raw(), None)
@@ -199,7 +202,7 @@ fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2:
 mod tests {
     use super::*;
 
-    /// Neighbouring faces agree: a direction on an edge of the cube has the corresponding positions on both faces of a cube map.
+    /// Directions with the face and the position on it that a cube map has there.
     #[test]
     fn faces_are_arranged_as_in_a_cube_map() {
         for (d, face, position) in [

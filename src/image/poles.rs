@@ -1,16 +1,19 @@
 //! A filter for rows near the poles of an equirectangular map: as coarse in longitude as the map is in latitude.
 //!
 //! A texel row at latitude phi is cos phi times as long as the equator's but has as many texels. Fine structure in such rows (grain, JPEG
-//! blocks, paint, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around the
-//! pole. A function that is smooth at the pole has no such structure, because fewer waves fit on circles closer to the pole.
+//! blocks, brush strokes, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around
+//! the pole. A function that is smooth at the pole has no such structure: the closer a row is to the pole, the fewer waves the function has
+//! along it.
 //!
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
 //! The finest spot that the map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at
-//! most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, rows within 45 degrees of the equator keep their
-//! texels, and at the pole one value is left. Detail below that scale is lost; streaks that are long on the sphere itself remain.
+//! most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows within 45 degrees of the equator keep
+//! their texels. In the rows at the poles half of the first harmonic is left and little of the higher ones. Detail below that scale is lost;
+//! streaks that are long on the sphere itself remain.
 //!
-//! Slopes rotate with their meridian, so they are averaged as vectors in one frame over the pole: a row that slopes away from the pole all round,
-//! like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in longitude.
+//! The directions east and north rotate with the meridian, so slopes are averaged as vectors in one frame at the pole: a row that slopes away
+//! from the pole all round, like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in
+//! longitude.
 
 use std::f64::consts::{PI, TAU};
 
@@ -31,11 +34,11 @@ const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma in texels for a row at latitude `lat` (radians); `above_is_filtered`: the level was computed from a filtered one.
-fn sigma_texels(lat: f64, above_is_filtered: bool) -> f64 {
+/// Sigma in texels for a row at latitude `lat` (radians); `finer_is_filtered`: the level was computed from a filtered finer level.
+fn sigma_texels(lat: f64, finer_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
-    // The level above contributes a quarter of the variance, in texels of this one; variances of Gaussians add.
-    DETAIL_TEXELS * (excess * if above_is_filtered { 0.75 } else { 1.0 }).sqrt()
+    // The finer level contributes a quarter of the variance in texels of this level; variances of Gaussians add.
+    DETAIL_TEXELS * (excess * if finer_is_filtered { 0.75 } else { 1.0 }).sqrt()
 }
 
 /// Latitude of a row's centre, radians.
@@ -47,21 +50,21 @@ fn latitude(row: usize, height: usize) -> f64 {
 pub(super) struct PoleRowFilter {
     poles: PoleFilter,
     height: usize,
-    /// Whether the level was computed from a filtered one.
-    above_is_filtered: bool,
-    /// Sine and cosine of each column's longitude from the map's left edge.
+    /// Whether the level was computed from a filtered finer level.
+    finer_is_filtered: bool,
+    /// Sine and cosine of each column's longitude from the map's left edge; empty unless slopes are filtered.
     columns: Vec<[f32; 2]>,
 }
 
 impl PoleRowFilter {
-    pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, above_is_filtered: bool) -> Self {
+    pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, finer_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, above_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
+        Self { poles, height, finer_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
     }
 
     fn sigma(&self, row: usize) -> f64 {
-        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.above_is_filtered) }
+        if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.finer_is_filtered) }
     }
 
     /// Whether the filter changes a row.
@@ -75,13 +78,13 @@ impl PoleRowFilter {
         if sigma <= 0.0 || texels.is_empty() {
             return;
         }
-        // North points to the pole in the northern hemisphere and away from it in the southern.
+        // The frame at the pole: slopes to the north point to the north pole, but away from the south pole.
         let north = if 2 * row < self.height { -1.0 } else { 1.0 };
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
             let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north);
             (t[0], t[1]) = (n * cosine - e * sine, e * cosine + n * sine);
         }
-        average(texels, sigma, sums);
+        gaussian(texels, sigma, sums);
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
             let (x, y) = (t[0], t[1]);
             (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north);
@@ -92,9 +95,9 @@ impl PoleRowFilter {
 /// Prefix sums of a row's texels.
 pub(super) type PrefixSums = Vec<[f64; 4]>;
 
-/// A circular Gaussian as three box filters of equal length, whose variances add up to sigma²; the mean of the entire circle if the boxes
-/// do not fit.
-fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
+/// A circular Gaussian, approximated by three box filters of equal length, whose variances add up to sigma²; the mean of the entire circle if
+/// a box is longer than the circle.
+fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
     // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
     let variance = sigma * sigma / 3.0;
@@ -126,12 +129,12 @@ fn average(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
 struct BoxFilter {
     whole: usize,
     end_weight: f64,
-    /// 1 / the length of the box.
+    /// 1 / length of the box.
     weight: f64,
 }
 
 impl BoxFilter {
-    /// Applies it three times around the circle. `sums` holds at least count + 2 whole + 3 values.
+    /// Applies the filter three times around the circle. `sums` holds at least count + 2 whole + 3 values.
     #[inline(always)]
     fn average(&self, texels: &mut [[f32; 4]], sums: &mut [[f64; 4]]) {
         let (count, whole) = (texels.len(), self.whole);
@@ -160,6 +163,7 @@ impl BoxFilter {
     }
 
     /// The same code compiled for AVX2: wider vectors, the same rounding.
+    ///
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
@@ -193,7 +197,7 @@ mod tests {
         [(n >> 16) as f32 / 65_536.0, (n & 0xFFFF) as f32 / 65_536.0, 1.0, 1.0]
     }
 
-    /// Ratio of the energy of differences along the row to that across rows, per angle, in the red channel.
+    /// Sum of the squared differences between neighbours along the row over that across rows, per angle, in the red channel.
     fn along_over_across(rows: &[Vec<[f32; 4]>], y: usize) -> f64 {
         let cos = latitude(y, HEIGHT).cos();
         let along: f64 = (0..WIDTH).map(|x| f64::from(rows[y][x][0] - rows[y][(x + 1) % WIDTH][0]).powi(2)).sum::<f64>() / cos / cos;
@@ -212,7 +216,7 @@ mod tests {
             assert_eq!(lat.abs() < 45.0, before[y] == after[y], "row {y}");
             if lat.abs() > 60.0 && y + 1 < HEIGHT {
                 let (was, is) = (along_over_across(&before, y), along_over_across(&after, y));
-                // White noise in texels has 1/cos² of the latitude; after the filter, at most sqrt 2 times as long as wide, it has 2.
+                // White noise has 1/cos² of the latitude; after the filter, which makes spots at most sqrt 2 times as long as wide, about 2.
                 assert!(was > 2.5 && is < 2.2 && is < 0.6 * was, "row {y}: {was} became {is}");
             }
         }
@@ -220,8 +224,8 @@ mod tests {
 
     #[test]
     fn functions_that_are_smooth_on_the_sphere_stay() {
-        // Waves of a tenth of the radius, much longer than the filter: x, y, z and their products at the row's place.
-        let place = |x: usize, y: usize| {
+        // Functions of the position on the unit sphere with wavelengths of at least 0.59, which is much longer than the filter.
+        let colour = |x: usize, y: usize| {
             let (lat, lon) = (latitude(y, HEIGHT), (x as f64 + 0.5) / WIDTH as f64 * TAU);
             let (px, py) = (lat.cos() * lon.cos(), lat.cos() * lon.sin());
             [
@@ -231,12 +235,12 @@ mod tests {
                 1.0,
             ]
         };
-        let (before, after) = (level(place), smoothed(level(place), PoleFilter::Values));
+        let (before, after) = (level(colour), smoothed(level(colour), PoleFilter::Values));
         let max_difference =
             |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        // At the pole a row is averaged completely: the error is half of the change of 0.33 x 0.05 rad over half a texel.
+        // The rows at the poles, 0.025 rad from them, lose half of the first harmonic, whose amplitude is 0.36 x 0.025.
         assert!(max_difference(0) < 0.006, "{}", max_difference(0));
-        // sigma = 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the pole a tenth, as above.
+        // Sigma is 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the poles half of 0.2 x 8 x 0.025 is lost.
         assert!(max_difference(1) < 0.03, "{}", max_difference(1));
     }
 
@@ -268,7 +272,7 @@ mod tests {
         for sigma in [0.3, 0.9, 2.0, 7.5] {
             let mut row = vec![[0.0; 4]; 256];
             row[128] = [1.0; 4];
-            average(&mut row, sigma, &mut PrefixSums::new());
+            gaussian(&mut row, sigma, &mut PrefixSums::new());
             let moment = |k: i32| row.iter().enumerate().map(|(i, t)| f64::from(t[0]) * (i as f64 - 128.0).powi(k)).sum::<f64>();
             assert!((moment(0) - 1.0).abs() < 1e-5 && moment(1).abs() < 1e-4);
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
@@ -283,13 +287,13 @@ mod tests {
         }
     }
 
-    /// Vectors of any width give the same bits, and old content of the scratch memory does not matter.
+    /// Vectors of any width give the same bits, and previous content of the scratch memory does not matter.
     #[test]
     fn boxes_give_the_same_bits_with_any_vector_width() {
         let row: Vec<[f32; 4]> = (0..WIDTH).map(|x| [0, 1, 2, 3].map(|c| ((x * 37 + c * 11) % 97) as f32 * 0.01 - 0.3)).collect();
         for sigma in [0.7, 2.3, 9.0] {
             let (mut one, mut other) = (row.clone(), row.clone());
-            average(&mut one, sigma, &mut vec![[f64::NAN; 4]; 3 * WIDTH]);
+            gaussian(&mut one, sigma, &mut vec![[f64::NAN; 4]; 3 * WIDTH]);
             let variance: f64 = sigma * sigma / 3.0;
             let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
             let rest = variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0;

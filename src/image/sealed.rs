@@ -1,7 +1,7 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
-//! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: one changed or missing byte is detected. A PNG has a checksum
-//! for each chunk; an EXR has none, so [`seal_exr`] stores a SHA-256 of the file beside the text. Not here: the meaning of the text.
+//! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: any changed or missing byte is detected. A PNG has
+//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores a SHA-256 of the file before the text. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
@@ -9,14 +9,14 @@ use std::io::Cursor;
 
 /// Hexadecimal digits of a SHA-256.
 const DIGEST_LEN: usize = 64;
-/// The attribute of an EXR: digest, space, text.
+/// The attribute of a sealed EXR; its value is the digest, a space, and the text.
 const ATTRIBUTE: &str = "orreryRequest";
 
 fn damaged(why: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(why.to_string())
 }
 
-/// Length of the beginning of a file that contains the texts of any image written here, bytes.
+/// Number of bytes at the start of a file that contain the texts of any image written here.
 pub const HEAD_LEN: usize = 1 << 16;
 
 /// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be damaged.
@@ -25,6 +25,7 @@ pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
 }
 
+/// A decoder that also checks the checksums of text chunks.
 fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     let mut options = png::DecodeOptions::default();
     options.set_skip_ancillary_crc_failures(false);
@@ -43,13 +44,13 @@ pub fn verify_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), Image
     reader.finish().map_err(damaged)
 }
 
-/// The attribute's value before the digest is known.
+/// Name and value of the attribute, with zeros in place of the digest.
 pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
     (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
 }
 
 /// Offset of the digest, and the text after it.
-fn seal_position(bytes: &[u8]) -> Option<(usize, &str)> {
+fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
     let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
@@ -58,6 +59,7 @@ fn seal_position(bytes: &[u8]) -> Option<(usize, &str)> {
     Some((at + 4, std::str::from_utf8(text).ok()?))
 }
 
+/// Digest of the file with zeros in place of the digest at this offset.
 fn digest_without(bytes: &[u8], at: usize) -> String {
     let mut hash = Sha256::new();
     hash.update(&bytes[..at]);
@@ -68,7 +70,7 @@ fn digest_without(bytes: &[u8], at: usize) -> String {
 
 /// Fills in the digest of an EXR.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
-    if let Some((at, _)) = seal_position(bytes) {
+    if let Some((at, _)) = sealed_text(bytes) {
         let digest = digest_without(bytes, at);
         bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
@@ -76,12 +78,12 @@ pub(super) fn seal_exr(bytes: &mut [u8]) {
 
 /// The text of a sealed EXR; the rest of the file may be damaged.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
-    seal_position(head).map(|(_, text)| text.to_owned())
+    sealed_text(head).map(|(_, text)| text.to_owned())
 }
 
 /// Checks that these are the bytes of an intact sealed EXR.
 pub fn verify_exr(bytes: &[u8]) -> Result<(), ImageError> {
-    match seal_position(bytes) {
+    match sealed_text(bytes) {
         Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }
@@ -108,7 +110,7 @@ mod tests {
         bytes.into_inner()
     }
 
-    /// With any byte changed, or the file cut at any length, the text is not returned.
+    /// The text of a file with any byte changed, or cut at any length, is not accepted.
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;

@@ -1,8 +1,10 @@
-//! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer than drawing a frame.
+//! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer
+//! than drawing a frame.
 //!
-//! In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded texture, which is
-//! then stored. Always: the levels are those that the decoder gives; a damaged entry is decoded anew and replaced; a folder that cannot be written
-//! only costs time; the entries together have at most [`BUDGET_BYTES`], those of other versions of the program make room first, then the oldest.
+//! In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
+//! texture, which is then stored. Always: the levels are those that the decoder gives; a damaged entry is decoded again and replaced; a folder
+//! that cannot be written only costs time; the entries together have at most [`BUDGET_BYTES`]: those of other versions of the program are
+//! removed first, then the oldest.
 
 use super::encoded_map::EncodedMap;
 use super::map_entry::{self, Entry, Key};
@@ -16,14 +18,14 @@ use std::sync::{Arc, LazyLock, OnceLock};
 use std::time::SystemTime;
 use twox_hash::XxHash3_128;
 
-/// Most bytes of all entries: the 45 embedded maps take less than half of them.
+/// Limit on the bytes of all entries together. The embedded maps take less than half of it.
 pub(crate) const BUDGET_BYTES: u64 = 256 << 20;
-/// Most bytes of one entry. A larger map (in colour, from 17 megapixels on) is not stored, but decoded in each run.
+/// Limit on the bytes of one entry. A larger map (in colour, from 17 megapixels on) is not stored, but decoded in each run.
 const MAX_ENTRY_BYTES: u64 = 64 << 20;
 /// The extension of entries.
 const EXTENSION: &str = "levels";
 
-/// The sources that make the levels.
+/// The source files whose code determines the levels.
 const SOURCES: [&str; 6] = [
     include_str!("map_entry.rs"),
     include_str!("encoded_map.rs"),
@@ -36,18 +38,18 @@ const SOURCES: [&str; 6] = [
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
 const LOCK: &str = include_str!("../../Cargo.lock");
 
-/// The lock file's block of a library, with version and checksum.
-fn lock_block(name: &str) -> Option<&'static str> {
+/// The entry of a library in the lock file, with version and checksum.
+fn locked_package(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
     LOCK.split("\n\n").find(|block| block.contains(&line))
 }
 
-/// Digest of the code that makes the levels.
+/// Digest of the code that determines the levels.
 static CODE: LazyLock<Key> = LazyLock::new(|| code_digest(&SOURCES));
 
 fn code_digest(sources: &[&str]) -> Key {
     let mut hash = XxHash3_128::new();
-    for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| lock_block(name))) {
+    for text in sources.iter().copied().chain(DECODERS.iter().filter_map(|name| locked_package(name))) {
         // The length precedes each text, so that different lists of texts never give the same bytes.
         hash.write(&(text.len() as u64).to_le_bytes());
         hash.write(text.as_bytes());
@@ -83,14 +85,16 @@ fn key_of(map: &EncodedMap) -> Key {
 pub struct StoredMapsStatus {
     pub entries: u64,
     pub bytes: u64,
-    /// Those of other versions of the program.
+    /// Number of entries of other versions of the program.
     pub other_entries: u64,
+    /// Bytes of the entries of other versions.
     pub other_bytes: u64,
 }
 
-/// A file that is an entry by its name.
+/// A file with the extension of an entry.
 struct EntryFile {
     path: PathBuf,
+    /// Whether this version of the program wrote it.
     is_own: bool,
     bytes: u64,
     modified: SystemTime,
@@ -110,7 +114,7 @@ impl StoredMaps {
         Self { folder: cache.join("orrery").join("maps"), budget_bytes: BUDGET_BYTES, write_failed: AtomicBool::new(false) }
     }
 
-    /// What the names of this version's entries begin with.
+    /// The prefix of the names of this version's entries.
     fn version() -> String {
         hex(&CODE[..8])
     }
@@ -119,11 +123,12 @@ impl StoredMaps {
         self.folder.join(format!("{}-{}.{EXTENSION}", Self::version(), hex(key)))
     }
 
-    /// The texture of a map.
+    /// The texture of a map, from its entry if there is one.
     pub(super) fn texture(self: &Arc<Self>, map: EncodedMap) -> Result<Texture, ImageError> {
         let key = key_of(&map);
-        let head = read_part(&self.path(&key), 0, map_entry::MAX_HEAD_BYTES).ok();
-        let Some(entry) = head.and_then(|(head, file_bytes)| Entry::from_head(&head, file_bytes)).filter(|entry| entry.key == key) else {
+        let header = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
+        let entry = header.and_then(|(header, file_bytes)| Entry::from_header(&header, file_bytes));
+        let Some(entry) = entry.filter(|entry| entry.key == key) else {
             let texture = map.decode(RowOrder::Parallel)?;
             self.write(&key, &texture.levels);
             return Ok(texture);
@@ -131,15 +136,16 @@ impl StoredMaps {
         check_size(&map.name, entry.size, map.max_megapixels, MAX_MAP_SIDE)?;
         let (format, sizes) = (map.decoding.format, entry.sizes());
         let stored = Arc::new(StoredMap { store: Arc::clone(self), map, entry, decoded: OnceLock::new() });
-        let level = |(k, size)| Level::pending(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);
+        let level = |(k, size)| Level::on_demand(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);
         Ok(Texture { format, levels: sizes.into_iter().enumerate().map(level).collect() })
     }
 
-    /// Stores a complete chain, unless it is too large. After one failure nothing more is written: on a full or read-only disk it would only cost time.
+    /// Stores a complete chain, unless it is too large. After one failure nothing more is written, because on a full or read-only disk further
+    /// attempts would only cost time.
     fn write(&self, key: &Key, chain: &[Level]) {
-        let largest_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
-        // Most maps are stored with three of four bytes a texel.
-        if largest_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
+        let unpacked_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
+        // At least one of the four bytes of a texel is stored.
+        if unpacked_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
             return;
         }
         let Some(bytes) = map_entry::encode(key, chain).filter(|bytes| bytes.len() as u64 <= MAX_ENTRY_BYTES) else { return };
@@ -151,7 +157,7 @@ impl StoredMaps {
         self.make_room(&path);
     }
 
-    /// Removes entries until the others fit into the budget. `kept`: an entry that stays.
+    /// Removes entries until the rest fits into the budget. The entry `kept` stays.
     fn make_room(&self, kept: &Path) {
         let mut entries = self.entries();
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
@@ -160,7 +166,7 @@ impl StoredMaps {
             if total <= self.budget_bytes {
                 return;
             }
-            // What another process removed meanwhile is gone as well.
+            // An error means that another process has removed it already, or that it cannot be removed.
             let _ = std::fs::remove_file(&entry.path);
             total -= entry.bytes;
         }
@@ -170,7 +176,7 @@ impl StoredMaps {
         std::fs::read_dir(&self.folder).ok().into_iter().flatten().flatten().map(|entry| entry.path())
     }
 
-    /// Everything named like an entry, except folders; includes pipes and links.
+    /// Everything with the extension of an entry, except folders; includes pipes and links.
     fn entries(&self) -> Vec<EntryFile> {
         let version = Self::version();
         let entry = |path: PathBuf| {
@@ -196,20 +202,20 @@ impl StoredMaps {
         status
     }
 
-    /// Checks every entry of this version. Returns the number of whole ones, and the others with what is wrong.
+    /// Checks every entry of this version. Returns the number of intact entries, and the paths of the others with what is wrong.
     pub fn verify(&self) -> (u64, Vec<(PathBuf, String)>) {
         let mut files: Vec<PathBuf> = self.entries().into_iter().filter(|entry| entry.is_own).map(|entry| entry.path).collect();
         files.sort();
-        let (mut valid, mut damaged) = (0, Vec::new());
+        let (mut intact, mut damaged) = (0, Vec::new());
         for path in files {
-            match read_bytes(&path, MAX_ENTRY_BYTES).map(|bytes| map_entry::whole(&bytes)) {
-                Ok(Some(key)) if self.path(&key) == path => valid += 1,
+            match read_bytes(&path, MAX_ENTRY_BYTES).map(|bytes| map_entry::key_if_intact(&bytes)) {
+                Ok(Some(key)) if self.path(&key) == path => intact += 1,
                 Ok(Some(_)) => damaged.push((path, "it is the entry of another map".into())),
                 Ok(None) => damaged.push((path, "its checksum is wrong".into())),
                 Err(e) => damaged.push((path, e.to_string())),
             }
         }
-        (valid, damaged)
+        (intact, damaged)
     }
 
     /// Removes the entries of all versions, and temporary files of crashed writers. Returns the number of files removed.
@@ -225,21 +231,21 @@ impl StoredMaps {
     }
 }
 
-/// A map with an entry whose head is intact.
+/// A map with an entry whose header is intact.
 #[derive(Debug)]
 struct StoredMap {
     store: Arc<StoredMaps>,
     map: EncodedMap,
     entry: Entry,
-    /// The levels by the decoder, once a level could not be read.
+    /// The levels as decoded again, after a level could not be read.
     decoded: OnceLock<Vec<Level>>,
 }
 
 impl LevelSource for StoredMap {
     fn read(&self, level: usize) -> Vec<u8> {
         if self.decoded.get().is_none() {
-            let (start, count) = self.entry.place(level);
-            let read = read_part(&self.store.path(&self.entry.key), start, count).ok();
+            let (start, byte_count) = self.entry.byte_range(level);
+            let read = read_part(&self.store.path(&self.entry.key), start, byte_count).ok();
             if let Some(texels) = read.and_then(|(packed, _)| self.entry.unpack(level, &packed)) {
                 return texels;
             }
@@ -278,7 +284,8 @@ mod tests {
         (0..texture.levels.len()).filter(|level| texture.levels[*level].bytes_in_memory() > 0).collect()
     }
 
-    /// Of colours, slopes, a grey map and one with odd sides: the levels are those of the decoder; a second run reads only what is asked for.
+    /// Maps of colours and of slopes, a grey one, and one with odd sides: the levels are those of the decoder; a second run reads only the levels
+    /// that are used.
     #[test]
     fn levels_are_those_of_the_decoder_and_are_read_one_by_one() {
         for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", SLOPES), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
@@ -295,7 +302,7 @@ mod tests {
         }
     }
 
-    /// Damage of any part, before the map is asked for and after its head was read.
+    /// Damage to any part, before the map is opened and after its header was read.
     #[test]
     fn a_damaged_entry_is_decoded_anew_and_replaced() {
         let cache = tempfile::tempdir().expect("a folder");
@@ -322,7 +329,7 @@ mod tests {
             assert_eq!(found.len(), 1, "{found:?}");
             assert!(*read(cache.path(), map) == *complete);
             assert!(std::fs::read(file).expect("stored") == intact, "replaced");
-            // Each level is asked for after the file was damaged.
+            // The file is damaged after it was opened, before each level is read.
             for level in 0..complete.levels.len() {
                 let opened = read(cache.path(), map);
                 std::fs::write(file, bytes).expect("written");
@@ -335,13 +342,13 @@ mod tests {
         std::fs::remove_file(file).expect("removed");
         assert!(*opened == *complete && std::fs::read(file).expect("stored") == intact);
         assert_eq!(StoredMaps::new(cache.path()).verify(), (2, Vec::new()));
-        // Entries are really read: one of the right form under the right name changes the map.
-        let key = map_entry::whole(&intact).expect("whole");
+        // Entries are really read: a valid entry with the levels of another map changes the map.
+        let key = map_entry::key_if_intact(&intact).expect("intact");
         std::fs::write(file, map_entry::encode(&key, &vesta.levels).expect("a chain")).expect("written");
         assert!(*read(cache.path(), map) == *vesta);
     }
 
-    /// A map of the user under the name of a shipped one, another decoding, and other code have other entries.
+    /// A user's map with the name of a shipped one, another decoding, and other code have other keys.
     #[test]
     fn another_file_or_decoding_has_its_own_entry() {
         let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
@@ -360,7 +367,7 @@ mod tests {
         edited[2] = "// edited";
         assert_ne!(code_digest(&edited), code_digest(&SOURCES));
         for name in DECODERS {
-            assert!(lock_block(name).is_some_and(|block| block.contains("version = ")), "{name}");
+            assert!(locked_package(name).is_some_and(|block| block.contains("version = ")), "{name}");
         }
     }
 
@@ -370,7 +377,8 @@ mod tests {
         let store = Arc::new(StoredMaps { budget_bytes: 1_200_000, ..StoredMaps::new(cache.path()) });
         let maps = MapStore::new(None);
         let texture = |name: &str| store.texture(maps.encoded(name, COLOUR).expect("a map")).expect("a map");
-        // Ceres and Pluto take 0.52 MB each, Vesta, which is grey, 0.18: two of the three fit, or two and no other file.
+        // Ceres and Pluto take 0.52 MB each, Vesta, which is grey, 0.18. The budget of 1.2 MB holds any two of them, but not all three, and not
+        // Ceres and Vesta with the foreign entry of 0.6 MB.
         texture("ceres.jpg");
         let first = files(cache.path());
         std::fs::write(store.folder.join("0123456789abcdef-0.levels"), vec![0; 600_000]).expect("written");
@@ -388,7 +396,7 @@ mod tests {
         assert!(store.folder.join("notes.txt").exists(), "not an entry");
     }
 
-    /// A folder that cannot be made costs time only.
+    /// The folder cannot be created, because a file is in its place.
     #[test]
     fn a_folder_that_cannot_be_written_is_ignored() {
         let cache = tempfile::NamedTempFile::new().expect("a file");

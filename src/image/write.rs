@@ -1,6 +1,7 @@
 //! Writes finished frames: PNG with text chunks, EXR with linear floats.
 //!
-//! In: rows of pixels, top first. The same input gives the same bytes: no clock, and no program version unless the caller adds it to the text.
+//! In: rows of pixels, top first. Out: the bytes of a file. Always: the same input gives the same bytes, because neither a time nor the
+//! program's version is added; a caller may add them to the text.
 
 use super::ImageError;
 use super::sealed::{seal_exr, unsealed_attribute};
@@ -10,7 +11,7 @@ fn failed(e: impl std::fmt::Display) -> ImageError {
     ImageError::Write(e.to_string())
 }
 
-fn check(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
+fn check_pixel_count(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
     if width == 0 || height == 0 || u64::from(width) * u64::from(height) != given as u64 {
         return Err(ImageError::Size { width, height, given: given.saturating_mul(4) });
     }
@@ -19,7 +20,7 @@ fn check(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
 
 /// Writes sRGB display bytes as an RGBA PNG; `text` becomes iTXt chunks in the order given.
 pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], text: &[(&str, &str)]) -> Result<(), ImageError> {
-    check(width, height, display.len())?;
+    check_pixel_count(width, height, display.len())?;
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
@@ -34,8 +35,8 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(failed)
 }
 
-/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR; `comments` becomes the attribute of that name, `sealed` one that
-/// [`super::exr_head_text`] reads back.
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: text for
+/// [`super::exr_head_text`]; with it, [`super::verify_exr`] can check the file.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -45,7 +46,7 @@ pub fn write_exr(
     sealed: Option<&str>,
 ) -> Result<(), ImageError> {
     use exr::prelude::{AttributeValue, Image, SpecificChannels, Text, Vec2, WritableImage};
-    check(width, height, hdr.len())?;
+    check_pixel_count(width, height, hdr.len())?;
     let (w, h) = (width as usize, height as usize);
     let pixel = |position: Vec2<usize>| {
         let [r, g, b, a] = hdr[position.y() * w + position.x()];
@@ -56,7 +57,7 @@ pub fn write_exr(
     if let Some((name, value)) = sealed.map(unsealed_attribute)
         && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
     {
-        // Only one attribute, because the crate does not keep attributes in order.
+        // Only one attribute, because the crate writes attributes in an unspecified order.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());

@@ -15,7 +15,7 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
 const FRAME_HEADER: &[u8] = b"FRAME\n";
 /// Pixels that are converted together.
 const BLOCK_PIXELS: usize = 128;
-/// Bits of the fraction in fixed point: the greatest sum, 235.5, still fits in 31 bits.
+/// Bits of the fraction in fixed point: every sum is between 0 and 256, so it fits in 31 bits.
 const FRACTION_BITS: u32 = 23;
 
 const fn fixed(value: f64) -> i32 {
@@ -23,14 +23,15 @@ const fn fixed(value: f64) -> i32 {
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Factors of red, green and blue, then the sum's offset with half a level for rounding.
+/// Factors of red, green and blue, then the offset, which includes half a level for rounding.
 const LUMA: [i32; 4] = {
     let [r, g, b] = LUMINANCE_WEIGHTS;
     let scale = 219.0 / 255.0;
     [fixed(scale * r), fixed(scale * g), fixed(scale * b), fixed(16.5)]
 };
 
-/// Factors of a chroma component: channel `own` (0 or 2) less the luma, divided by `range`. The factors' sum is exactly zero.
+/// Factors and offset of a chroma component: channel `own` (0 or 2) minus luma, divided by `range`. The factors add up to exactly zero, so
+/// that grey has no chroma.
 const fn chroma(own: usize, range: f64) -> [i32; 4] {
     let scale = 224.0 / 255.0 / range;
     let other = 2 - own;
@@ -42,8 +43,10 @@ const fn chroma(own: usize, range: f64) -> [i32; 4] {
     factors
 }
 
+/// Y, Cb and Cr. BT.709 divides B - Y by 1.8556 and R - Y by 1.5748.
 const PLANES: [[i32; 4]; 3] = [LUMA, chroma(2, 1.8556), chroma(0, 1.5748)];
 
+/// One component of a pixel, whose bytes are red, green, blue and alpha from the lowest one of `word`.
 #[inline(always)]
 fn level([red, green, blue, offset]: [i32; 4], word: u32) -> u8 {
     let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32);
@@ -74,7 +77,7 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
     }
 }
 
-/// The same integers, 32 pixels at a time.
+/// The same integer arithmetic for 32 pixels at a time.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{BLOCK_PIXELS, FRACTION_BITS, PLANES, is_one_colour, level};
@@ -103,7 +106,7 @@ mod avx2 {
             return;
         }
         let byte = _mm256_set1_epi32(0xff);
-        // Packing leaves groups of four pixels in this order.
+        // The packing instructions work on each half of a vector; this permutation restores the order of the pixels.
         let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
         for (k, pixels) in pixels.as_chunks::<32>().0.iter().enumerate() {
             // SAFETY: 32 pixels are four vectors.
@@ -136,7 +139,7 @@ fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3
     convert_generic(pixels, planes);
 }
 
-/// Replaces the content of `bytes` by one frame. A buffer that held a frame of this size already is not cleared first.
+/// Replaces the content of `bytes` by one frame. A buffer of the right length, from the frame before, is overwritten without being cleared.
 pub fn y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
     bytes.resize(FRAME_HEADER.len() + 3 * display.len(), 0);
     let (header, planes) = bytes.split_at_mut(FRAME_HEADER.len());

@@ -1,12 +1,13 @@
 //! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where the choice matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. Which
-//! model each quality uses is read from the scene that the program builds at that quality; precision and resolution by quality are stated here.
+//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. The model
+//! that a quality uses is read from the scene that the program builds at that quality; its precision and resolution are stated here.
 
 use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::{self, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow, Shape};
@@ -14,8 +15,10 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, Layers, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Session, SessionError, standard_scenes};
 use crate::time::Instant;
+use glam::DVec3;
 
 const SATURN: NaifId = NaifId(699);
+const URANUS: NaifId = NaifId(799);
 /// One sample per pixel and eight taps for all options, so that only the choice differs.
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
@@ -24,7 +27,10 @@ const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
+/// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: it is in the zenith at 94 degrees west.
+const LONGITUDE_OF_LOW_SUN_DEG: f64 = -15.0;
 
+/// A square view of a body from `distance_radii` in the direction of another body. The field of view is a quarter wider than the disc.
 fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
     let position = Position::Over { towards: Some(towards), distance_radii: Some(distance_radii) };
     let side = effort.side_px();
@@ -37,13 +43,13 @@ fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radi
     }
 }
 
-/// The request with effects in the syntax of `--effects`.
+/// The request with further effects, in the syntax of `--effects`.
 fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, SessionError> {
     let text = format!("{},{effects}", request.effects.to_text());
     Ok(ViewRequest { effects: EffectOverrides::parse(text.trim_matches(','))?, ..request.clone() })
 }
 
-/// A standard scene without features whose size is in pixels (points, stars, glare), which would change with the image's size.
+/// A standard scene without features of a fixed size in pixels (points, stars, glare), which would make the error depend on the image's size.
 pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
@@ -71,8 +77,8 @@ fn max_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     100.0 * f64::from(difference) / f64::from(greatest.max(f32::MIN_POSITIVE))
 }
 
-/// Sum of absolute differences from the reference, in percent of all light.
-fn mean_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
+/// Sum of absolute differences from the reference, in percent of the reference's summed light.
+fn summed_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let sum = |value_at: &dyn Fn(usize, usize) -> f32| {
         (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(value_at(k, c))).sum::<f64>()).sum::<f64>()
     };
@@ -121,7 +127,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     )
 }
 
-/// The view with `change` applied to all draws.
+/// The planned view with `change` applied to all draws of its scene.
 fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
     let mut scene = dual.plan_view(request, SINGLE_SAMPLE)?.scene;
     scene.draws.iter_mut().for_each(change);
@@ -159,7 +165,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     // From the direction of Uranus the shadow is visible beside the globe.
-    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort))?;
+    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort))?;
     let plan_of = |model: BodyShadow| {
         with_draws(&dual, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
@@ -176,20 +182,28 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth by day and night from 3 radii, its limb from 400 km with the Sun low, and the sky from the ground.
+/// The Earth by day and night from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The last two look north, with the Sun 10 to 15
+/// degrees above the horizon in the west, outside the image.
 fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
     // Twice the size, so that the disc is large enough for the coarse image of the air (`air-pass`), as it is in a window.
     let globe = ViewRequest { width: 2 * globe.width, height: 2 * globe.height, ..globe };
-    let from = |latitude_deg: f64, height_km: f64, dip: f64| ViewRequest {
-        position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: -60.0, height_km },
-        look: Look::Along { direction: glam::DVec3::new(-0.5, 0.87, dip), axes: Axes::BodyFixed },
-        up: Up::Zenith,
-        target: None,
-        fov_deg: Some(40.0),
-        ..globe.clone()
+    let radii_km = dual.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
+    let northwards = |latitude_deg: f64, height_km: f64, altitude_deg: f64| {
+        let (_, zenith) = ground_point_km(radii_km, latitude_deg, LONGITUDE_OF_LOW_SUN_DEG, height_km);
+        let north = (DVec3::Z - zenith * zenith.z).normalize();
+        let (sin, cos) = altitude_deg.to_radians().sin_cos();
+        ViewRequest {
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg: LONGITUDE_OF_LOW_SUN_DEG, height_km },
+            look: Look::Along { direction: north * cos + zenith * sin, axes: Axes::BodyFixed },
+            up: Up::Zenith,
+            target: None,
+            fov_deg: Some(40.0),
+            ..globe.clone()
+        }
     };
-    let (limb, sky) = (from(20.0, 400.0, -0.3), from(5.0, 0.1, 0.1));
+    // From 400 km the horizon is 20 degrees below the horizontal.
+    let (limb, sky) = (northwards(20.0, 400.0, -20.0), northwards(5.0, 0.1, 10.0));
     Ok([dual.with_metered_exposure(globe.clone())?, dual.with_metered_exposure(limb)?, dual.with_metered_exposure(sky)?])
 }
 
@@ -211,7 +225,7 @@ pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasu
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
             let view = plan_of(request, model)?;
-            worst = worst.max(mean_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
+            worst = worst.max(summed_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
         let dual = &dual;
@@ -222,20 +236,21 @@ pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     measure_choice("air", about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
+/// Shading with the normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId(799), 4.0, effort);
+    let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort);
     let request =
         dual.with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
-    let plan_of =
-        |ellipsoid: bool| dual.plan_target(&with_effects(&request, if ellipsoid { "+ellipsoid" } else { "-ellipsoid" })?, SINGLE_SAMPLE);
-    let reference = dual.light(&plan_of(true)?, Precision::F64)?;
+    let plan_of = |shape: Shape| {
+        let effect = if shape == Shape::Ellipsoid { "+ellipsoid" } else { "-ellipsoid" };
+        dual.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
+    };
+    let reference = dual.light(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
         let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
-        let view = plan_of(shape == Shape::Ellipsoid)?;
-        candidates.push(candidate(&dual, name, view, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
+        candidates.push(candidate(&dual, name, plan_of(shape)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "shape",
@@ -246,7 +261,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     )
 }
 
-/// Options that differ in sampling: timed in f32, their errors computed in f64 to exclude rounding.
+/// Options that differ in sampling: timed in f32; their errors are those of images in f64, which exclude rounding.
 fn sampling_candidates<'a>(
     dual: &'a DualRenderer<'_>,
     request: &ViewRequest,
@@ -291,7 +306,7 @@ pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     measure_choice("samples", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// Full resolution, or lower resolutions that are scaled to the window while the view moves.
+/// Full resolution, or the lower resolutions that the window scales up while the view moves.
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;

@@ -2,8 +2,8 @@
 //!
 //! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
 //! from the same image with the reference's models and taps, of the stated errors of those models ([`stated_errors`](crate::scene::stated_errors)), of
-//! rounding (twice the difference of f32 and f64), of sampling (a fraction of the range of radiance among the neighbouring pixels), and of
-//! features left out. It is a statement about this program's models; docs/accuracy.md lists effects that none of them includes.
+//! rounding (twice the difference of f32 and f64), of sampling (a fraction of the difference from the neighbouring pixels), and of features
+//! left out. The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
 
 use super::images::{DualRenderer, PlannedView};
 use super::whole::precision_of;
@@ -17,7 +17,7 @@ use crate::scene::stated_errors::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Error of fewer samples, as a measured fraction of the range of radiance among a pixel and its eight neighbours
+/// Error of taking fewer samples, as a measured fraction of the greatest difference between a pixel and its eight neighbours
 /// (tests/cli/error_bound.rs). Limbs and rings are antialiased analytically; the remaining error is that of a shading edge inside a pixel
 /// with one sample.
 fn sampling_error_fraction(quality: Quality) -> f64 {
@@ -32,7 +32,8 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
 /// samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
-/// The image without atmospheres, the optical depth along each ray, and the largest error of the atmosphere models.
+/// The image without atmospheres, the optical depth along each pixel's ray, and the largest error of the atmosphere models as a fraction of
+/// the scattered light.
 type AirlessImages = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
 
 /// The images from which the bounds of a view are computed.
@@ -45,8 +46,7 @@ struct BoundInputs {
     reference_models: Vec<[f32; 4]>,
     /// The image without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
-    /// The image without atmospheres, and the optical depth along each pixel's ray; and the largest error of the models, as a fraction of
-    /// the scattered light.
+    /// `None` if the view has no atmosphere.
     without_air: Option<AirlessImages>,
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         let range = neighbour_range(&inputs.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
-            let other_precision = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
+            let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
             let eclipse = inputs.without_eclipses.as_ref().map_or(0.0, |(unshadowed, fraction)| {
                 let unshadowed = f64::from(unshadowed[k][c]);
                 if (unshadowed - light).abs() > 1e-6 * unshadowed { fraction * unshadowed } else { 0.0 }
@@ -78,10 +78,10 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
             });
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            other_precision + models + eclipse + air + sampling_error_fraction(request.quality) * range[c] + left_out
+            rounding + models + eclipse + air + sampling_error_fraction(request.quality) * range[c] + left_out
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
-        // A tone map that preserves hue makes each channel depend on the worst one.
+        // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
         let worst = bound.iter().copied().fold(0.0, f64::max);
         let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * factor, worst * factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
@@ -89,14 +89,14 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     Ok(Frame { width, height, hdr, display })
 }
 
-/// Error of the display level, 255ths, for a bound of the exposed radiance, plus a level for rounding to bytes.
+/// Bound of the display level, 255ths, from a bound of the exposed radiance, plus a level for rounding to bytes.
 fn level_bound(light: f64, bound: f64) -> u8 {
     let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
     let difference = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
     (difference.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest difference between a pixel and its neighbours, per channel.
+/// Greatest difference between pixel `k` and its eight neighbours, per channel.
 fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
@@ -111,6 +111,7 @@ fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     range
 }
 
+/// Draws the images from which the bounds of a view are computed, all at the view's exposure.
 fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
@@ -122,7 +123,7 @@ fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedVi
         request.effects.set(effect, false);
         request
     };
-    // The remaining error is that of the reference's models.
+    // Differences from the reference's models are measured with an image; the errors of the reference's models are the stated ones.
     let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
     let reference_models =
         dual.plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;

@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, SessionError};
 
-/// The finest sampling: samples per pixel, taps per footprint.
+/// The finest sampling.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// An image of linear light.
@@ -107,6 +107,7 @@ impl<'a> DualRenderer<'a> {
         Ok(PlannedView { scene, plan })
     }
 
+    /// Draws the view and returns its linear image.
     pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
         let exposure_factor = view.scene.exposure.factor();
@@ -119,8 +120,8 @@ impl<'a> DualRenderer<'a> {
         Ok(())
     }
 
-    /// Plans only the draws of the target (all bodies if there is no target). Smaller bodies are left out because they change from points
-    /// to discs as the image grows.
+    /// Plans only the draws of the target (of all bodies if there is no target). Other bodies are left out because small ones change from
+    /// points to discs as the image grows.
     pub(crate) fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
@@ -128,7 +129,7 @@ impl<'a> DualRenderer<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    /// The same view with its metered exposure fixed, so that all options use the same exposure.
+    /// The same view with the exposure fixed at its metered value, so that all options use the same exposure.
     pub(crate) fn with_metered_exposure(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
         let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })

@@ -1,10 +1,11 @@
-//! Speed against accuracy: the time and the error of each option of each choice.
+//! Speed against accuracy. A choice is a setting with several implementations, its options, such as the number of samples; this module
+//! measures time and error of each option.
 //!
-//! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option of each choice its error in a
-//! perceptible unit and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs
-//! ([`timing`]); errors are relative to the choice's most expensive option, drawn in f64 (in f32 for `resolution`); the models and the
-//! sampling that each quality uses are read from the program; the options that it may use are computed by [`rule`]. Not measured:
-//! tessellation, because ellipsoids are intersected and not tessellated.
+//! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error in a perceptible unit and the
+//! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]); errors are
+//! relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`); the models and the sampling
+//! that each quality uses are read from the program; the options that it may use are computed by [`rule`]. Not measured: tessellation, because
+//! ellipsoids are intersected and not tessellated.
 
 mod drawings;
 mod error_bound;
@@ -17,8 +18,7 @@ mod view;
 mod whole;
 
 pub(crate) use error_bound::error_bounds;
-pub(crate) use images::{DualRenderer, PlannedView};
-pub(crate) use images::{LinearImage, level_differences};
+pub(crate) use images::{DualRenderer, LinearImage, PlannedView, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 pub(crate) use whole::renderer;
@@ -58,7 +58,7 @@ impl Effort {
 /// The measurements of one option.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OptionMeasure {
-    /// The name on the command line or in the documents.
+    /// Name on the command line or in the documents.
     pub name: String,
     /// Error and time.
     pub measurement: Measurement,
@@ -70,7 +70,7 @@ pub(crate) struct OptionMeasure {
     pub admissible_for: Vec<Quality>,
 }
 
-/// A choice and its options, in the order of the program.
+/// A choice and its options.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ChoiceMeasure {
     /// Name of the choice.
@@ -79,18 +79,19 @@ pub(crate) struct ChoiceMeasure {
     pub about: &'static str,
     /// Unit of the errors.
     pub unit: ErrorUnit,
-    /// True if the scene decides from the view, in the same way at every quality, so that the rule does not apply.
-    pub is_chosen_per_view: bool,
+    /// Whether the rule does not apply: the scene makes the choice for each view in the same way at every quality, or the options are the
+    /// qualities themselves.
+    pub is_exempt_from_rule: bool,
     /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default option the rule does not allow, each with an option that it allows; empty if the view decides.
+    /// Qualities whose default option the rule does not allow, each with an option that it allows; empty if the rule does not apply.
     pub(crate) fn broken_defaults(&self) -> Vec<(Quality, &str)> {
         let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
-        Quality::ALL.into_iter().filter(|q| !self.is_chosen_per_view && broken(q)).filter_map(allowed).collect()
+        Quality::ALL.into_iter().filter(|q| !self.is_exempt_from_rule && broken(q)).filter_map(allowed).collect()
     }
 }
 
@@ -120,11 +121,14 @@ pub(crate) fn measure_choice(
     };
     let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
-    let one = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
+    let equal_time = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Measurement { error: c.error, relative_time: Quartiles::of_ratios(&times[k], &times[reference]).unwrap_or(one) })
+        .map(|(k, c)| Measurement {
+            error: c.error,
+            relative_time: Quartiles::of_ratios(&times[k], &times[reference]).unwrap_or(equal_time),
+        })
         .collect();
     let dominated = rule::dominated(&measurements);
     let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
@@ -139,11 +143,11 @@ pub(crate) fn measure_choice(
             admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),
         })
         .collect();
-    Ok(ChoiceMeasure { name, about, unit, is_chosen_per_view: CHOSEN_PER_VIEW.contains(&name), options })
+    Ok(ChoiceMeasure { name, about, unit, is_exempt_from_rule: EXEMPT_FROM_RULE.contains(&name), options })
 }
 
-/// Choices that the scene makes for each view.
-const CHOSEN_PER_VIEW: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
+/// Choices to which the rule does not apply: the scene makes the first three for each view; the options of the last are the qualities.
+const EXEMPT_FROM_RULE: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 
 /// Measures one choice.
 pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;

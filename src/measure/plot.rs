@@ -85,8 +85,8 @@ where
     let positive = options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0);
     // Errors of 0 are drawn at the lower edge.
     let errors = axis_range(positive, 0.1, 8.0);
-    let floor = errors.start;
-    let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { floor };
+    let lower_edge = errors.start;
+    let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { lower_edge };
     let times = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
@@ -142,21 +142,21 @@ where
 /// Height of the options' names, pixels.
 const LABEL_PX: i32 = 15;
 
-/// Offset of each label from its point: the first position within the panel that overlaps no other label and no point. `corners`: the lower left and
-/// the upper right corner of the panel.
-fn label_offsets(points: &[(i32, i32)], texts: &[String], corners: ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
+/// Offset of each label from its point: the first candidate within the panel, given by two corners, that overlaps no other label and no point.
+fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
+    /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);
     let overlap = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
     let mut occupied: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
     let mut offsets = Vec::new();
     for (&(x, y), text) in points.iter().zip(texts) {
-        // The average width of the built-in font is 0.61 of its height.
+        // A character of the built-in font is 0.61 times as wide as high.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
-        let places = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
+        let candidates = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
-        let inside = |r: &Rect| r.0 >= corners.0.0 && r.2 <= corners.1.0.max(corners.0.0) + 8 && r.1 >= corners.1.1 && r.3 <= corners.0.1;
-        let free = places.clone().find(|position| inside(&rect(*position)) && !occupied.iter().any(|t| overlap(t, &rect(*position))));
+        let inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
+        let free = candidates.clone().find(|offset| inside(&rect(*offset)) && !occupied.iter().any(|t| overlap(t, &rect(*offset))));
         let offset = free.unwrap_or((7, -LABEL_PX - 5));
         occupied.push(rect(offset));
         offsets.push(offset);

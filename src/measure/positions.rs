@@ -1,7 +1,7 @@
 //! Cost and error of positions: the source of the ephemeris, and corrections for light time.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest of Sun, Moon and planets over two centuries
-//! of dates.
+//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest for Sun, Moon and planets on dates over 185
+//! years.
 
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
@@ -17,17 +17,18 @@ use glam::DVec3;
 /// Sun, Moon and planets.
 const BODIES: [NaifId; 9] =
     [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
-/// Dates from 1905 to 2095, within the shipped kernel; the step is not a multiple of any period.
+/// Dates from 1905 to 2089, within the shipped kernel; the step is not a multiple of any body's period.
 const FIRST_JD_TDB: f64 = 2_416_847.3;
 const STEP_DAYS: f64 = 1_983.7;
 const DATES: usize = 35;
-/// Repetitions over all bodies and dates in one timed run, since a position takes microseconds.
+/// Repetitions over all bodies and dates in one timed run, because a position takes only microseconds.
 const REPETITIONS: usize = 3;
 
 fn instants() -> impl Iterator<Item = Instant> {
     (0..DATES).map(|k| Instant::from_jd_tdb(FIRST_JD_TDB + STEP_DAYS * k as f64))
 }
 
+/// A way of computing the direction of a body from the Earth. The vector may have any length.
 type Direction<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
 
 /// The greatest angular separation between two ways of computing directions, arcseconds.
@@ -63,7 +64,7 @@ fn candidates<'a>(
     Ok(all)
 }
 
-/// `--source`: mean elements, series, kernel. Within its years the kernel is used at every quality.
+/// `--source`: mean elements, series, kernel. Within the kernel's years every quality uses it.
 pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let from = |source: Source| -> Direction<'_> {
@@ -75,11 +76,11 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
         ("kernel", from(Source::Kernel), Quality::ALL.to_vec()),
     ];
     let about =
-        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the kernel (itself within 0.02 arcsec of DE440)";
+        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2089, against the kernel (itself within 0.02 arcsec of DE440)";
     measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
 }
 
-/// Geometric position, position with light time, and apparent position with aberration: the results of `ephemeris` and `ephemeris --apparent`.
+/// Geometric direction, direction corrected for light time, and apparent direction, corrected for aberration, too.
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
@@ -100,6 +101,6 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     ];
     let reference: Direction<'_> = Box::new(apparent);
     let about =
-        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2095, against the apparent direction (light time and aberration)";
+        "worst direction from the Earth, Sun to Neptune and Moon, 1905-2089, against the apparent direction (light time and aberration)";
     measure_choice("light-time", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &reference)?)
 }

@@ -1,5 +1,4 @@
-//! The rule that determines which options are dominated, and which of them a quality may use. A choice is one setting with several
-//! implementations, its options, such as the number of samples.
+//! The rule that determines which options of a choice are dominated, and which a quality may use.
 //!
 //! In: time and error of the options of one choice. Out: the dominated options, and those that a quality may use. Always: an option is
 //! dominated only by an option that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below
@@ -30,12 +29,13 @@ impl ErrorUnit {
         }
     }
 
-    /// Upper limit of a quality's error. `None`: that of the most accurate option.
+    /// Upper limit of a quality's error. `None`: the most accurate option must be used.
     ///
     /// `draft` is for exploring. A good eye resolves 60 arcsec, or 4 arcsec at a magnification of 15; the bound of 1 arcsec is a quarter of that.
     /// 15.9 % of light is a quarter of a stop. 32 levels of 255 are an eighth of white, exceeded in one pixel of a thousand.
-    /// `standard` is for the window and for saved images. The Moon moves 0.1 arcsec in 0.2 s, so a contact is early or late by as much.
-    /// Half a percent of light is a third of a level of 255 at mid grey, and three levels are 1 % of the display's range.
+    /// `standard` is for the window and for saved images. The Moon moves 0.1 arcsec in 0.2 s, so the time of a contact is off by at most
+    /// that.
+    /// Half a percent of light is a third of a level of 255 at mid grey. Three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],
@@ -127,13 +127,13 @@ mod tests {
                 .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
         };
         assert_eq!(allowed(&options), [[1], [2], [3]]);
-        // The rule detects an outdated default: an option gets worse, or another gets cheaper.
+        // The allowed options change if an option gets worse, or if another gets cheaper.
         let mut changed = options;
         changed[2].error = 1.1 * standard;
         assert_eq!(allowed(&changed), [[1], [3], [3]]);
         changed[3].relative_time = option(0.0, 0.15).relative_time;
         assert_eq!(allowed(&changed), [[3], [3], [3]]);
-        // Both of two options that the measurement cannot distinguish may be taken.
+        // If the measurement cannot distinguish two options, both may be used.
         assert_eq!(allowed(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);
         assert_eq!(allowed(&[option(1e9, 1.0)]), [[0], [0], [0]]);
     }

@@ -102,7 +102,7 @@ mod tests {
         assert_eq!(interleaved(1, &[&(|| Err::<(), _>("broken")) as &Workload<'_, (), &str>]), Err("broken"));
     }
 
-    /// The machine slows down tenfold while two workloads run, one of which does twice as much: the ratios stay 2.
+    /// The machine slows down tenfold while two workloads run, one of which does twice as much as the other: the ratios stay 2.
     #[test]
     fn ratios_are_independent_of_drift_of_the_machine() {
         let slowness = Cell::new(1.0);
@@ -116,7 +116,7 @@ mod tests {
         let times = interleaved(20, &[&workload(1.0), &workload(2.0)]).expect("no error");
         let ratio = Quartiles::of_ratios(&times[1], &times[0]).expect("ratios");
         assert!((ratio.median - 2.0).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
-        // Run one after the other, the drift would appear as a cost.
+        // If the workloads ran one after the other, the slowdown would count as a cost of the second.
         let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
         assert!(second / first > 4.0);
     }

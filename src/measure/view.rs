@@ -1,4 +1,4 @@
-//! The sufficient quality for one view.
+//! The lowest quality that is sufficient for one view.
 //!
 //! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the lowest
 //! sufficient quality.

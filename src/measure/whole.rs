@@ -44,7 +44,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     measure_choice("quality", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// `--layers -stars` against the star catalogue; the error is that of the image's summed green light.
+/// No stars (`--layers -stars`) against the star catalogue; the error is that of the image's summed green light.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
     let side = effort.side_px();
@@ -70,8 +70,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// The software renderer against a GPU, if the session's preference finds one; `None` elsewhere. CPU time is counted, which for a
-/// hardware GPU is only the remaining work of the CPU.
+/// The software renderer against a GPU; `None` if the session does not use one. CPU time is measured, which for a hardware GPU is only the
+/// work that remains for the CPU.
 ///
 /// # Errors
 /// The reason why the view cannot be drawn.

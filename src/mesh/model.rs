@@ -42,7 +42,7 @@ pub enum ShapeError {
         /// The body's largest semi-axis.
         radius_km: f64,
     },
-    /// A tangle, in which the shape's own shadow would take minutes.
+    /// So many overlapping triangles that computing the shape's own shadow would take minutes.
     #[error("its triangles overlap: a line meets the boxes around {overlap:.0} of them on average; expected at most {MAX_OVERLAP:.0}")]
     Overlap {
         /// Mean number of triangles' boxes that a line through the shape's box meets.
@@ -96,7 +96,8 @@ struct Point {
     /// Body axes, kilometres.
     position_km: DVec3,
     normal: DVec3,
-    map: DVec2,
+    /// Texture coordinates.
+    uv: DVec2,
     /// Linear RGB.
     colour: DVec3,
 }
@@ -106,7 +107,7 @@ struct Point {
 struct VertexKey {
     position_id: u32,
     normal: [u64; 3],
-    map: [u64; 2],
+    uv: [u64; 2],
 }
 
 /// For each position of the file, the index of the first position with the same coordinates. Some files repeat positions for each face.
@@ -119,8 +120,8 @@ fn welded(positions: &[DVec3]) -> Vec<u32> {
 
 impl ShapeFrame {
     fn map_coordinates(&self, position_km: DVec3) -> DVec2 {
-        let m = position_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
-        DVec2::new(0.5 + m.y.atan2(m.x) / TAU, 0.5 - m.z.atan2(m.truncate().length()) / PI)
+        let direction = position_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
+        DVec2::new(0.5 + direction.y.atan2(direction.x) / TAU, 0.5 - direction.z.atan2(direction.truncate().length()) / PI)
     }
 
     fn on_axis(&self, position_km: DVec3) -> bool {
@@ -141,15 +142,15 @@ fn pole_inside(positions: [DVec3; 3]) -> Option<DVec3> {
 fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
     let polar = corners.map(|c| frame.on_axis(c.position_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
-    let u0 = corners[first].map.x;
+    let u0 = corners[first].uv.x;
     for k in (0..3).filter(|k| !polar[*k]) {
-        corners[k].map.x += (u0 - corners[k].map.x).round();
+        corners[k].uv.x += (u0 - corners[k].uv.x).round();
     }
     // The smallest u is moved to 0..1, so that neighbouring triangles agree.
-    let shift = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].map.x).fold(f64::INFINITY, f64::min).floor();
-    (0..3).for_each(|k| corners[k].map.x -= shift);
-    let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].map.x, n + 1.0));
-    (0..3).filter(|k| polar[*k]).for_each(|k| corners[k].map.x = sum / count);
+    let shift = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].uv.x).fold(f64::INFINITY, f64::min).floor();
+    (0..3).for_each(|k| corners[k].uv.x -= shift);
+    let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].uv.x, n + 1.0));
+    (0..3).filter(|k| polar[*k]).for_each(|k| corners[k].uv.x = sum / count);
 }
 
 #[derive(Default)]
@@ -163,7 +164,7 @@ struct MeshBuilder {
 
 impl MeshBuilder {
     fn vertex(&mut self, position_id: u32, point: Point) -> u32 {
-        let key = VertexKey { position_id, normal: point.normal.to_array().map(f64::to_bits), map: point.map.to_array().map(f64::to_bits) };
+        let key = VertexKey { position_id, normal: point.normal.to_array().map(f64::to_bits), uv: point.uv.to_array().map(f64::to_bits) };
         let next = self.points.len() as u32;
         let index = *self.known.entry(key).or_insert(next);
         if index == next {
@@ -181,12 +182,13 @@ impl MeshBuilder {
             side.x * side.y + side.y * side.z + side.z * side.x
         };
         let corner = |k: &u32| self.points[*k as usize].position_km;
-        let of_triangles: f64 = self.indices.chunks_exact(3).map(|t| area(&mut t.iter().map(corner))).sum();
-        of_triangles / area(&mut self.indices.iter().map(corner))
+        let sum_of_triangles: f64 = self.indices.chunks_exact(3).map(|t| area(&mut t.iter().map(corner))).sum();
+        sum_of_triangles / area(&mut self.indices.iter().map(corner))
     }
 
-    fn triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Point; 3], from_file: bool) {
-        if !from_file {
+    /// Adds a triangle. `has_file_uv`: its texture coordinates are those of the file, which stay as they are.
+    fn triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Point; 3], has_file_uv: bool) {
+        if !has_file_uv {
             join_map_coordinates(frame, &mut corners);
         }
         for (position_id, corner) in position_ids.into_iter().zip(corners) {
@@ -216,9 +218,9 @@ impl Mesh {
     /// A size that cannot be the body's, or no triangle with an area: one line.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
         let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
-        let used = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
+        let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
         let largest_km = frame.radii_km.max_element();
-        let farthest_km = used().map(DVec3::length).fold(0.0, f64::max);
+        let farthest_km = used_km().map(DVec3::length).fold(0.0, f64::max);
         if !REACH.contains(&(farthest_km / largest_km)) {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
         }
@@ -234,32 +236,34 @@ impl Mesh {
         let mut builder = MeshBuilder::default();
         for t in &solid_triangles {
             let face_normal = area(t).normalize();
-            let from_file = t.iter().all(|c| c.texture.is_some());
+            let has_file_uv = t.iter().all(|c| c.texture.is_some());
             let point = |c: &Corner| {
                 let position_km = at(c);
                 let file_normal = c.normal.map(|n| obj.normals[n as usize]);
-                let file_uv = c.texture.filter(|_| from_file).map(|t| obj.textures[t as usize]).map(|t| DVec2::new(t.x, 1.0 - t.y));
+                let file_uv =
+                    c.texture.filter(|_| has_file_uv).map(|index| obj.textures[index as usize]).map(|uv| DVec2::new(uv.x, 1.0 - uv.y));
                 Point {
                     position_km,
                     normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
-                    map: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
+                    uv: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
                     colour: obj
                         .colours
                         .get(c.position as usize)
-                        .map_or(DVec3::ONE, |c| DVec3::from_array(c.to_array().map(srgb_to_linear))),
+                        .map_or(DVec3::ONE, |srgb| DVec3::from_array(srgb.to_array().map(srgb_to_linear))),
                 }
             };
             let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
             let corner_ids = [0, 1, 2].map(|k| position_ids[t[k].position as usize]);
-            match pole_inside(corners.map(|c| c.position_km)).filter(|_| !from_file) {
-                None => builder.triangle(frame, corner_ids, corners, from_file),
-                Some(w) => {
-                    let interpolated =
-                        |value: fn(&Point) -> DVec3| value(&corners[0]) * w.x + value(&corners[1]) * w.y + value(&corners[2]) * w.z;
+            match pole_inside(corners.map(|c| c.position_km)).filter(|_| !has_file_uv) {
+                None => builder.triangle(frame, corner_ids, corners, has_file_uv),
+                Some(weights) => {
+                    let interpolated = |value: fn(&Point) -> DVec3| {
+                        value(&corners[0]) * weights.x + value(&corners[1]) * weights.y + value(&corners[2]) * weights.z
+                    };
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
-                    let pole = Point { position_km, normal, map: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
+                    let pole = Point { position_km, normal, uv: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
                     // A new position, after those of the file.
                     let new_id = (positions_km.len() + builder.points.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
@@ -288,7 +292,7 @@ impl Mesh {
         Self {
             positions: flat(&|p| p.position_km / frame.radii_km),
             normals: flat(&|p| p.normal),
-            map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.map.as_vec2().to_array()).collect()),
+            map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.uv.as_vec2().to_array()).collect()),
             colours,
             max_radius,
             solid: Solid::new(

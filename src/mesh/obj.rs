@@ -58,8 +58,8 @@ fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     if words.len() != N {
         return None;
     }
-    for (slot, word) in all.iter_mut().zip(words) {
-        *slot = word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() < 1e12)?;
+    for (number, word) in all.iter_mut().zip(words) {
+        *number = word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() < 1e12)?;
     }
     Some(all)
 }
@@ -72,6 +72,7 @@ fn index(word: &str, length: usize) -> Option<u32> {
 }
 
 impl Obj {
+    /// Parses a corner of a face.
     fn corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
         let lists = [("v", self.positions.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
@@ -92,6 +93,7 @@ impl Obj {
         }
     }
 
+    /// Reads one line: its keyword `word`, the words after it, and the entire text for messages.
     fn line(&mut self, word: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shown(line));
         let check_room = |length: usize, what: &str| match length < MAX_COUNT {

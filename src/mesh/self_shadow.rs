@@ -4,17 +4,18 @@
 //! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the vertex's normal
 //! and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is that of the nearest edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height. Between
-//! vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or
-//! farther than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
+//! Error: the height is that of the nearest edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
+//! more. Between vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller
+//! or farther than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Limit of heights, radians. Where one vertex sees past a peak and its neighbour does not, it keeps the interpolated height from rising too steeply.
-const MAX_RAD: f64 = 0.0873;
+/// Limit of heights, 5 degrees, radians. It keeps the interpolated height from rising too steeply between a vertex that sees past a peak and a neighbour
+/// that does not.
+const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Vertices per parallel task.
@@ -82,8 +83,8 @@ impl Bvh {
 }
 
 /// Whether a ray from `origin` intersects a box in front of it.
-fn intersects_box(node: &Node, origin: DVec3, inverse: DVec3) -> bool {
-    let (a, b) = ((node.low - origin) * inverse, (node.high - origin) * inverse);
+fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool {
+    let (a, b) = ((node.low - origin) * inverse_direction, (node.high - origin) * inverse_direction);
     let (near, far) = (a.min(b), a.max(b));
     near.max_element().max(0.0) <= far.min_element() * (1.0 + 1e-12)
 }
@@ -102,21 +103,21 @@ impl Solid {
     /// Whether a ray from a vertex intersects the mesh.
     fn is_occluded(&self, tree: &Bvh, vertex: usize, direction: DVec3) -> bool {
         let (origin, own_position_id) = (self.points[vertex].0, self.position_ids[vertex]);
-        // Finite even for rays along an axis, where 0 times infinity would be NaN.
-        let inverse = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
+        // The inverse is finite even for rays along an axis, where 0 times infinity would be NaN.
+        let inverse_direction = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
         let mut stack = [0_u32; 64];
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
-            let at = stack[depth] as usize;
-            let node = &tree.nodes[at];
-            if !intersects_box(node, origin, inverse) {
+            let node_index = stack[depth] as usize;
+            let node = &tree.nodes[node_index];
+            if !intersects_box(node, origin, inverse_direction) {
                 continue;
             }
             if node.count == 0 {
                 // A balanced tree is never deeper than this array.
                 stack[depth] = node.at;
-                stack[depth + 1] = at as u32 + 1;
+                stack[depth + 1] = node_index as u32 + 1;
                 depth += 2;
                 continue;
             }
@@ -145,6 +146,7 @@ impl Solid {
         false
     }
 
+    /// The height of the Sun's centre over the horizon of a vertex, in radii of the Sun.
     fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
         let outward = self.points[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
@@ -185,7 +187,7 @@ impl Solid {
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
-        let limit = MAX_RAD / radius_rad;
+        let limit = MAX_HEIGHT_RAD / radius_rad;
         let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-limit, limit) as f32;
         (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
@@ -229,7 +231,7 @@ mod tests {
             let heights = solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let height_rad = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_RAD, MAX_RAD);
+                let height_rad = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / RADIUS).abs();
                 assert!(
                     (f64::from(*height) - height_rad / RADIUS).abs() < allowed,

@@ -1,9 +1,9 @@
-//! Localisable messages of the layers below the window: reasons of decisions, notes on estimates, captions in images, errors shown to the user. A
-//! message is an id with arguments; the command line writes it in English, the window in the user's language.
+//! Localisable messages of the layers below the window: reasons for decisions, notes on estimates, captions in images, errors shown to the user.
+//! A message is an id with arguments; the command line writes it in English, the window in the user's language.
 //!
-//! In: the id of a message in `english.ftl`, and its arguments. Out: the English text, by `Display`; another language's, by `text_in`. Always: the text of
-//! a message is in `english.ftl` and `german.ftl` alone, which the window (`view::language`) reads too; an unknown id is written as it is, so that a
-//! test can find it. Not here: texts of the window's own (`view::language`), and texts of the catalogs.
+//! In: the id of a message in `english.ftl`, and its arguments. Out: the English text by `Display`, that of another language by `text_in`.
+//! Always: the texts are only in `english.ftl` and `german.ftl`, which the window (`view::language`) reads, too; an unknown id is written as it
+//! is, so that a test can find it. Not here: the window's own texts (`view::language`), and texts of the catalogs.
 
 mod text_language;
 
@@ -29,7 +29,7 @@ pub struct Message {
 /// An argument of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Argument {
-    /// A number, formatted as it is to be shown, with a decimal point.
+    /// A number, formatted as it will be shown, with a decimal point.
     Number(String),
     /// The name of a body, a model, a file or another thing.
     Name(String),
@@ -37,7 +37,7 @@ pub enum Argument {
     Names(Vec<String>),
     /// An instant or a day, in ISO 8601.
     Time(String),
-    /// A detail that is English in every language, for instance of a compiler or of the system.
+    /// A detail that stays English in every language, such as an error of a compiler or of the system.
     English(String),
     /// A text of a catalog. The first field is the prefix of the ids of its translations, `prefix-...`; the second is the text.
     CatalogText(&'static str, String),
@@ -105,7 +105,7 @@ impl Serialize for Reason {
     }
 }
 
-/// Of numbers alone, which `message!` takes as `format_args!("{value:.2}")` if they are to be rounded.
+/// For numbers only: to round one, pass `format_args!("{value:.2}")` to `message!`.
 impl From<fmt::Arguments<'_>> for Argument {
     fn from(number: fmt::Arguments<'_>) -> Self {
         Self::Number(number.to_string())
@@ -153,7 +153,7 @@ macro_rules! numbers {
 }
 numbers!(f64, u32, usize, i32);
 
-/// A [`Message`]: `message!("id")`, or `message!("id", name = value)`; numbers that are to be rounded go in as `format_args!("{value:.2}")`.
+/// A [`Message`]: `message!("id")`, or `message!("id", name = value)`. To round a number, pass `format_args!("{value:.2}")`.
 macro_rules! message {
     ($id:expr $(, $name:ident = $value:expr)* $(,)?) => {
         $crate::message::Message { id: $id, arguments: vec![$((stringify!($name), $crate::message::Argument::from($value))),*] }

@@ -23,7 +23,7 @@ fn german_has_its_own_numbers_names_and_times() {
     {
         assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (text, english));
     }
-    // A point of the compass: E is O, Osten.
+    // The compass point E is O (Osten) in German.
     assert_eq!((german.name("body", "Earth"), german.name("point", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
     assert_eq!(german.time("2024-04-08T18:17:16.250Z"), "8. April 2024, 18:17:16,250 UTC");
     assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");

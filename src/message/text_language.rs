@@ -57,7 +57,7 @@ impl TextLanguage {
         own.or_else(|| ENGLISH.get(id)).copied()
     }
 
-    /// The name of a thing: the message `kind-name`, or else the given name.
+    /// A name in this language: the message `kind-name` if there is one, otherwise the English name.
     pub(crate) fn name<'n>(self, kind: &str, name: &'n str) -> &'n str {
         match self {
             Self::English => name,
@@ -65,7 +65,7 @@ impl TextLanguage {
         }
     }
 
-    /// A number with its unit, written with a decimal point and spaces between groups of three digits.
+    /// A number with its unit in this language. `english`: with a decimal point and spaces between groups of three digits.
     pub(crate) fn number(self, english: &str) -> String {
         if self == Self::English {
             return english.to_owned();
@@ -84,7 +84,7 @@ impl TextLanguage {
 
     /// A time in ISO 8601 as date and time of day.
     pub(crate) fn time(self, iso: &str) -> String {
-        // A time beyond the calendar of ISO 8601 is a Julian date.
+        // A time outside the years of ISO 8601 is written as a Julian date.
         let Some((date, clock)) = iso.strip_suffix('Z').and_then(|iso| iso.split_once('T')) else { return iso.to_owned() };
         let english = || format!("{date} {clock} UTC");
         if self == Self::English {
@@ -94,7 +94,7 @@ impl TextLanguage {
         let mut number = || from_end.next()?.parse::<i64>().ok();
         let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
         let month_name = Argument::Name(self.template(&format!("month-{month}")).unwrap_or_default().to_owned());
-        // The year 0 of ISO 8601 is 1 BC.
+        // Year 0 of ISO 8601 is 1 BC.
         let year = if year > 0 {
             Argument::Number(format!("{year:04}"))
         } else {
@@ -126,7 +126,7 @@ impl Argument {
             Self::Number(text) => language.number(text),
             Self::Name(text) => language.name("body", text).to_owned(),
             Self::Names(all) => all.iter().map(|name| language.name("body", name)).collect::<Vec<_>>().join(", "),
-            // English reasons keep the time as a program reads it.
+            // English texts keep ISO 8601, which programs can read.
             Self::Time(iso) if language == TextLanguage::English => iso.clone(),
             Self::Time(iso) => language.time(iso),
             Self::CatalogText(_, text) | Self::English(text) => text.clone(),

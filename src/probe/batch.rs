@@ -22,14 +22,14 @@ pub struct ProbeBatch {
     pub uniform_bytes: Vec<u8>,
     pub textures: Vec<TextureBinding>,
     pub samplers: Vec<SamplerBinding>,
-    /// Rows of results per query, each of four numbers.
+    /// Number of result rows per query, each of four numbers.
     pub rows: u32,
 }
 
 /// Inputs of one query; unused numbers are 0.
 pub(crate) type ProbeInputs = [f64; 12];
 
-/// The value as f32, and the remainder as f32.
+/// Two f32 numbers whose sum is the value: the nearest f32, and the remainder.
 fn split(value: f64) -> (f32, f32) {
     let high = value as f32;
     let low = (value - f64::from(high)) as f32;
@@ -46,7 +46,7 @@ impl ProbeBatch {
     /// Results in the order of the queries.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled, or does not fit its bindings.
+    /// One line: the module cannot be compiled, or needs other bindings.
     pub fn answers(
         &self,
         renderer: &SoftwareRenderer,
@@ -54,9 +54,9 @@ impl ProbeBatch {
         queries: &[ProbeInputs],
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(queries.len());
-        for batch in queries.chunks(MAX_QUERIES_PER_TARGET) {
-            let (frame, _) = renderer.render(&self.plan(batch), library, true)?;
-            let width = batch.len();
+        for chunk in queries.chunks(MAX_QUERIES_PER_TARGET) {
+            let (frame, _) = renderer.render(&self.plan(chunk), library, true)?;
+            let width = chunk.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");
                 all.push((0..self.rows as usize).map(row).collect::<Result<Vec<_>, _>>()?);
@@ -65,8 +65,10 @@ impl ProbeBatch {
         Ok(all)
     }
 
+    /// A plan that draws each query as an instance that covers one column of the target.
     fn plan(&self, queries: &[ProbeInputs]) -> Plan {
         let count = queries.len();
+        // The left edge of column `k` in clip space.
         let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         let numbers = |group: usize, part: fn((f32, f32)) -> f32| {

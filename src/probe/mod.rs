@@ -82,7 +82,7 @@ pub enum Requirement {
     Required,
     /// Optional, with the default in words.
     Optional(&'static str),
-    /// One of several alternatives; the error names the missing ones.
+    /// One of several alternatives. The query's own file checks that one is given.
     OneOf,
 }
 
@@ -166,7 +166,7 @@ pub(crate) fn queries_json() -> Value {
 fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
-        // The message quotes the input, so it is created from the shortened query to be short.
+        // The message quotes the input, so it is created from the shortened query.
         Err(e) => first_invalid_field::<T>(&short, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
         Ok(_) => echo(&json_error_text(&e)),

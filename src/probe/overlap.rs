@@ -12,10 +12,10 @@ use serde_json::{Value, json};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Fields {
-    /// A disc's radius and the distance of the centres, solar radii.
+    /// A disc in front of the Sun: its radius and the distance of the centres, solar radii.
     k: Option<f64>,
     d: Option<f64>,
-    /// An ellipse, solar radii.
+    /// An ellipse in front of the Sun, solar radii.
     semi_major: Option<f64>,
     semi_minor: Option<f64>,
     centre_distance: Option<f64>,
@@ -27,7 +27,7 @@ struct Fields {
     model: Model,
 }
 
-/// The models that depend only on the outline.
+/// The eclipse models that need only the occluder's outline.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
@@ -38,8 +38,8 @@ enum Model {
 }
 
 impl Fields {
-    /// Coefficients of limb darkening: the Sun's at 550 nm unless given; if only `u1` is given, `u2` is 0.
-    fn law(&self) -> (f64, f64) {
+    /// Coefficients of limb darkening, the Sun's at 550 nm by default. If only one is given, the other is 0.
+    fn limb_darkening(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
             (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
             (u1, u2) => (u1.unwrap_or(0.0), u2.unwrap_or(0.0)),
@@ -71,7 +71,7 @@ impl Fields {
         if !self.offset_angle_from_major_axis_deg.is_finite() {
             return Err("field \"offset_angle_from_major_axis_deg\" is not a number".into());
         }
-        let (u1, u2) = self.law();
+        let (u1, u2) = self.limb_darkening();
         check_limb_darkening(u1, u2)?;
         Ok([major, minor, distance])
     }
@@ -105,7 +105,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
-    let (u1, u2) = f.law();
+    let (u1, u2) = f.limb_darkening();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
     let batch = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);

@@ -28,11 +28,11 @@ struct Fields {
     y: u32,
 }
 
-/// The command line's standard quality, so that the numbers match its image.
+/// The standard quality of the command line, so that the numbers match the image that it draws.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const SIZE: [u32; 2] = [1024, 1024];
 
-/// The fields that describe a view.
+// The fields that describe a view; `project` has them, too.
 pub(super) const VIEW: QueryField = required("view", "a camera file's object, as --camera-json takes it");
 pub(super) const TIME: QueryField = optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000");
 pub(super) const IMAGE_SIZE: QueryField = optional("size", "[width, height] in pixels", "[1024, 1024]");
@@ -113,7 +113,7 @@ pub(crate) struct PixelDraw {
     pub name: String,
     pub part: BodyPart,
     pub module: ModuleId,
-    /// Planetographic latitude and east longitude of the point on a globe's surface, degrees.
+    /// Planetographic latitude and east longitude of the point on the surface, degrees; `None` if the draw is no globe.
     pub ground_deg: Option<[f64; 2]>,
     pub values: PixelValues,
 }
@@ -160,7 +160,7 @@ pub(crate) fn inspect_pixel(
     Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
-/// Latitude and longitude of the point on the surface at a globe's pixel.
+/// Planetographic latitude and east longitude of the point on the surface at a globe's pixel, degrees.
 fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
     let position = values.values.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
@@ -184,7 +184,7 @@ fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32
     frame.hdr.get(index).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the image has no such pixel".into())
 }
 
-/// A JSON number. Values that the pixel never computed are NaN, which JSON lacks, and become null.
+/// A JSON number. Values that the pixel's module has not computed are NaN, which JSON cannot express; they become null.
 fn number(v: f64) -> Value {
     serde_json::Number::from_f64(v).map_or(Value::Null, Value::Number)
 }

@@ -53,7 +53,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 /// The number in a name such as `HIP 32349`.
 fn hip_number(text: &str) -> Option<u32> {
     let text = text.trim();
-    let digits = text.get(..3).filter(|head| head.eq_ignore_ascii_case("hip")).map_or(text, |_| &text[3..]);
+    let digits = text.get(..3).filter(|prefix| prefix.eq_ignore_ascii_case("hip")).map_or(text, |_| &text[3..]);
     digits.trim().parse().ok()
 }
 

@@ -41,7 +41,7 @@ enum TransmissionModel {
 struct TransmissionFields {
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
-    /// The query is for a point, so the shape of the planet does not matter.
+    /// Accepted without effect: the light at a given point does not depend on the shape of the planet.
     #[serde(default)]
     #[allow(dead_code)]
     flattening: f64,
@@ -80,7 +80,7 @@ struct ShadowFields {
     u2: Option<f64>,
 }
 
-/// Tangent of the Sun's angular radius; 0 is replaced by a very small value.
+/// Tangent of the Sun's angular radius, at least 1e-6: a point Sun becomes a very small disc.
 fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
@@ -93,6 +93,7 @@ fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, ProbeError> 
     prober.catalog().body_named(name).map_err(|e| format!("field \"body\": {e}").into())
 }
 
+/// The fraction of sunlight that a probe module computes at a point.
 fn evaluate(
     prober: &Prober<'_>,
     probe: &'static str,

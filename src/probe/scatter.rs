@@ -16,9 +16,9 @@ use std::sync::Arc;
 #[serde(deny_unknown_fields)]
 struct Fields {
     atmosphere: Atmosphere,
-    /// Planet radii, relative to the centre.
+    /// Position of the camera in planet radii, relative to the planet's centre.
     cam: [f64; 3],
-    /// Away from the camera, and towards the Sun; of any length.
+    /// Directions away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
     sun: [f64; 3],
     /// `tier` in queries, as in earlier versions.
@@ -105,17 +105,17 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
-    let a = &f.atmosphere;
-    check(a)?;
+    let atmosphere = &f.atmosphere;
+    check_atmosphere(atmosphere)?;
     let air = Air {
         model,
-        mie: a.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
-        absorption: a.species.iter().any(|s| matches!(s, Species::Tent { .. })),
+        mie: atmosphere.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
+        absorption: atmosphere.species.iter().any(|s| matches!(s, Species::Tent { .. })),
     };
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     let hits_ground = camera.dot(direction) < 0.0 && radius_sq_minus_1 - camera.dot(direction).powi(2) < 0.0;
-    let uniform_bytes = uniform_bytes(prober, &module, a, camera.length() - 1.0, !hits_ground)?;
+    let uniform_bytes = uniform_bytes(prober, &module, atmosphere, camera.length() - 1.0, !hits_ground)?;
     let mut numbers: ProbeInputs = [0.0; 12];
     // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
     let along = camera.dot(direction);
@@ -132,15 +132,15 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
 }
 
 /// Checks the field values of an atmosphere.
-fn check(a: &Atmosphere) -> Result<(), String> {
+fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
     let out_of_range = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
     let is_positive = |x: f64| x > 0.0 && x.is_finite();
-    for (field, value) in [("planet_radius_km", a.planet_radius_km), ("top_km", a.top_km)] {
+    for (field, value) in [("planet_radius_km", atmosphere.planet_radius_km), ("top_km", atmosphere.top_km)] {
         if !is_positive(value) {
             return out_of_range(field, "greater than 0");
         }
     }
-    for s in &a.species {
+    for s in &atmosphere.species {
         let (lengths, coefficients, g) = match s {
             Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, g, .. } => (
                 vec![("scale_height_km", *scale_height_km)],
@@ -171,35 +171,37 @@ fn check(a: &Atmosphere) -> Result<(), String> {
 fn uniform_bytes(
     prober: &Prober<'_>,
     module: &ModuleId,
-    a: &Atmosphere,
+    atmosphere: &Atmosphere,
     camera_height: f64,
     misses_ground: bool,
 ) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
-    let radius_km = a.planet_radius_km;
+    let radius_km = atmosphere.planet_radius_km;
     let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
     let radius_sq_minus_1 = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
+    // In planet radii. Rayleigh and Mie: scale height, scattering, extinction, and the asymmetry of Mie. Layer: |p|² - 1 at its lower edge,
+    // centre and upper edge; extinction.
     let mut rayleigh = (1.0, Vec3::ZERO, Vec3::ZERO);
     let mut mie = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
     let mut layer = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);
     let (mut rayleigh_count, mut mie_count, mut layer_count) = (0, 0, 0);
-    for s in &a.species {
+    for s in &atmosphere.species {
         match s {
             Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => {
-                let height = (scale_height_km / radius_km) as f32;
+                let scale_height = (scale_height_km / radius_km) as f32;
                 let (scattering, extinction) = (per_radius(scattering_per_m), per_radius(extinction_per_m));
                 if *phase == Phase::Rayleigh {
                     rayleigh_count += 1;
-                    rayleigh = (height, scattering, extinction);
+                    rayleigh = (scale_height, scattering, extinction);
                 } else {
                     mie_count += 1;
-                    mie = (height, scattering, extinction, *g as f32);
+                    mie = (scale_height, scattering, extinction, *g as f32);
                 }
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m } => {
                 layer_count += 1;
-                let knots = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(radius_sq_minus_1);
-                layer = (Vec3::from_array(knots), per_radius(extinction_per_m));
+                let heights = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(radius_sq_minus_1);
+                layer = (Vec3::from_array(heights), per_radius(extinction_per_m));
             }
         }
     }
@@ -213,9 +215,9 @@ fn uniform_bytes(
     if rayleigh_count > 1 || mie_count > 1 || layer_count > 1 {
         return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
     }
-    let top = a.top_km / radius_km;
+    let top = atmosphere.top_km / radius_km;
     let air = AtmosphereUniforms {
-        top: radius_sq_minus_1(a.top_km),
+        top: radius_sq_minus_1(atmosphere.top_km),
         end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
         rayleigh_scale_height: rayleigh.0,
         rayleigh_scattering: rayleigh.1,
@@ -229,7 +231,7 @@ fn uniform_bytes(
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
         ..AtmosphereUniforms::default()
     };
-    // The direction of the light is an input of the query, so this one is not used.
+    // The direction of the light is an input of the query, so the module does not use this one.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     Ok(uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
 }

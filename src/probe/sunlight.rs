@@ -1,8 +1,8 @@
 //! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies.
 //!
 //! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others;
-//! `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is the time at the ground, when
-//! the light arrives.
+//! `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is that at which the light arrives
+//! at the ground.
 
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
@@ -41,7 +41,7 @@ pub(super) fn u2_at_550_nm() -> f64 {
     0.26
 }
 
-/// Refuses coefficients that leave the disc without light: its flux is 1 - u1/3 - u2/6 of that of a uniform disc.
+/// Refuses coefficients for which the disc has no light: its flux is 1 - u1/3 - u2/6 times that of a uniform disc.
 pub(super) fn check_limb_darkening(u1: f64, u2: f64) -> Result<(), String> {
     match 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite() {
         true => Ok(()),
@@ -130,7 +130,8 @@ impl<'a> EclipsedSky<'a> {
     pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
-        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, true).occluders;
+        let include_all = true;
+        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, include_all).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 

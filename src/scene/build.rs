@@ -60,7 +60,7 @@ impl Scene {
     /// Builds the scene of a request from the catalog and the ephemeris alone, without shape models, city lights or multiple-scattering tables.
     ///
     /// # Errors
-    /// Invalid camera parameters, or a target that cannot be placed.
+    /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
     pub fn build(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
         Ok(SceneBuilder::new(catalog, ephemeris, request, &Caches::default())?.build(&Resources::default()))
     }
@@ -70,12 +70,12 @@ impl<'a> SceneBuilder<'a> {
     /// Places the request's camera and all bodies at `request.time`, and meters the light.
     ///
     /// # Errors
-    /// Invalid camera parameters, or a target that cannot be placed.
+    /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
     pub fn new(catalog: &'a Catalog, ephemeris: &'a Ephemeris, request: &'a ViewRequest, caches: &'a Caches) -> Result<Self, SceneError> {
         Self::with_viewer(catalog, ephemeris, request, viewpoint::viewer(catalog, ephemeris, request)?, caches)
     }
 
-    /// Like [`Self::new`] for a camera that is already placed, such as one frame of a composed image.
+    /// Like [`Self::new`] for a camera that is already placed, such as that of a frame of a composed image.
     ///
     /// # Errors
     /// A camera inside a body, or a target that cannot be placed.
@@ -142,7 +142,7 @@ impl<'a> SceneBuilder<'a> {
         }
     }
 
-    /// Whether the camera sits at this body's centre, so that the body is not drawn.
+    /// Whether the camera is at this body's centre, so that the body is not drawn.
     fn is_inside(&self, body: &Body) -> bool {
         self.viewer.inside == Some(body.id)
     }
@@ -155,22 +155,25 @@ impl<'a> SceneBuilder<'a> {
     /// The files and tables that [`Self::build`] needs for the complete scene. `known` records which files cannot be read.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known);
-        let mut wanted = Requirements::default();
+        let mut requirements = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
             let own_request = self.own_request(p.body);
             let frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(frame.context, frame.camera, p) {
-                let shaded = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                wanted.meshes.push(MeshRequirement { body: p.body.id, sun: mesh_decision::sun_over(&frame, p).filter(|_| shaded) });
+                let is_self_shadowed = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
+                let sun = mesh_decision::sun_over(&frame, p).filter(|_| is_self_shadowed);
+                requirements.meshes.push(MeshRequirement { body: p.body.id, sun });
             }
             if needs_table(&DecisionInputs::of(&frame, p)) {
-                wanted.scattering_tables.push(p.body.id);
+                requirements.scattering_tables.push(p.body.id);
             }
-            wanted.maps.extend(features::required_maps(&frame, p));
+            requirements.maps.extend(features::required_maps(&frame, p));
         }
-        wanted.sky_map = self.background(&frame, false).0.and_then(|b| b.map_file);
-        wanted
+        // The choice of the map does not depend on the corona.
+        let has_corona = false;
+        requirements.sky_map = self.background(&frame, has_corona).0.and_then(|b| b.map_file);
+        requirements
     }
 
     /// Decides on every feature of every body, and creates the scene from the resources that were loaded.
@@ -179,7 +182,7 @@ impl<'a> SceneBuilder<'a> {
         let frame = self.frame(request, resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
         let sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
-        bodies.hide(&self.placed, camera, self.exposure.white());
+        bodies.apply_visibility(&self.placed, camera, self.exposure.white());
         let sky = Sky::build(&self, &frame, sun.corona.is_some());
         let BodiesInFrame { reports, draws, points, orbits, traces } = bodies;
         let draws = order::far_to_near(&self.placed, draws);

@@ -3,7 +3,7 @@
 //! Each constant is defined once, here. `shader::constants` writes them as WGSL; the modules of `scene` that fill the tables re-export them under names of
 //! their own. Not here: constants that are used only in Rust or only in shaders.
 
-/// Maximum number of rows of a ring's table: one per slope x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]), for x from 1 to 1 / [`MIN_COSINE`].
+/// Maximum number of slopes in a ring's table: x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]) for x from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLOPES: u32 = 97;
 pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
 /// Rows of a ring's table that contain its bins.

@@ -47,12 +47,14 @@ impl<'a> DecisionLog<'a> {
         self.decisions.push(Decision { feature, on, reason, stated_error: None });
         on
     }
+
     /// Adds the model's stated error to the latest decision that draws `feature`.
     pub(crate) fn stated_error(&mut self, feature: &'static str, stated_error: Option<StatedError>) {
         if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
             last.stated_error = stated_error;
         }
     }
+
     /// Records an effect: the threshold decides unless the user set the effect.
     pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
         match self.effects.override_of(effect) {
@@ -60,10 +62,12 @@ impl<'a> DecisionLog<'a> {
             None => self.note(effect.name(), by_threshold, reason),
         }
     }
+
     /// Whether the user switched an effect off.
     pub(crate) fn is_switched_off(&self, effect: Effect) -> bool {
         self.effects.override_of(effect) == Some(false)
     }
+
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
     pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {

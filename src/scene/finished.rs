@@ -73,11 +73,11 @@ pub struct Scene {
     pub outlined: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
-    /// Labels of bodies over the finished image, if switched on.
+    /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.
     pub labels: Option<labels::LabelLayer>,
-    /// Labels of lines over the finished image, if any.
+    /// Over the finished image: labels of lines, and names of constellations, stars and instruments; `None` if there are none.
     pub texts: Option<line_texts::TextLayer>,
-    /// The purpose of the image.
+    /// What the image is for.
     pub purpose: Purpose,
 }
 
@@ -87,7 +87,7 @@ impl Scene {
         self.bodies.iter().find(|b| b.id == id)
     }
 
-    /// Rectangles of the texts in the image: caption, scale bar, compass, names of features, labels of lines. Without the names of bodies.
+    /// Rectangles of all texts and bars in the image except the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "the window alone asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
         let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();

@@ -17,21 +17,21 @@ pub enum Appearance {
     DiscAndPoint,
     /// As a sprite with the body's flux.
     Point,
-    /// Outside the frame, behind the camera, around the camera, or not placed by the ephemeris; the first decision gives the reason.
+    /// Outside the frame, behind the camera, around the camera, not placed by the ephemeris, or a point too faint to see; the decisions give the reason.
     NotShown,
 }
 
-/// Planetocentric coordinates of a surface point, given by its direction from the centre: degrees, east longitude in -180..=180.
+/// Planetocentric coordinates of a point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
     /// Planetocentric latitude, north positive.
     pub latitude_deg: f64,
-    /// Longitude, east positive.
+    /// Longitude, east positive, -180..=180.
     pub longitude_deg: f64,
 }
 
 impl SubPoint {
-    /// The point in a direction of any length, body-fixed axes.
+    /// The point in a direction from the centre: a vector of any length, body-fixed axes.
     pub fn of(direction_in_body: DVec3) -> Self {
         Self {
             latitude_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
@@ -69,6 +69,6 @@ pub struct BodyInView {
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,
-    /// Invented data that the image shows of the body: the file of a map or shape, and how it was made.
+    /// Invented data that the image shows of the body: the file of a map or shape, or `detail`; and how it was made.
     pub invented: Vec<(String, Reason)>,
 }

@@ -1,7 +1,7 @@
 //! The scene: everything that one frame shows, and the decisions about it.
 //!
 //! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
-//! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or keeps state.
+//! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or has global state.
 //!
 //! The submodules work on a frame in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light`
 //! (exposure), `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `sky`, `visibility` (order of

@@ -26,8 +26,8 @@ pub const GLARE_FRACTION: f64 = 0.3;
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Range of diameters over which a disc gradually replaces a point. A smaller disc is drawn too bright, because each pixel is shaded at one place,
-/// where the light is above its mean over the covered part of the pixel. In the mean over positions of the centre in its pixel, a disc 4 pixels wide
+/// Range of diameters over which a disc gradually replaces a point. Small discs are drawn too bright, because each pixel is shaded at one place, where
+/// the light is above its mean over the covered part of the pixel. In the mean over positions of the centre in its pixel, a disc 4 pixels wide
 /// is 6 % too bright at full phase and within 10 % if half lit; one 2 pixels wide 18 % and 25 % (computed outside this program).
 pub(crate) const BLEND_FROM_PX: f64 = 2.0;
 pub(crate) const BLEND_TO_PX: f64 = 4.0;
@@ -69,13 +69,13 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
 }
 
 /// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
-pub(crate) fn flux(camera: &Camera, p: &PlacedBody<'_>) -> DVec3 {
-    let direction = p.placement.centre_km / p.distance_km;
+pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
+    let direction = placed.placement.centre_km / placed.distance_km;
     let cos_off_axis = direction.dot(camera.forward);
     // Solid angle of a pixel at this angle from the axis, where perspective shrinks it by the cosine's third power.
     let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
     // In the units used, radiance 1 is that of a white Lambert plane under irradiance 1, which is 1 / pi per steradian: hence the factor.
-    p.body.colour.as_dvec3() * (p.irradiance * PI / pixel_sr)
+    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr)
 }
 
 /// Sets the radius of a point's sprite: wide enough for the glare of a point that is brighter than white, else the smallest.

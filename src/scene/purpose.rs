@@ -2,8 +2,8 @@
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the effect of a feature. Always: for linear light, a feature
 //! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, a feature is kept if it
-//! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc below a
-//! pixel is a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
+//! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc under two
+//! pixels is only a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
@@ -23,7 +23,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// Linear light for files and for queries of pixels: accurate to a thousandth, the best that film scanners and photometers reach.
+    /// Linear light for files and for queries of pixels: a feature is left out only below a thousandth of the pixel's light.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
     /// The purpose of a written file: EXR keeps linear light.
@@ -76,7 +76,7 @@ impl Threshold {
         matches!(self.purpose, Purpose::Linear { .. })
     }
 
-    /// A radiance relative to white: the radiance that the display shows as white, as given to [`Self::of`].
+    /// A radiance divided by white (see [`Self::of`]).
     pub(crate) fn relative_to_white(self, radiance: f64) -> f64 {
         radiance / self.white
     }

@@ -148,7 +148,7 @@ mod tests {
         let eclipse: Vec<StatedError> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));
         let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
-        assert_eq!(names, [Effect::Atmosphere.variants(), Effect::Eclipse.variants()].concat());
+        assert_eq!(names, [Effect::Atmosphere.models(), Effect::Eclipse.models()].concat());
         assert_eq!(air[2].to_string(), "pixel-16: error at most 12 %, mostly below 0.4 %, of each ray's light scattered once");
     }
 }

@@ -1,8 +1,8 @@
 //! Provides tables of multiple scattering. Each is computed once and stored in the cache folder, next to the shader library.
 //!
-//! In: a body with an atmosphere. Out: its table ([`crate::scene::multi_scatter_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or computed on all
-//! cores. The digest covers everything on which the table depends. If a file is truncated or damaged, its table is computed again and the file replaced;
-//! a folder that cannot be written is ignored.
+//! In: a body with an atmosphere. Out: its table ([`crate::scene::multi_scatter_table`]), from memory, from `<cache>/orrery/air/<digest>.table`, or
+//! computed on all cores. The digest covers everything on which the table depends. If a file is truncated or damaged, its table is computed again and the
+//! file replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
 use crate::catalog::Body;
@@ -15,9 +15,10 @@ use std::sync::{Arc, OnceLock};
 /// Largest number of tables in memory.
 const MAX_TABLES: usize = 64;
 const MAGIC: &Magic = b"ORRAIR01";
-/// Length of a table: four floats per node.
+/// Length of a table, bytes: four floats per node.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
+/// The tables of a session, by name.
 pub struct AirTables {
     /// `None`: tables are kept in memory only.
     folder: Option<PathBuf>,
@@ -103,9 +104,9 @@ mod tests {
             assert_eq!(*reopened(), *computed);
             assert_eq!(std::fs::read(&path).expect("stored"), bytes, "replaced");
         }
-        let mut denser = pluto.clone();
-        denser.atmosphere.as_mut().expect("air").top_km += 1.0;
-        assert_ne!(digest(&denser), digest(pluto));
+        let mut with_higher_top = pluto.clone();
+        with_higher_top.atmosphere.as_mut().expect("air").top_km += 1.0;
+        assert_ne!(digest(&with_higher_top), digest(pluto));
     }
 
     #[test]
@@ -119,14 +120,14 @@ mod tests {
         }
     }
 
-    /// The digest must cover every module of `scene` that the table's code uses, and of `camera` only the narrowing to f32 may be used; otherwise a table
-    /// could change without a new name.
+    /// The digest must cover every module of `scene` that the table's code uses; otherwise a table could change without a new name. `camera` is not covered, so
+    /// the code may use only its narrowing to f32.
     #[test]
     fn the_digest_covers_all_code_of_a_table() {
-        let covered = ["atmosphere::extinction", "atmosphere::phase", "camera", "constants"];
+        let allowed = ["atmosphere::extinction", "atmosphere::phase", "camera", "constants"];
         let used = stored_tables::scene_modules_used;
         for source in multi_scatter_table::SOURCES {
-            assert!(used(source).iter().all(|name| covered.contains(&name.as_str())), "{:?}", used(source));
+            assert!(used(source).iter().all(|name| allowed.contains(&name.as_str())), "{:?}", used(source));
             // The sources use absolute paths only, except in unit tests.
             assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
             // The sources use only the narrowing from the camera module.

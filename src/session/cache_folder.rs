@@ -1,4 +1,4 @@
-//! The folder of everything that is kept between runs: the shader library, tables and decoded maps.
+//! The cache folder: shader library, tables and decoded maps that are kept between runs.
 
 use super::CacheFolderError;
 use crate::files::foreign_write_access;
@@ -11,7 +11,7 @@ const SUBFOLDERS: [&str; 4] = ["shaders", "air", "rings", "maps"];
 /// The given cache folder, or else the user's cache folder on this system.
 ///
 /// # Errors
-/// The system names no cache folder, or other users could write to the folder.
+/// The system has no cache folder, or other users could write to the folder.
 pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     let system_folder = || directories::BaseDirs::new().map(|dirs| dirs.cache_dir().to_owned());
     let Some(folder) = cache.map(Path::to_owned).or_else(system_folder) else {

@@ -105,21 +105,21 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     Ok(catalog)
 }
 
-/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces.
+/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces. `base`: the fragments with which they are compiled.
 ///
 /// # Errors
 /// A file that cannot be read, or with which no module compiles.
-pub fn surface_fragments(surfaces: &[SurfaceFile], over: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
+pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
     let mut texts = Vec::new();
     for (number, surface) in (1..).zip(surfaces) {
         let path = || echo(&surface.file.display().to_string());
         let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(|source| SurfaceError::File { path: path(), source })?;
         texts.push((fragment_path(number), text));
     }
-    let fragments = over.clone().and_files(texts.iter().cloned());
+    let fragments = base.clone().and_files(texts.iter().cloned());
     for (number, surface) in (1..=MAX_CUSTOM_SURFACES).zip(surfaces) {
-        let sample = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
-        let id = ModuleId::Planet(ShaderKey::for_draw(&sample));
+        let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
+        let id = ModuleId::Planet(ShaderKey::for_draw(&sample_features));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
             let path = echo(&surface.file.display().to_string());
             let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number.into())), &path);

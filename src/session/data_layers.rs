@@ -10,7 +10,7 @@ use crate::image::{ImageError, MapStore, TexelFormat, Texture};
 use crate::wording::echo;
 use std::path::Path;
 
-/// Largest file of a data layer, bytes: room for a million points.
+/// Largest file of a data layer, bytes: enough for a million positions, the most that a layer may have.
 const MAX_DATA_BYTES: u64 = 1 << 28;
 
 fn failed(path: &Path, why: String) -> SessionError {
@@ -51,24 +51,24 @@ impl Session {
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
-        // If it is valid for neither the body nor the sky, the error for the body is returned.
+        // If the file is valid neither on the body nor in the sky, the error of the first attempt is returned.
         let on_body = body.map(|b| read(path, layer(Some(b.id))));
-        let found = match on_body {
+        let loaded = match on_body {
             Some(Ok(layer)) => layer,
             Some(Err(why)) => read(path, layer(None)).map_err(|_| why)?,
             None => read(path, layer(None))?,
         };
-        if let (Some(_), Some(body)) = (&found.image, found.body.and(body)) {
+        if let (Some(_), Some(body)) = (&loaded.image, loaded.body.and(body)) {
             let why = format!("an image of the ground is laid over {} by a [[layer]] of a catalog file (--catalogs)", body.name);
             return Err(failed(path, why));
         }
-        add_image(&found, &self.maps).map_err(|e| failed(path, e.to_string()))?;
-        let what = match &found.image {
+        add_image(&loaded, &self.maps).map_err(|e| failed(path, e.to_string()))?;
+        let what = match &loaded.image {
             Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
-            None => format!("{} points and {} lines", found.points.len(), found.lines.len()),
+            None => format!("{} points and {} lines", loaded.points.len(), loaded.lines.len()),
         };
-        let place = found.body.and(body).map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
-        self.catalog.add_data_layer(found);
+        let place = loaded.body.and(body).map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
+        self.catalog.add_data_layer(loaded);
         Ok(format!("{file}: {what} {place}"))
     }
 }

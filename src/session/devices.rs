@@ -1,7 +1,8 @@
 //! Chooses the renderer, and falls back to software when the GPU cannot draw.
 //!
-//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened with the first frame; if it is
-//! missing or fails, this is reported in one line, and this plan and all later ones are drawn in software.
+//! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened for the first frame, or earlier by
+//! [`Devices::begin`]. If it is missing or fails, this is reported in one line and the plan is drawn in software; so are all later plans if the device
+//! has become unusable. Outside a window, a missing GPU that the user requires is an error.
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
@@ -19,9 +20,10 @@ use parking_lot::Mutex;
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
+/// The renderers of a session.
 pub struct Devices {
     pub software: SoftwareRenderer,
-    /// A second software renderer with its own threads; contains `None` if no threads could be started.
+    /// A second software renderer with its own threads, created when first needed; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
@@ -78,8 +80,8 @@ impl Devices {
         Ok(RenderOutput { frame, on_gpu: None, by })
     }
 
-    /// If a plan has new modules with the user's fragments, draws it in software first: the software renderer detects an endless loop, on which a GPU would
-    /// hang.
+    /// If a plan has new modules with the user's fragments, draws it in software first, because the software renderer detects an endless loop, which would hang
+    /// a GPU.
     #[cfg(feature = "gpu")]
     fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
@@ -193,13 +195,13 @@ impl Devices {
         }
     }
 
-    /// Starts to open the preferred GPU, so that the first frame has to wait less.
+    /// Starts to open the preferred GPU on a thread, so that the first frame waits less.
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
         self.gpu.begin();
     }
 
-    /// Drops everything compiled from modules, because their names now denote other modules.
+    /// Drops everything compiled from modules. Called when the modules of some names have changed.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {

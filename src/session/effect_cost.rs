@@ -1,6 +1,6 @@
 //! Measures the cost of one effect in a view and its change of the image, by drawing the view with and without the effect.
 //!
-//! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on a smaller image and scaled by the number of pixels;
+//! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on an image of limited size and scaled by the number of pixels;
 //! both images have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
 
 use super::{Session, SessionError};
@@ -9,15 +9,15 @@ use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};
 
-/// Largest image that is measured, pixels.
-const MEASURED_PX: f64 = 16_000.0;
-/// Number of times that each variant is drawn, alternately with the others; the fastest time counts.
+/// Largest number of pixels of a measured image.
+const MAX_MEASURED_PIXELS: f64 = 16_000.0;
+/// Number of times that the view is drawn with and without the effect, alternately; the fastest times count.
 const ROUNDS: usize = 3;
 
 /// The time that an effect costs in a view, and its change of the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCost {
-    /// Milliseconds that the effect adds to the drawing of an image of the view's size, at least 0; with a noise of some per cent of the total time.
+    /// Milliseconds that the effect adds to the drawing of an image of the view's size, at least 0. The noise is some per cent of the total time.
     pub ms: f64,
     /// The change of the image.
     pub light: LightChange,
@@ -29,7 +29,7 @@ pub struct LightChange {
     /// Total luminance of the second image minus that of the first: -1..=1.
     pub net: f64,
     /// Sum of the absolute changes of the pixels' luminance.
-    pub moved: f64,
+    pub absolute: f64,
 }
 
 impl LightChange {
@@ -37,10 +37,10 @@ impl LightChange {
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |pixels: &[[f32; 4]]| pixels.iter().map(luminance).sum::<f64>();
         let (before, after) = (sum(first), sum(second));
-        let moved = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
+        let absolute = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
         let brighter = before.max(after);
         let fraction = |change: f64| if brighter > 0.0 { change / brighter } else { 0.0 };
-        Self { net: fraction(after - before), moved: fraction(moved) }
+        Self { net: fraction(after - before), absolute: fraction(absolute) }
     }
 }
 
@@ -49,8 +49,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `of_body`: switch the effect only for this body. `on`: the view has the effect
-    /// already, by its request or automatically; otherwise the effect is switched on for the comparison. `stops`: the exposure of the view.
+    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view. `on`: the view already has the effect, by its request or
+    /// automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.
@@ -62,7 +62,7 @@ impl Session {
         of_body: Option<&str>,
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
-        let scale = (MEASURED_PX / pixels).sqrt().min(1.0);
+        let scale = (MAX_MEASURED_PIXELS / pixels).sqrt().min(1.0);
         let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
         let (width, height) = (side(request.width), side(request.height));
         let plan_view = |with: bool| -> Result<Plan, SessionError> {
@@ -78,17 +78,16 @@ impl Session {
         let mut fastest = [Duration::MAX; 2];
         let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
-            for (variant, plan) in plans.iter().enumerate() {
+            for (k, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
-                let drawn = self.background_renderer().render(plan, self.library(), true);
-                let (frame, _) = drawn?;
-                fastest[variant] = fastest[variant].min(start.elapsed());
-                light[variant] = frame.hdr;
+                let (frame, _) = self.background_renderer().render(plan, self.library(), true)?;
+                fastest[k] = fastest[k].min(start.elapsed());
+                light[k] = frame.hdr;
             }
         }
         let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
         Ok(EffectCost {
-            // An effect cannot save time: a negative difference is noise.
+            // An effect adds work, so a negative difference is noise.
             ms: (fastest[1].as_secs_f64() - fastest[0].as_secs_f64()).max(0.0) * 1e3 * pixel_ratio,
             light: LightChange::between(&light[0], &light[1]),
         })
@@ -108,9 +107,9 @@ mod tests {
             LightChange::between(&[grey, black], &[black, grey]),
             LightChange::between(&[black], &[black]),
         ];
-        assert!((to_black.net + 0.5).abs() < 1e-6 && (to_black.moved - 0.5).abs() < 1e-6);
-        assert_eq!((to_grey.net, to_grey.moved), (1.0, 1.0));
-        assert_eq!((swapped.net, swapped.moved), (0.0, 2.0), "all light has moved from one pixel to another");
-        assert_eq!((none.net, none.moved), (0.0, 0.0));
+        assert!((to_black.net + 0.5).abs() < 1e-6 && (to_black.absolute - 0.5).abs() < 1e-6);
+        assert_eq!((to_grey.net, to_grey.absolute), (1.0, 1.0));
+        assert_eq!((swapped.net, swapped.absolute), (0.0, 2.0), "the light of one pixel disappears and appears in another");
+        assert_eq!((none.net, none.absolute), (0.0, 0.0));
     }
 }

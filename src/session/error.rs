@@ -11,7 +11,7 @@ use crate::render::plan::PlanError;
 use crate::render::software::RenderError;
 use crate::scene::SceneError;
 
-/// Why a session cannot be opened, or a view cannot be drawn, in one line.
+/// Why a session cannot be opened, or a view cannot be drawn. One line, except for errors in catalog files.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     /// A file that cannot be read.
@@ -25,10 +25,10 @@ pub enum SessionError {
     /// Invalid fields of catalog files, each with its line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
-    /// Invalid lines of a star catalogue.
+    /// An invalid line of a star catalog.
     #[error(transparent)]
     Stars(#[from] StarFileError),
-    /// Invalid lines of a table of minor planets or comets.
+    /// An invalid line of a table of minor planets or comets.
     #[error(transparent)]
     SmallBodies(#[from] SmallBodyFileError),
     /// A position cannot be computed, or a kernel is unusable.
@@ -51,10 +51,10 @@ pub enum SessionError {
     Renderer(#[from] RendererError),
 }
 
-/// Why shaders are kept in memory only.
+/// Why no cache folder is used; shaders, tables and decoded maps are then kept in memory only.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheFolderError {
-    /// Neither the user nor the system names a folder.
+    /// The user gives no folder, and the system has none.
     #[error("this system names no cache folder; shaders are kept in memory only, --cache DIR names a place")]
     None,
     /// Other users may write to the folder, and could thus change what is drawn.

@@ -37,7 +37,7 @@ pub enum DeviceState {
 
 /// The device, from the first attempt to open it until the software renderer replaces it.
 enum DeviceLifecycle {
-    /// No attempt was made yet to open a device.
+    /// No attempt to open a device was made yet.
     Unopened,
     /// A thread opens the device, or compiles what a plan needs.
     Preparing(Preparing),
@@ -49,9 +49,9 @@ enum DeviceLifecycle {
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<DeviceLifecycle>,
-    /// Incremented when modules change, so that compiled pipelines are outdated.
+    /// Incremented when modules change, which makes compiled pipelines outdated.
     epoch: AtomicU64,
-    /// A preparing thread's result was taken over, and no image of the window was drawn since.
+    /// A preparing thread's result was taken over, and no image of the window was requested since.
     just_ready: AtomicBool,
     /// The last reported error, so that a sequence of frames reports the same error only once.
     last_error: Mutex<Option<GpuError>>,
@@ -66,7 +66,7 @@ impl ModuleProvider for ModuleSet {
     }
 }
 
-/// The state after a device could not be opened and the user does not require one. Reports the fallback to software in one line.
+/// The state after a device could not be opened, if the user does not require one. Reports the fallback to software in one line.
 fn fall_back(e: &GpuError, notify: &Notify) -> DeviceLifecycle {
     match e {
         GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
@@ -113,6 +113,7 @@ impl Gpu {
         }
     }
 
+    /// Whether the GPU is being prepared for an image that was drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         let Some(state) = self.state.try_lock() else { return Readiness::Settled };
         match &*state {
@@ -124,6 +125,7 @@ impl Gpu {
         }
     }
 
+    /// Drops pipelines, also those that a thread is compiling.
     pub fn forget_modules(&self) {
         self.epoch.fetch_add(1, Ordering::SeqCst);
         let open = match &*self.state.lock() {
@@ -185,11 +187,12 @@ impl Gpu {
     pub fn begin(&self) {
         let mut state = self.state.lock();
         if matches!(*state, DeviceLifecycle::Unopened) {
-            let software = self.preference() == RendererPreference::Gpu;
-            *state = self.prepare(move || GpuRenderer::open(software).map(Arc::new));
+            let accept_software = self.preference() == RendererPreference::Gpu;
+            *state = self.prepare(move || GpuRenderer::open(accept_software).map(Arc::new));
         }
     }
 
+    /// Destroys the open device, as a driver reset would.
     pub fn destroy(&self) {
         if let DeviceLifecycle::Open(renderer) = &*self.state.lock() {
             renderer.destroy();
@@ -228,7 +231,7 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
-        // The state is not locked while drawing, so that callers that must not block learn at once that the device is busy.
+        // The state is not locked while drawing, so that `device_state` and `draw_if_ready` can read it meanwhile.
         Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, output, notify)))
     }
 
@@ -310,8 +313,9 @@ impl Gpu {
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
-            let drawn = [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
-            match drawn.into_iter().flatten().flatten().find(GpuError::is_final) {
+            let errors =
+                [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
+            match errors.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),
                 None => Ok(renderer),
             }

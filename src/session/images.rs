@@ -1,7 +1,7 @@
 //! Writes frames to files.
 //!
-//! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: a file that exists is complete, because an interrupted
-//! run leaves no partial image behind; a write under a new name replaces nothing, even with concurrent writers.
+//! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: an interrupted run leaves no partial image behind; a write
+//! under a new name replaces no file, even with concurrent writers.
 
 use crate::files::{FileAccess, WriteError, write_atomic, write_new};
 use crate::image;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Splits `FILE,LOW,HIGH`. If a file with the complete text as its name exists, the text is not split.
-fn split(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
+fn split_argument(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
     let whole = PathBuf::from(argument);
     let parts = argument.to_str().filter(|_| !whole.is_file()).map(|text| text.rsplitn(3, ',').collect::<Vec<_>>());
     if let Some([white, black, file]) = parts.as_deref()
@@ -29,10 +29,10 @@ fn split(argument: &OsStr) -> (PathBuf, Option<HeightRange>) {
 /// The file that cannot be read, and why.
 pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightMap>>, SessionError> {
     let Some(argument) = argument else { return Ok(None) };
-    let (path, range) = split(argument);
+    let (path, range) = split_argument(argument);
     let name = path.display().to_string();
     let failed = |file: &str, why: &str| SessionError::File { path: echo(file), why: format!("--lunar-heights: {why}") };
-    let of_map = |e: HeightMapError| failed(&e.file, &e.why);
+    let map_error = |e: HeightMapError| failed(&e.file, &e.why);
     if let Some(HeightRange { black_km, white_km }) = range
         && !(black_km.is_finite() && white_km.is_finite() && black_km < white_km)
     {
@@ -41,7 +41,7 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| failed(&path.display().to_string(), &e.to_string()));
     if extension != "lbl" && extension != "img" {
-        return HeightMap::of_image(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(of_map);
+        return HeightMap::of_image(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(map_error);
     }
     if range.is_some() {
         return Err(failed(&name, "a PDS label says what its numbers mean: leave out the heights of black and white"));
@@ -52,7 +52,7 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     let image = match extension == "img" {
         true => path,
         false => {
-            let named = HeightMap::image_of_label(&label_name, &text).map_err(of_map)?;
+            let named = HeightMap::image_of_label(&label_name, &text).map_err(map_error)?;
             let exact = label.with_file_name(&named);
             // Archives write names in capitals; local copies often have lower case.
             let image = if exact.is_file() { exact } else { label.with_file_name(named.to_ascii_lowercase()) };
@@ -61,10 +61,10 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
             image
         }
     };
-    HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(of_map)
+    HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(map_error)
 }
 
-/// The path with another extension, which is in capitals if only that file exists.
+/// The path with another extension in lower case, or in capitals if only that file exists.
 fn with_extension_in_any_case(path: &Path, extension: &str) -> PathBuf {
     let lower_case = path.with_extension(extension);
     let upper_case = path.with_extension(extension.to_ascii_uppercase());

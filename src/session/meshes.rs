@@ -1,7 +1,7 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
 //! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and the Sun's heights above the local horizon at their vertices
-//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun has moved by [`TOLERANCE_RAD`] in the body's sky. The error for an
+//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by [`TOLERANCE_RAD`]. The error for an
 //! unreadable file is a single line.
 
 use crate::catalog::{Body, NaifId};
@@ -12,7 +12,7 @@ use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Change of the Sun's direction in body axes below which computed heights are reused: a tenth of the Sun's angular radius seen from the Earth.
+/// Change of the Sun's direction in body axes below which computed heights are reused: about a tenth of the Sun's angular radius seen from the Earth.
 pub const TOLERANCE_RAD: f64 = 5e-4;
 /// Largest number of sets of heights in memory: enough for two views of several bodies.
 const MAX_HEIGHT_SETS: usize = 8;
@@ -29,16 +29,17 @@ struct SunHeightInputs {
 }
 
 impl SunHeightInputs {
-    /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun within the tolerance.
+    /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
     fn is_usable_for(&self, other: &Self) -> bool {
         let is_near = self.towards_sun.cross(other.towards_sun).length() < TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
         Arc::ptr_eq(&self.model, &other.model) && is_near && (self.sun_radius_rad / other.sun_radius_rad - 1.0).abs() < 0.01
     }
 }
 
+/// The shape models of a session, and the heights of the Sun at their vertices.
 pub struct Meshes {
     folders: Vec<PathBuf>,
-    /// Models by body; an error states why a model cannot be drawn.
+    /// Models by body; an error gives the file, and why the model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Mesh>, String>>,
     heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }

@@ -43,6 +43,7 @@ pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
 pub use images::{PROVENANCE_CHUNK, is_exr, write_image, write_new_image};
 pub use lunar_heights::read_lunar_heights;
+pub(crate) use meshes::Meshes;
 use parking_lot::Mutex;
 pub use provenance::{ExistingImage, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
@@ -103,8 +104,8 @@ const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Characters that occur in coordinates, for the glyph atlas.
-const COORDINATE_LETTERS: &str = "0123456789+-.°'\"hmsNESW";
-/// Largest number of kept textures of ring tables: of the rings and shadows in a frame.
+const COORDINATE_CHARS: &str = "0123456789+-.°'\"hmsNESW";
+/// Largest number of textures of ring tables in memory: enough for the rings and their shadows in a frame.
 const MAX_RING_PROFILES: usize = 6;
 /// Largest number of bodies whose city lights are in memory.
 const MAX_NIGHT_LIGHTS: usize = 16;
@@ -116,10 +117,10 @@ pub struct Session {
     maps: MapStore,
     library: ShaderLibrary,
     air_tables: air_tables::AirTables,
-    meshes: meshes::Meshes,
+    meshes: Meshes,
     /// City lights by body, read when the light meter first needs them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
-    /// The textures of the most recently used ring tables.
+    /// The textures of the latest ring tables.
     ring_profiles: Memo<Arc<RingTable>, SharedTexture>,
     /// The glyph atlas of the last requested size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
@@ -128,8 +129,9 @@ pub struct Session {
     /// Map and mesh files that could not be read, each reported once.
     unreadable_files: Mutex<BTreeSet<String>>,
     notify: Arc<dyn Fn(&str) + Send + Sync>,
-    /// Times by thread, so that background work does not count as time of a frame.
+    /// Times by thread, so that a frame's times do not include background work.
     stages: Mutex<HashMap<ThreadId, Stages>>,
+    /// Whether stages also count CPU time.
     count_cpu: bool,
     /// The user's SPK file, for provenance.
     kernel: Option<PathBuf>,
@@ -139,13 +141,15 @@ pub struct Session {
     stars: Option<PathBuf>,
     /// The user's file of minor planets and comets, for provenance.
     minor_planets: Option<PathBuf>,
+    /// The user's panorama of the sky.
     sky_map: Option<SkyMap>,
     /// Folders of the user's maps and meshes, for provenance.
     folders: Vec<PathBuf>,
+    /// Digests of the files from which the session draws, for provenance; computed when first needed.
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The built-in catalog, overridden by the `*.toml` files of a folder in order of name. A `Cargo.toml`, as in catalogs/, is skipped.
+/// The built-in catalog, overridden by the `*.toml` files of a folder in order of their names. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
 /// A file that cannot be read, or a list of all invalid fields.
@@ -221,13 +225,13 @@ impl Session {
         let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
         let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
         let air_tables = air_tables::AirTables::open(cache);
-        let edited = match &sources.shaders {
-            Some(folder) => fragment_times(folder).and_then(|stamps| read_fragments(folder, &stamps))?,
+        let from_folder = match &sources.shaders {
+            Some(folder) => fragment_times(folder).and_then(|times| read_fragments(folder, &times))?,
             None => Fragments::default(),
         };
-        let surfaces = surface_fragments(&sources.surfaces, &edited)?;
+        let surfaces = surface_fragments(&sources.surfaces, &from_folder)?;
         if sources.shaders.is_some() || !surfaces.is_empty() {
-            library.set_fragments(edited.and_files(surfaces.iter().cloned()));
+            library.set_fragments(from_folder.and_files(surfaces.iter().cloned()));
         }
         Ok(Self {
             catalog,
@@ -235,7 +239,7 @@ impl Session {
             maps,
             library,
             air_tables,
-            meshes: meshes::Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
+            meshes: Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
             night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
             ring_profiles: Memo::with_capacity(MAX_RING_PROFILES),
             glyphs: Memo::with_capacity(1),
@@ -267,7 +271,8 @@ impl Session {
         Self { catalog: self.catalog.with_stars(Some(Arc::new(stars))), ..self }
     }
 
-    /// Counts CPU time from now on. This reads one file per thread at the start and end of each stage, which would slow down a window's frames.
+    /// Counts CPU time from now on. This reads one file per thread at the start and the end of each stage; a window does not use it, because its frames would
+    /// be slower.
     pub fn counting_cpu(self) -> Self {
         Self { count_cpu: true, ..self }
     }
@@ -276,6 +281,7 @@ impl Session {
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
+
     /// The software renderer, which is always available.
     pub fn renderer(&self) -> &SoftwareRenderer {
         &self.devices.software
@@ -314,10 +320,12 @@ impl Session {
     pub fn destroy_gpu(&self) {
         self.devices.destroy_gpu();
     }
+
     /// Positions and rotations.
     pub fn ephemeris(&self) -> &Ephemeris {
         &self.ephemeris
     }
+
     /// The shader modules.
     pub fn library(&self) -> &ShaderLibrary {
         &self.library
@@ -385,10 +393,10 @@ impl Session {
     pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
         let (scene, plan) = self.plan(request, sampling)?;
         let steps = if request.composition.is_plain() { plan::steps(&scene, self, sampling)? } else { Vec::new() };
-        Ok(plan::graph::outline(&steps, &plan))
+        Ok(plan::graph::listing(&steps, &plan))
     }
 
-    /// Draws a view with the chosen renderer, or in software if that renderer fails. `keep_hdr`: the frame also keeps its linear pixels.
+    /// Draws a view with the chosen renderer, or in software if the GPU fails. `keep_hdr`: the frame also keeps its linear pixels.
     pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.renderer(), request, sampling, keep_hdr)
     }
@@ -422,7 +430,8 @@ impl Session {
         Ok(self.devices.draw(self.renderer(), plan, &self.library, requested)?.frame)
     }
 
-    /// Rebuilds those of the modules whose files on disk were forged and therefore rejected, each at most once. Returns whether any was rebuilt.
+    /// Drops the modules whose entries on disk were forged, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
+    /// of no use.
     fn replace_forged(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_forged(modules) > 0;
         if replaced {
@@ -476,7 +485,7 @@ impl ResourceProvider for Session {
         self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
             let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
-            let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_LETTERS.chars());
+            let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_CHARS.chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, labels::MARKER_RADIUS as f32))
         })
     }

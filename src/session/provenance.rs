@@ -1,4 +1,5 @@
-//! The provenance of an image: a record of its request that is written into the file, so that an interrupted sequence resumes only with its own files.
+//! The provenance of an image: a record of its request and inputs that is written into the file, so that an interrupted sequence resumes only with its
+//! own files.
 //!
 //! In: a view request, and the sources from which the session draws it. Out: a [`Provenance`], named values as one line of JSON; for an existing file,
 //! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request and on every catalog, map, kernel
@@ -39,6 +40,7 @@ pub enum ExistingImage {
     Unknown(String),
 }
 
+/// The first 8 bytes of the SHA-256 of the parts, each preceded by its length, as hexadecimal digits.
 fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
     let mut hash = Sha256::new();
     for part in parts {
@@ -48,7 +50,7 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
     generator::hex(&hash.finalize()[..8])
 }
 
-/// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if it cannot be read. The file is read in blocks.
+/// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if the file cannot be read.
 fn file_digest(path: &Path) -> String {
     let read = || -> std::io::Result<String> {
         let (mut file, mut hash, mut block) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
@@ -70,7 +72,7 @@ pub(super) fn source_digests(
     minor_planets: Option<&Path>,
     folders: &[PathBuf],
 ) -> BTreeMap<String, String> {
-    // The sources of values are left out, because a citation changes no image.
+    // The citations of values (`sources`) are left out, because they change no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
@@ -93,7 +95,7 @@ pub(super) fn source_digests(
     ])
 }
 
-/// Every property that determines how a data layer is drawn.
+/// The properties that determine how a data layer is drawn; its content is covered by its digest.
 fn layer_text(layer: &DataLayer) -> String {
     let DataLayer { name, file, body, size_px, colour, fade_days, look, digest, points: _, lines: _, image: _ } = layer;
     format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
@@ -132,7 +134,7 @@ impl Provenance {
             coarse_air,
         } = request;
         let default_text = || "as usual".to_owned();
-        let axes = |a: &Axes| match a {
+        let axes_name = |axes: &Axes| match axes {
             Axes::Icrf => "ICRF",
             Axes::BodyFixed => "body-fixed",
         };
@@ -145,14 +147,14 @@ impl Provenance {
             Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
                 format!("{} at {latitude_deg},{longitude_deg}, {height_km} km high", name(*body))
             }
-            Position::Offset { body, offset_km, axes: a } => format!("{} + {:?} km {}", name(*body), offset_km.to_array(), axes(a)),
+            Position::Offset { body, offset_km, axes } => format!("{} + {:?} km {}", name(*body), offset_km.to_array(), axes_name(axes)),
         };
         let look = match look {
             Look::Target => "at the target".into(),
-            Look::Along { direction, axes: a } => format!("{:?} {}", direction.to_array(), axes(a)),
+            Look::Along { direction, axes } => format!("{:?} {}", direction.to_array(), axes_name(axes)),
         };
         let up = match up {
-            Up::Along { direction, axes: a } => format!("{:?} {}", direction.to_array(), axes(a)),
+            Up::Along { direction, axes } => format!("{:?} {}", direction.to_array(), axes_name(axes)),
             named => format!("{named:?}").to_lowercase(),
         };
         let exposure = match exposure {
@@ -189,8 +191,8 @@ impl Provenance {
     /// One line of JSON in ASCII, the same bytes for the same provenance.
     pub fn to_text(&self) -> String {
         let json = serde_json::json!(self.0).to_string();
-        let ascii = |c: char| if c.is_ascii() { vec![c as u16] } else { c.encode_utf16(&mut [0; 2]).to_vec() };
-        json.chars().flat_map(ascii).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
+        let utf16_units = |c: char| if c.is_ascii() { vec![c as u16] } else { c.encode_utf16(&mut [0; 2]).to_vec() };
+        json.chars().flat_map(utf16_units).map(|u| if u < 0x80 { char::from(u as u8).to_string() } else { format!("\\u{u:04x}") }).collect()
     }
 
     /// Target, time and size, by which a user recognises the image.
@@ -208,10 +210,10 @@ impl Provenance {
         // The fields that a user knows best come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
         let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
-        let mut differ: Vec<&str> = Vec::new();
+        let mut differing: Vec<&str> = Vec::new();
         for name in names.filter(|n| theirs.0.get(*n) != ours.0.get(*n)) {
-            if !differ.contains(&name) {
-                differ.push(name);
+            if !differing.contains(&name) {
+                differing.push(name);
             }
         }
         // Two times that differ only below a millisecond are shown with their TDB seconds.
@@ -221,8 +223,8 @@ impl Provenance {
             Some(_) if name == "time" && !same_calendar_time => echo_within(calendar_time(provenance), 60),
             Some(text) => echo_within(text, 60),
         };
-        let listed = differ.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
-        let more = differ.len().saturating_sub(3);
+        let listed = differing.iter().take(3).map(|n| format!("{} {}, not {}", echo_within(n, 20), value(theirs, n), value(ours, n)));
+        let more = differing.len().saturating_sub(3);
         listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
@@ -249,7 +251,7 @@ impl Provenance {
             Some(theirs) if theirs != *self => return ExistingImage::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }
-        // An upper bound for a file of this size: four floats and some overhead per pixel, 64 bytes per row, 1 MiB of texts.
+        // An upper bound for an image of this size: per pixel four floats of 4 bytes and 4 bytes of overhead, 64 bytes per row, 1 MiB of texts.
         let max_bytes = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
         if metadata.len() > max_bytes {
             return ExistingImage::Damaged("larger than any image of this size".into());

@@ -9,7 +9,7 @@ use crate::render::software::{RenderError, Timings};
 /// The user's choice of renderer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RendererPreference {
-    /// A hardware GPU if there is any, else software.
+    /// A GPU, unless its driver is known to draw on the CPU; else the software renderer.
     Auto,
     /// Any adapter, including software drivers; without one, drawing fails.
     Gpu,
@@ -45,7 +45,7 @@ pub enum RendererError {
     NotBuilt,
 }
 
-/// Which renderer drew a frame.
+/// Which renderer drew a frame, and how long its passes took.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DrawnBy {
     /// `gpu` or `software`.

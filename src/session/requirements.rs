@@ -1,4 +1,4 @@
-//! Builds the scene of a request; reads or computes, each once, the files and tables that it requires in addition to catalog and ephemeris.
+//! Builds the scene of a request, and reads or computes the files and tables that it requires in addition to catalog and ephemeris, each only once.
 //!
 //! In: a request. Out: its scene. Always: a file that cannot be read is reported once, and the scene is built without it.
 
@@ -15,11 +15,11 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Largest number of texels around the equator in the map of city lights for the light meter: 20 km each on the Earth.
-const NIGHT_LIGHTS_WIDTH: u32 = 2048;
+/// Largest number of texels around the equator in the map of city lights for the light meter. On the Earth each is then 20 km wide.
+const MAX_NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Shape models, city lights and tables are read or computed. Maps are not read; maps already found unreadable are left out.
+    /// The scene of a view. Reads or computes shape models, city lights and tables, but not maps; maps already found unreadable are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -45,7 +45,7 @@ impl Session {
         Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder whose light meter includes the city lights, and the resources that are known so far.
+    /// A builder whose light meter includes the city lights, and the resources known so far.
     pub(super) fn metered<'a>(
         &'a self,
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
@@ -84,15 +84,15 @@ impl Session {
         self.record_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 
-    /// Reads shape models and computes tables that a view needs. A shape model that cannot be read is reported once.
+    /// Reads the shape models and computes the tables that a view needs. A shape model that cannot be read is reported once.
     fn resources(&self, required: &Requirements) -> Resources {
         let mut resources = Resources { sky_map: self.sky_map.clone(), ..Resources::default() };
         for mesh in &required.meshes {
             let Some((body, catalog_mesh)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
             match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
-                    if let Some((towards, radius_rad)) = mesh.sun {
-                        let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards, radius_rad));
+                    if let Some((towards_sun, sun_radius_rad)) = mesh.sun {
+                        let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards_sun, sun_radius_rad));
                         resources.sun_heights.insert(body.id, heights);
                     }
                     resources.meshes.insert(body.id, model);
@@ -133,13 +133,13 @@ impl Session {
         }
     }
 
-    /// The city lights of a body's night side, for the light meter. An unreadable map is reported when it is read for drawing.
+    /// The city lights of a body, for the light meter. An unreadable map is reported when it is read for drawing.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
-        let level = map.levels.iter().find(|l| l.width <= NIGHT_LIGHTS_WIDTH)?;
-        let brightest = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
-        let texels = level.bytes().chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest(texel)) / 255.0));
+        let level = map.levels.iter().find(|l| l.width <= MAX_NIGHT_LIGHTS_WIDTH)?;
+        let brightest_channel = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
+        let texels = level.bytes().chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest_channel(texel)) / 255.0));
         NightLights::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 }

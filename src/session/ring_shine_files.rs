@@ -1,7 +1,7 @@
 //! Stores tables of ring-shine on disk, so that each is computed only once.
 //!
-//! In: the numbers that determine a table. Out: the table, from `<cache>/orrery/rings/<digest>.table`. Always: the digest in the name covers the code
-//! and all inputs; a damaged file is treated as missing and is replaced; a folder that cannot be written is ignored.
+//! In: the numbers that determine a table. Out: the table, read from or written to `<cache>/orrery/rings/<digest>.table`. Always: the digest in the name
+//! covers the code and all inputs; a damaged file is treated as missing and is replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
 use crate::scene::rings::ring_shine::{COLUMNS, ROWS, RingShine, RingShineStore, SOURCES};
@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 const MAGIC: &Magic = b"ORRSHN01";
-/// Length of the texels: four floats per column and row, for both sides of the rings.
+/// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the two f64 in front of the texels: the largest height and the brightest irradiance.
+/// Length of the two f64 in front of the texels, bytes: the largest height and the brightest irradiance.
 const NUMBER_BYTES: usize = 16;
 
+/// The tables in a cache folder.
 #[derive(Debug)]
 pub(super) struct RingShineFiles {
     folder: PathBuf,
@@ -67,9 +68,10 @@ mod tests {
     fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust: 0.0 };
-        let shine = |sine: f64, stored: bool| {
+        // `sine`: of the Sun's height above the plane of the rings.
+        let shine = |sine: f64, with_files: bool| {
             let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 };
-            let store = stored.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
+            let store = with_files.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
             geometry.shine(&RingShines::stored(store)).expect("light")
         };
         let files = || -> Vec<PathBuf> {
@@ -79,7 +81,7 @@ mod tests {
         let computed = shine(0.3, false);
         assert!(files().is_empty());
         assert_eq!(shine(0.3, true), computed);
-        // Two tables: for the tabulated Sun heights above and below the actual one.
+        // Two tables: for the next tabulated heights of the Sun above and below the actual one.
         let stored = files();
         assert_eq!(stored.len(), 2);
         let intact = std::fs::read(&stored[0]).expect("stored");

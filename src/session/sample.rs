@@ -20,7 +20,7 @@ use crate::scene::draw::{
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
-use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, TABLES};
+use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, VECTORS as IN_SHADOW_VECTORS};
 use crate::scene::multi_scatter_table::{NODES, SUNS};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
 use crate::scene::rings::RingConditions;
@@ -31,15 +31,17 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// Side of a timed image, pixels.
-const TIMED_SIDE: u32 = 1000;
+const TIMED_SIDE_PX: u32 = 1000;
+/// Largest number of taps on a map: that of standard quality.
+const MAP_TAPS: u8 = 8;
 /// Number of timed runs, of which the fastest counts.
 const ROUNDS: usize = 5;
-/// Half the image's side in body radii, chosen so that even the corners are on the body.
+/// Half the image's side in body radii, small enough that even the corners are on the body.
 pub const HALF_SIDE_INSIDE: f32 = 0.7;
-/// Half the image's side in body radii, chosen so that the limb is visible.
+/// Half the image's side in body radii, large enough that the whole limb is visible.
 pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
 /// Number of columns and rows of quadrilaterals of the sphere mesh.
-const MESH: (u32, u32) = (48, 24);
+const MESH_SIZE: (u32, u32) = (48, 24);
 
 /// Axis ratios of the sample body: flattened unless the key's shape is a sphere.
 fn axis_ratios(key: &ShaderKey) -> Vec3 {
@@ -51,36 +53,40 @@ const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
 /// Occluders above the lit side, two of which overlap: the centre (two coordinates across the light's direction, one along it) and the radius.
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
-/// A Sun of the size seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
+/// The Sun as large as seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
 fn eclipse(key: &ShaderKey) -> EclipseUniforms {
-    let (sun_distance, cot) = (23_455.0, 215.0);
+    // As for the Earth: the distance of the Sun in the Earth's radii, and the cotangent of the Sun's angular radius.
+    let (sun_distance, sun_cotangent) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
     let (x, y) = along.any_orthonormal_pair();
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
-    // Refraction and extinction decrease with height; extinction is weakest in red.
+    // Bending and extinction decrease with height; extinction is weakest in red.
     let density = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
+    // Radius and bending angle at the lower edge of a layer.
     let edge = |k: usize| (radius * (1.1 - 0.1 * density(k)), 0.02 * density(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
-        let ((r0, b0), (r1, b1)) = (edge(k), edge(k + 1));
-        Vec4::new(r0, b0, r1, b1)
+        let ((lower_radius, lower_bending), (upper_radius, upper_bending)) = (edge(k), edge(k + 1));
+        Vec4::new(lower_radius, lower_bending, upper_radius, upper_bending)
     });
-    let spread = |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % IN_SHADOW_COLUMNS) as f32 / (IN_SHADOW_COLUMNS - 1) as f32).extend(0.0);
-    let disc = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
+    let in_shadow_factor =
+        |k: usize| (Vec3::new(0.1, 0.15, 0.2) + 0.8 * (k % IN_SHADOW_COLUMNS) as f32 / (IN_SHADOW_COLUMNS - 1) as f32).extend(0.0);
+    // Integral of the limb-darkened disc's radiance, with u1 = 0.4 and u2 = 0.2.
+    let disc_light = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
-        across: [x.extend(cot), y.extend(cot / sun_distance)],
+        across: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc).extend(0.0)),
+        limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
         occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
         multi_scatter: (0..FIRST_COLUMN_RANGE)
-            .map(spread)
-            .chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); TABLES - FIRST_COLUMN_RANGE])
+            .map(in_shadow_factor)
+            .chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); IN_SHADOW_VECTORS - FIRST_COLUMN_RANGE])
             .collect(),
     }
 }
@@ -138,7 +144,7 @@ fn limb() -> LimbTable {
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// An atmosphere with Rayleigh and Mie scattering and an absorption layer, as thick as a tenth of the body's diameter so that each part is visible.
+/// An atmosphere with Rayleigh and Mie scattering and an absorption layer. Its height is a tenth of the body's diameter, so that each part is visible.
 fn air() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
@@ -166,7 +172,7 @@ fn air() -> AtmosphereUniforms {
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
 
-fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
+fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
     // A ring seen from its own plane would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
@@ -174,22 +180,23 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
     let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
     DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
-        anchor_origin: up * half - Vec3::Y * half,
-        anchor_du: Vec3::new(0.0, 2.0 * half, 0.0),
-        anchor_dv: up * (-2.0 * half),
+        anchor_origin: up * half_side - Vec3::Y * half_side,
+        anchor_du: Vec3::new(0.0, 2.0 * half_side, 0.0),
+        anchor_dv: up * (-2.0 * half_side),
         ray_origin: forward,
-        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half` from all sides of the image.
+        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half_side` from all sides of the image.
         silhouette_form: [
-            Vec4::new(1.0 - 2.0 * half * half, 4.0 * half * half, 4.0 * half * half, 0.0),
-            Vec4::new(-4.0 * half * half, 0.0, -4.0 * half * half, 0.0),
+            Vec4::new(1.0 - 2.0 * half_side * half_side, 4.0 * half_side * half_side, 4.0 * half_side * half_side, 0.0),
+            Vec4::new(-4.0 * half_side * half_side, 0.0, -4.0 * half_side * half_side, 0.0),
         ],
+        // Depth as from a distance of 1000 radii.
         depth_row: forward.extend(1.0e3),
         axis_ratios: axis_ratios(key),
         // The same view for a mesh: x (towards the viewer) becomes depth, y points right and z up.
         clip_from_unit_sphere: Mat4::from_cols(
             Vec4::new(0.0, 0.0, 0.25, 0.0),
-            Vec4::new(1.0 / half, 0.0, 0.0, 0.0),
-            Vec4::new(0.0, 1.0 / half, 0.0, 0.0),
+            Vec4::new(1.0 / half_side, 0.0, 0.0, 0.0),
+            Vec4::new(0.0, 1.0 / half_side, 0.0, 0.0),
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
@@ -217,8 +224,8 @@ fn uniforms(key: &ShaderKey, half: f32) -> DrawUniforms {
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlays(key),
         ring: ring(key.features().surface),
-        // Seen against the x axis: north is up, east to the left.
-        limb: LimbUniforms { across: [up.extend(1.0 / half), Vec3::NEG_Y.extend(-1.0)], table: None },
+        // As seen along the negative x axis: north is up, celestial east to the left.
+        limb: LimbUniforms { across: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }
@@ -267,24 +274,24 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
 
 /// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
 fn mesh(vertex_colour: bool) -> Vertices {
-    let (around, down) = MESH;
+    let (columns, rows) = MESH_SIZE;
     let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut sun_height = Vec::new();
-    for j in 0..=down {
-        for i in 0..=around {
-            let (u, v) = (i as f32 / around as f32, j as f32 / down as f32);
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let (u, v) = (column as f32 / columns as f32, row as f32 / rows as f32);
             let (longitude, latitude) = ((u - 0.5) * std::f32::consts::TAU, (0.5 - v) * std::f32::consts::PI);
-            let p = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin()];
-            position.extend(p);
-            normal.extend(p);
+            let point = [latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin()];
+            position.extend(point);
+            normal.extend(point);
             map_coordinates.extend([u, v]);
-            // Heights as if a ridge cast a shadow over the western side.
-            sun_height.push(30.0 * p[1] + 10.0);
+            // In radii of the Sun, as if a ridge cast a shadow over the western side.
+            sun_height.push(30.0 * point[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
-            if i < around && j < down {
-                let index = j * (around + 1) + i;
-                let below = index + around + 1;
+            if column < columns && row < rows {
+                let index = row * (columns + 1) + column;
+                let below = index + columns + 1;
                 indices.extend([index, below, index + 1, index + 1, below, below + 1]);
             }
         }
@@ -297,21 +304,21 @@ fn mesh(vertex_colour: bool) -> Vertices {
     Vertices::Mesh { attributes, indices: Arc::new(indices) }
 }
 
-/// A plan that draws the sample body with a key's module into a square HDR image. `side`: its side in pixels; `half`: half its side in body radii.
+/// A plan that draws the sample body with a key's module into a square HDR image. `half_side`: half its side in body radii.
 ///
 /// # Errors
 /// The module cannot be compiled, or has a uniform for which the sample has no value.
-pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
+pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
-    sample_plan_of(&module, key, side, half)
+    sample_plan_of(&module, key, side_px, half_side)
 }
 
-/// A coarse image of the air in which no texel may be interpolated: each pixel evaluates its air, as without the image. Where the ground's draw shows the clouds, half
-/// of the image may be interpolated, so that both draws show their part.
-fn coarse_air(side: u32, air_pass: AirPass) -> SharedTexture {
-    let [width, height] = coarse_air_size([side, side]);
-    let is_smooth = |column: u32| air_pass == AirPass::ReadWithClouds && column < width / 2;
-    let texel = |column| if is_smooth(column) { [0.3_f32, 0.4, 0.5, 1.0] } else { [0.0; 4] };
+/// A coarse image of the air without marked texels, so that each pixel evaluates its own air. If the ground's draw also shades clouds, the left half is
+/// marked, so that the draws of ground and clouds each shade a part of the clouds.
+fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
+    let [width, height] = coarse_air_size([side_px, side_px]);
+    let is_marked = |column: u32| air_pass == AirPass::ReadWithClouds && column < width / 2;
+    let texel = |column| if is_marked(column) { [0.3_f32, 0.4, 0.5, 1.0] } else { [0.0; 4] };
     let bytes = (0..width * height).flat_map(|k| texel(k % width)).flat_map(f32::to_le_bytes).collect();
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(width, height, bytes)] })
 }
@@ -320,19 +327,19 @@ fn coarse_air(side: u32, air_pass: AirPass) -> SharedTexture {
 ///
 /// # Errors
 /// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
-pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f32) -> Result<Plan, SessionError> {
+pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
-    let uniforms = uniforms(key, half);
-    let uniform_bytes = uniforms_of(&module.layout, &uniforms, 8).map_err(|e| failed(format!("{id}: {e}")))?;
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let uniforms = uniforms(key, half_side);
+    let uniform_bytes = uniforms_of(&module.layout, &uniforms, MAP_TAPS).map_err(|e| failed(format!("{id}: {e}")))?;
+    let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match (t.name.as_str(), &uniforms.ring.table) {
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&shine()),
             (LIMB_TABLE, _) => limb_table(&limb()),
-            (COARSE_AIR_TEXTURE, _) => coarse_air(side, key.features().air_pass),
+            (COARSE_AIR_TEXTURE, _) => coarse_air(side_px, key.features().air_pass),
             (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
@@ -343,7 +350,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         module: id,
         uniform_bytes,
         textures,
-        samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state }).collect(),
+        samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state: sampler_state }).collect(),
         vertices: if features.shape == Shape::Mesh { mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
@@ -354,13 +361,13 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
         } else {
             DepthState { test: true, write: true }
         },
-        scissor: [0, 0, side, side],
+        scissor: [0, 0, side_px, side_px],
         extent: None,
     };
     let pass = Pass {
         name: "sample",
-        width: side,
-        height: side,
+        width: side_px,
+        height: side_px,
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
@@ -370,13 +377,13 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side: u32, half: f
     Ok(Plan { passes: vec![pass] })
 }
 
-/// Elapsed milliseconds for a million pixels that all lie on the sample body, from the fastest of five runs. `None` for a module that draws no planet,
+/// Elapsed milliseconds for a million pixels that all lie on the sample body, from the fastest of five runs. `None` for a module that draws no body,
 /// and for a mesh, whose time depends on its number of triangles.
 ///
 /// # Errors
 /// The module cannot be compiled or run.
 pub fn ms_per_megapixel(renderer: &SoftwareRenderer, library: &ShaderLibrary, id: &ModuleId) -> Result<Option<f64>, SessionError> {
-    ms_per_megapixel_at(renderer, library, id, TIMED_SIDE)
+    ms_per_megapixel_at(renderer, library, id, TIMED_SIDE_PX)
 }
 
 /// As [`ms_per_megapixel`], but timed with an image of another size, for a quick estimate.
@@ -387,18 +394,18 @@ pub fn ms_per_megapixel_at(
     renderer: &SoftwareRenderer,
     library: &ShaderLibrary,
     id: &ModuleId,
-    side: u32,
+    side_px: u32,
 ) -> Result<Option<f64>, SessionError> {
     let ModuleId::Planet(key) = id else { return Ok(None) };
     if key.features().shape == Shape::Mesh {
         return Ok(None);
     }
-    let plan = sample_plan(library, key, side, HALF_SIDE_INSIDE)?;
+    let plan = sample_plan(library, key, side_px, HALF_SIDE_INSIDE)?;
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
         renderer.render(&plan, library, false)?;
         best = best.min(1e3 * start.elapsed().as_secs_f64());
     }
-    Ok(Some(best * 1e6 / (f64::from(side) * f64::from(side))))
+    Ok(Some(best * 1e6 / (f64::from(side_px) * f64::from(side_px))))
 }

@@ -13,8 +13,9 @@ use std::time::SystemTime;
 /// Time of the last change and length of each file.
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
-/// Largest depth of folders and number of files in the search; the depth limit also ends cycles of links.
+/// Largest depth of folders in the search; the limit also ends cycles of links.
 const MAX_DEPTH: usize = 8;
+/// Largest number of files.
 const MAX_FILES: usize = 2000;
 /// Largest fragment file, bytes; the longest built-in fragment has some 10 kB.
 const MAX_FILE_BYTES: u64 = 1 << 20;
@@ -82,7 +83,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             }
         }
         if found.len() > MAX_FILES {
-            return Err(FragmentFolderError::TooMany(shown(&folder)));
+            return Err(FragmentFolderError::TooMany(shown(&root)));
         }
     }
     if let Some(path) = outdated {
@@ -120,8 +121,8 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
 
 /// A suggestion for a path that is not a fragment's: a fragment with the same file name in another folder, or else one with a similar path.
 fn suggestion(path: &str) -> String {
-    let last = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
-    let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| last(p) == last(path)).collect();
+    let file_name = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
+    let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| file_name(p) == file_name(path)).collect();
     match same_name.first() {
         Some(p) => format!("did you mean `{p}`?"),
         None => {

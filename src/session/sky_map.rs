@@ -10,7 +10,7 @@ use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
 
-/// Mean radiance of a panorama without a unit: that of the embedded Milky Way, [`SkyMap::milky_way`], whose mean linear value is 0.0293.
+/// Mean radiance that a panorama without a unit is given: that of the embedded Milky Way, whose mean linear value is 0.0293.
 fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
 }

@@ -15,7 +15,7 @@ pub struct Sources {
     pub eclipse_radii: EclipseRadii,
     /// A folder of maps that take precedence over the embedded ones.
     pub textures: Option<PathBuf>,
-    /// Largest map of the user that is read, megapixels; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
+    /// Limit on the size of each of the user's maps, megapixels; `None`: [`crate::image::DEFAULT_MAX_MEGAPIXELS`].
     pub max_megapixels: Option<u32>,
     /// An SPK file that takes precedence over the embedded one.
     pub kernel: Option<PathBuf>,
@@ -24,7 +24,7 @@ pub struct Sources {
     /// A file of minor planets and comets that replace the embedded ones: a table with named columns, JSON of the JPL's database, or
     /// MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
-    /// A height map of the entire Moon, with the heights of black and white if given: `FILE` or `FILE,LOW,HIGH`.
+    /// A height map of the entire Moon: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km.
     pub lunar_heights: Option<OsString>,
     /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
     pub sky: Option<PathBuf>,
@@ -34,7 +34,7 @@ pub struct Sources {
     pub shaders: Option<PathBuf>,
     /// Fragments that colour the surface of individual bodies, at most four.
     pub surfaces: Vec<SurfaceFile>,
-    /// The cache folder, which contains the shader library; `None`: the user's cache folder on this system.
+    /// The cache folder; `None`: the user's cache folder on this system.
     pub cache: Option<PathBuf>,
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,

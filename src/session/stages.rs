@@ -1,4 +1,4 @@
-//! Times of the stages: elapsed time, and CPU time of the entire process if it is counted.
+//! Times of the stages: elapsed time, and CPU time of all threads of the process if it is counted.
 
 use std::time::{Duration, Instant};
 
@@ -55,7 +55,7 @@ impl Stages {
     pub fn add(&mut self, stage: Stage, spent: Duration) {
         self.spent[stage as usize] += spent;
     }
-    /// Runs `work` and adds its time.
+    /// Runs `work` and adds its elapsed time.
     pub fn measure<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let start = Instant::now();
         let result = work();
@@ -66,12 +66,12 @@ impl Stages {
     pub fn spent(&self, stage: Stage) -> Duration {
         self.spent[stage as usize]
     }
-    /// Adds CPU time. A stage to which none was added counts as not measured.
+    /// Adds CPU time. If none is ever added to a stage, its CPU time is unknown.
     pub fn add_cpu(&mut self, stage: Stage, cpu_time: Duration) {
         let cpu = &mut self.cpu[stage as usize];
         *cpu = Some(cpu.unwrap_or_default() + cpu_time);
     }
-    /// CPU time of all threads while the stage ran; `None` if not measured.
+    /// CPU time of all threads while the stage ran; `None` if unknown.
     pub fn cpu(&self, stage: Stage) -> Option<Duration> {
         self.cpu[stage as usize]
     }

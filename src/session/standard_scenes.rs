@@ -34,16 +34,17 @@ impl StandardScene {
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
 const JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// 2024-04-16 01:01 TDB, at first quarter. Used for the Moon's limb, since at the time of the eclipse the Moon's near side is dark.
+/// 2024-04-16 01:01 TDB, six hours after first quarter. For the Moon's limb, because in the eclipse the near side is dark.
 const QUARTER_JD_TDB: f64 = 2_460_416.542_5;
 
+/// The view of a body (NAIF code) from a distance, on the side that faces the Earth; of the Earth, on the side that faces the Sun.
 fn view_from(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
     let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
     ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
 }
 
-/// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four large moons, the planets from above the Sun, the
-/// night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
+/// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four large moons, the planets from 56 au in the Earth's
+/// direction, the night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(JD_TDB);
     // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the image above the middle.

@@ -1,7 +1,8 @@
-//! Stores tables that take long to compute in files, under names derived from their inputs.
+//! Stores tables that take long to compute in files, under names derived from their code and inputs.
 //!
-//! In: the code and the inputs that determine a table, and its bytes. Out: a name that no other table has, and a file with a checksum. Always: a truncated
-//! or damaged file is treated as missing; a table that cannot be written is computed again by the next run. Not here: the contents of tables.
+//! In: the code and the inputs that determine a table, and its bytes. Out: a name that no other table has, and a file with magic number and checksum.
+//! Always: a truncated or damaged file is treated as missing; a table that cannot be written is computed again by the next run. Not here: the contents of
+//! tables.
 
 use crate::files::{read_bytes, write_cached};
 use sha2::{Digest, Sha256};
@@ -9,8 +10,8 @@ use std::path::Path;
 
 /// The first bytes of a file: the kind of table and the version of its format.
 pub(super) type Magic = [u8; 8];
-/// Length of the checksum that follows.
-const CHECKSUM: usize = 32;
+/// Length of the checksum that follows, bytes: a SHA-256.
+const CHECKSUM_BYTES: usize = 32;
 
 /// Digest of the sources that compute a table.
 pub(super) fn code_digest(sources: &[&str]) -> [u8; 32] {
@@ -38,13 +39,13 @@ pub(super) fn encode(magic: &Magic, table: &[u8]) -> Vec<u8> {
 
 /// The table in a file's content; `None` if the content is damaged.
 pub(super) fn decode<'a>(magic: &Magic, bytes: &'a [u8]) -> Option<&'a [u8]> {
-    let (sum, table) = bytes.strip_prefix(magic.as_slice())?.split_at_checked(CHECKSUM)?;
-    (Sha256::digest(table).as_slice() == sum).then_some(table)
+    let (checksum, table) = bytes.strip_prefix(magic.as_slice())?.split_at_checked(CHECKSUM_BYTES)?;
+    (Sha256::digest(table).as_slice() == checksum).then_some(table)
 }
 
 /// Reads a table of `length` bytes; `None` if the file is missing, damaged or has another length.
 pub(super) fn read(path: &Path, magic: &Magic, length: usize) -> Option<Vec<u8>> {
-    let bytes = read_bytes(path, (magic.len() + CHECKSUM + length) as u64).ok()?;
+    let bytes = read_bytes(path, (magic.len() + CHECKSUM_BYTES + length) as u64).ok()?;
     decode(magic, &bytes).filter(|table| table.len() == length).map(<[u8]>::to_vec)
 }
 
@@ -53,12 +54,12 @@ pub(super) fn write(path: &Path, magic: &Magic, table: &[u8]) {
     drop(write_cached(path, &encode(magic, table)));
 }
 
-/// The floats in bytes of little-endian order.
+/// The floats in little-endian bytes.
 pub(super) fn floats(bytes: &[u8]) -> impl Iterator<Item = f32> {
     bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b))
 }
 
-/// The paths inside `crate::scene` that a source text uses outside its tests and comments.
+/// The paths below `crate::scene` that occur in a source text outside its unit tests and comments.
 #[cfg(test)]
 pub(super) fn scene_modules_used(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]").next().unwrap_or("").lines().map(|l| l.split("//").next().unwrap_or(""));

@@ -1,6 +1,6 @@
 //! Reads the user's tables of stars, minor planets and comets from disk.
 //!
-//! In: a path, if the user gave one. Out: the catalogue that replaces the embedded one, or an error for the first invalid line.
+//! In: a path, if the user gave one. Out: the content that replaces the embedded one, or an error for an unreadable file or the first invalid line.
 
 use super::SessionError;
 use crate::catalog::small_bodies::SmallBodies;
@@ -10,13 +10,13 @@ use crate::wording::echo;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Name and text of a user's table, if a path is given. `takes`: a description of the files that the option accepts, for the error.
-fn read_table(path: Option<&Path>, takes: &str) -> Result<Option<(String, String)>, SessionError> {
-    /// Largest table; Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
+/// Name and text of a user's table, if a path is given. `accepted`: which files the option accepts, for the error.
+fn read_table(path: Option<&Path>, accepted: &str) -> Result<Option<(String, String)>, SessionError> {
+    /// Largest table, bytes; Hipparcos' hip2.dat has 33 MB, MPCORB.DAT 300 MB.
     const MAX_BYTES: u64 = 1 << 30;
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
-    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {takes}") };
+    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {accepted}") };
     let text = read_text(path, MAX_BYTES).map_err(|e| failed(e.to_string()))?;
     Ok(Some((name, text)))
 }

@@ -1,4 +1,6 @@
-//! Counts the operations of a module on the software renderer. In: a module with its tapes. Out: counts that do not depend on the machine.
+//! Counts the operations of a module on the software renderer.
+//!
+//! In: a module with its tapes. Out: counts that do not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
 use crate::render::software::program::{ProgramError, ShaderStage};
@@ -6,14 +8,14 @@ use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
 
-/// Counts of the operations in an entry point's tape. Operations in a loop are counted once, not per iteration.
+/// Counts of the operations in the tape of one stage. Operations in a loop are counted once, not per iteration.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TapeCost {
     /// `vertex` or `fragment`.
     pub stage: &'static str,
     /// Operations per lane, by kind.
     pub operations: BTreeMap<String, usize>,
-    /// Instructions that run once per draw.
+    /// Operations that run once per draw.
     pub uniform_operations: usize,
     /// Texture samples and loads.
     pub texture_reads: usize,

@@ -1,7 +1,7 @@
 //! Presents the window with the GPU that renders the images.
 //!
 //! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that renders the images.
-//! If another device or the CPU starts to render, [`Session::presenter_choice`] reports it before the window presents the next frame.
+//! When another device or the CPU takes over rendering, [`Session::presenter_choice`] tells the window to change how it presents.
 
 use super::Session;
 #[cfg(feature = "gpu")]
@@ -17,10 +17,10 @@ pub use without_gpu::{DeviceSurface, WindowHandle};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DisplayPreference {
-    /// Present with the GPU if it is hardware. With a software driver the window would block until each frame is drawn.
+    /// Present with the GPU that renders the images, unless it is a software driver, with which the window would block until each frame is drawn.
     #[default]
     Auto,
-    /// Present with any GPU that renders the images.
+    /// Present with the GPU that renders the images, even a software driver.
     Device,
     /// Present with the CPU, whichever renderer draws.
     Processor,
@@ -75,7 +75,7 @@ mod with_gpu {
     }
 
     impl Session {
-        /// How a window is to be presented that has this surface, or no surface. Never blocks.
+        /// Whether and how presentation changes in a window with this surface, or with no surface. Never blocks.
         pub fn presenter_choice(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
             let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
@@ -132,12 +132,12 @@ mod with_gpu {
     }
 }
 
-/// Stand-ins for a build without the GPU renderer, where no surface exists.
+/// The same items for a build without the GPU renderer, where no surface exists.
 #[cfg(not(feature = "gpu"))]
 mod without_gpu {
     use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
 
-    /// A type without values.
+    /// No value of this type exists.
     pub enum DeviceSurface {}
     /// Any window.
     pub trait WindowHandle {}
@@ -165,8 +165,14 @@ mod without_gpu {
         ///
         /// # Errors
         /// None: there is no such surface.
-        pub fn show(&self, on: &mut DeviceSurface, _: Vec<UiPrimitive>, _: [u32; 2], _: impl FnOnce()) -> Result<bool, DisplayError> {
-            match *on {}
+        pub fn show(
+            &self,
+            device_surface: &mut DeviceSurface,
+            _: Vec<UiPrimitive>,
+            _: [u32; 2],
+            _: impl FnOnce(),
+        ) -> Result<bool, DisplayError> {
+            match *device_surface {}
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Differences between two modules, grouped by feature, and the cost of a module, counted in its IR.
+//! Differences between two modules, grouped by feature or by fragment, and the cost of a module, counted in its IR.
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};
@@ -12,7 +12,7 @@ pub struct FeatureDiff {
     pub only_second: Vec<DiffLine>,
 }
 
-/// One emitted line with its position in the fragments.
+/// One emitted line, with the fragment (WESL file) and the line that it came from.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DiffLine {
     pub fragment: String,
@@ -20,7 +20,7 @@ pub struct DiffLine {
     pub text: String,
 }
 
-/// The lines of a module with their features.
+/// The lines of a module, each with its feature.
 fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a str, DiffLine)> {
     wgsl.lines().enumerate().filter_map(|(i, text)| {
         let (fragment, line) = map.origin_of(i + 1)?;
@@ -74,16 +74,18 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     changed
 }
 
-/// Counts in a module's IR. Each function counts once, however often it is called.
+/// Counts in a module's IR. Each function counts once, however often it is called, except for its texture reads.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {
     /// Arithmetic expressions, by kind.
     pub operations: BTreeMap<String, u32>,
-    /// Texture reads of the entry points, including those of the functions that they call.
+    /// Texture reads of the entry points, including those of the functions that they call; a function counts once per call.
     pub texture_reads: u32,
+    /// `if`, `switch` and loops.
     pub branches: u32,
     pub functions: u32,
     pub uniform_bytes: u32,
+    /// Lines of the emitted WGSL.
     pub lines: u32,
 }
 
@@ -113,20 +115,20 @@ fn count_block(block: &naga::Block, branches: &mut u32) {
 /// Texture reads of a function and of its callees; each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared
 /// before it.
 fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
-    fn calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
-        let calls_in = |b: &naga::Block| calls(b, reads_of_earlier);
+    fn reads_by_calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
+        let reads_in = |b: &naga::Block| reads_by_calls(b, reads_of_earlier);
         let each = block.iter().map(|statement| match statement {
             Statement::Call { function, .. } => reads_of_earlier.get(function.index()).copied().unwrap_or(0),
-            Statement::Block(inner) => calls_in(inner),
-            Statement::If { accept, reject, .. } => calls_in(accept) + calls_in(reject),
-            Statement::Switch { cases, .. } => cases.iter().map(|c| calls_in(&c.body)).sum(),
-            Statement::Loop { body, continuing, .. } => calls_in(body) + calls_in(continuing),
+            Statement::Block(inner) => reads_in(inner),
+            Statement::If { accept, reject, .. } => reads_in(accept) + reads_in(reject),
+            Statement::Switch { cases, .. } => cases.iter().map(|c| reads_in(&c.body)).sum(),
+            Statement::Loop { body, continuing, .. } => reads_in(body) + reads_in(continuing),
             _ => 0,
         });
         each.sum()
     }
     let own = function.expressions.iter().filter(|(_, e)| matches!(e, Expression::ImageSample { .. } | Expression::ImageLoad { .. }));
-    own.count() as u32 + calls(&function.body, reads_of_earlier)
+    own.count() as u32 + reads_by_calls(&function.body, reads_of_earlier)
 }
 
 /// Counts the operations of a module's IR.

@@ -1,6 +1,6 @@
 //! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
-//! In: `scene::draw::constants` and the counts of the key's dimensions. Out: path and text of each fragment. The text depends
+//! In: src/scene/constants.rs and the counts of the key's dimensions. Out: path and text of each fragment. The text depends
 //! only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that they
 //! are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
@@ -40,7 +40,7 @@ const fn constant(comment: &'static str, condition: &'static str, name: &'static
     SharedConstant { comment, condition, name, value }
 }
 
-fn fragment(about: &str, constants: &[SharedConstant]) -> String {
+fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
     let mut text = format!("// {about} Generated from src/scene/constants.rs.\n\n");
     for SharedConstant { comment, condition, name, value } in constants {
         let attribute = if condition.is_empty() { String::new() } else { format!("@if({condition}) ") };
@@ -55,14 +55,15 @@ fn fragment(about: &str, constants: &[SharedConstant]) -> String {
 }
 
 fn air() -> String {
-    let span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
-    let in_shadow = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
+    // Range of x over the columns: up to mu = 1.
+    let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
+    let vectors_per_occluder = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
-    fragment(
+    fragment_text(
         "Tables and polynomials of the atmosphere.",
         &[
             constant(
-                "Slope in t = 1 / (1 + slope z), the variable of erfcx's polynomial.",
+                "Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).",
                 "",
                 "ERFCX_SLOPE",
                 Value::F32(shared::ERFCX_SLOPE),
@@ -80,12 +81,12 @@ fn air() -> String {
                 Value::U32(shared::MULTI_SCATTER_HEIGHTS),
             ),
             constant(
-                "Its columns, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND), mu the cosine of the Sun's zenith angle.",
+                "Columns of that table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_SUNS",
                 Value::U32(shared::MULTI_SCATTER_SUNS),
             ),
-            constant("Constant of that column scale.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTI_SCATTER_BEND)),
+            constant("The constant in x.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTI_SCATTER_BEND)),
             constant(
                 "The first column is at x = -MULTI_SCATTER_BELOW_HORIZON.",
                 "air_table",
@@ -96,7 +97,7 @@ fn air() -> String {
                 "Columns per unit of x; the last column has the Sun at the zenith.",
                 "air_table",
                 "MULTI_SCATTER_SUNS_PER_UNIT",
-                Value::F32((shared::MULTI_SCATTER_SUNS - 1) as f64 / span),
+                Value::F32((shared::MULTI_SCATTER_SUNS - 1) as f64 / x_span),
             ),
             constant(
                 "Coefficients of the polynomial in x at one height.",
@@ -105,7 +106,7 @@ fn air() -> String {
                 Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
-                "Table of multiply scattered light in an eclipse: columns, one per distance from the occluder's limb.",
+                "Table of the light scattered more than once in an eclipse: columns, one per distance from the occluder's limb.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_COLUMNS",
                 Value::U32(shared::IN_SHADOW_COLUMNS),
@@ -116,18 +117,23 @@ fn air() -> String {
                 "IN_SHADOW_HEIGHTS",
                 Value::U32(shared::IN_SHADOW_HEIGHTS),
             ),
-            constant("Values of that table per occluder.", "air_table && eclipse_1", "OCCLUDER_TABLE_ROWS", Value::U32(in_shadow)),
             constant(
-                "Vectors of all tables: each possible occluder's values, then one vector per occluder for its columns' distances.",
+                "Vectors of that table per occluder.",
                 "air_table && eclipse_1",
-                "IN_SHADOW_VECTORS",
-                Value::U32(occluders * (in_shadow + 1)),
+                "OCCLUDER_TABLE_ROWS",
+                Value::U32(vectors_per_occluder),
             ),
             constant(
-                "Index of the first of those last vectors.",
+                "Vectors of the tables of all possible occluders, then one vector per occluder with the distances that its columns span.",
+                "air_table && eclipse_1",
+                "IN_SHADOW_VECTORS",
+                Value::U32(occluders * (vectors_per_occluder + 1)),
+            ),
+            constant(
+                "Index in that array of the first vector of distances.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_RANGES",
-                Value::U32(occluders * in_shadow),
+                Value::U32(occluders * vectors_per_occluder),
             ),
             constant(
                 "Texels of the coarse image of the air per pixel, along each axis.",
@@ -146,11 +152,11 @@ fn air() -> String {
 }
 
 fn rings() -> String {
-    fragment(
+    fragment_text(
         "Tables of the rings.",
         &[
             constant(
-                "View-ray slopes per doubling in the ring profile's table.",
+                "Slopes x = 1 / cosine of view rays in the ring profile's table, per doubling of x.",
                 "",
                 "RING_SLOPES_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
@@ -163,12 +169,17 @@ fn rings() -> String {
                 Value::I32(shared::RING_HEADER_ROWS as usize),
             ),
             constant(
-                "Rows for a slope: large particles, their integral, dust, its integral.",
+                "Rows per slope: light of large particles, its integral, light of dust, its integral.",
                 "",
                 "RING_ROWS_PER_SLOPE",
                 Value::I32(shared::RING_ROWS_PER_SLOPE as usize),
             ),
-            constant("Smaller cosines are replaced by this value.", "", "MIN_COSINE", Value::F32(shared::MIN_COSINE)),
+            constant(
+                "Lower limit of the cosine between a path and the ring's normal; smaller cosines are raised to it.",
+                "",
+                "MIN_COSINE",
+                Value::F32(shared::MIN_COSINE),
+            ),
             constant(
                 "Strips into which the Sun's disc is divided when the Sun is low.",
                 "ring_shadow_penumbra",
@@ -192,7 +203,7 @@ fn rings() -> String {
 }
 
 fn eclipse() -> String {
-    fragment(
+    fragment_text(
         "Eclipses by other bodies, and twilight.",
         &[
             constant(
@@ -211,7 +222,7 @@ fn eclipse() -> String {
     )
 }
 
-/// Array sizes given by the key's cumulative dimensions: the number of features that are on.
+/// Array sizes. Those of lights, occluders and overlays follow from the key: the number of features of their dimension that are on.
 fn draw() -> String {
     let mut text = "// Sizes of a draw's arrays. Generated from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
     let cumulative = [
@@ -229,7 +240,11 @@ fn draw() -> String {
         }
     }
     let _ = writeln!(text, "// Vectors per overlaid image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
-    let _ = writeln!(text, "// Lattices of procedural relief.\n@if(has_detail) const DETAIL_ROWS: i32 = {};", shared::DETAIL_ROWS);
+    let _ = writeln!(
+        text,
+        "// Lattices of procedural detail, one per size.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
+        shared::DETAIL_ROWS
+    );
     let table = [
         ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile."),
         ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of that table."),

@@ -3,9 +3,9 @@
 //! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
 //! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
 //! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
-//! that it names, once per module. Comments and names are kept, so no two fragments may declare the same name.
+//! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name.
 //!
-//! The emitter contains no shader code and does not depend on what a feature means.
+//! The emitter contains no shader code and does not know what a feature means.
 
 use super::ShaderError;
 use super::fragments::Fragments;
@@ -54,7 +54,7 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)
 }
 
-/// Emits one fragment and everything that it imports. `base`: the name in the source map for lines that do not depend on a
+/// Emits one fragment and everything that it imports. `base`: the name by which the source map lists lines that do not depend on a
 /// feature.
 ///
 /// # Errors
@@ -68,7 +68,7 @@ fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, features: &
     let base = emitter.map.feature_index(base);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such fragment".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
-    emitter.fragment(path, text, fragment?, base)?;
+    emitter.append_fragment(path, text, fragment?, base)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
 }
 
@@ -80,17 +80,18 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    fn fragment(&mut self, path: &str, text: &str, fragment: &Fragment, including_feature: u16) -> Result<(), ShaderError> {
+    /// Appends a fragment and what it imports. `importing_feature`: index of the feature whose condition included the import.
+    fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
         let index = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
         let emitted = fragment.emitted_blocks(self.features);
-        let mut reasons: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
+        let mut feature_of_block: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
         let mut imports = fragment.imports.iter().peekable();
         for (number, line) in (1u32..).zip(&fragment.lines) {
             while let Some(import) = imports.next_if(|i| i.line <= number) {
                 if emitted[import.block as usize] {
-                    let reason = self.reason(fragment, import.block, &emitted, &mut reasons, including_feature);
-                    self.import(path, import, reason)?;
+                    let feature = self.feature_index_of(fragment, import.block, &emitted, &mut feature_of_block, importing_feature);
+                    self.append_import(path, import, feature)?;
                 }
             }
             let start = self.wgsl.len();
@@ -105,32 +106,39 @@ impl Emitter<'_> {
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
             let blank = self.wgsl.len() == start;
-            // A blank line is kept only if it was one in the fragment, and not at the start of the module or after another blank line.
+            // A blank line is kept only if the fragment has it, and not at the start of the module or after another blank line.
             let Some(block) = block.filter(|_| !blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
                 continue;
             };
             self.wgsl.push('\n');
-            let feature = self.reason(fragment, block, &emitted, &mut reasons, including_feature);
+            let feature = self.feature_index_of(fragment, block, &emitted, &mut feature_of_block, importing_feature);
             self.map.lines.push(LineOrigin { fragment: index, line: number, feature });
         }
         Ok(())
     }
 
-    /// Index of the feature that includes a block.
-    fn reason(&mut self, fragment: &Fragment, block: u32, emitted: &[bool], reasons: &mut [Option<u16>], including_feature: u16) -> u16 {
-        if let Some(known) = reasons[block as usize] {
-            return known;
+    /// Index of the feature that includes a block. `known`: the indices found so far.
+    fn feature_index_of(
+        &mut self,
+        fragment: &Fragment,
+        block: u32,
+        emitted: &[bool],
+        known: &mut [Option<u16>],
+        importing_feature: u16,
+    ) -> u16 {
+        if let Some(index) = known[block as usize] {
+            return index;
         }
-        let reason = match fragment.reason(block, emitted, self.features) {
+        let index = match fragment.reason(block, emitted, self.features) {
             Some(name) => self.map.feature_index(&name),
-            None => including_feature,
+            None => importing_feature,
         };
-        reasons[block as usize] = Some(reason);
-        reason
+        known[block as usize] = Some(index);
+        index
     }
 
     /// Emits the fragment that an import names, unless the module already contains it.
-    fn import(&mut self, from: &str, import: &Import, including_feature: u16) -> Result<(), ShaderError> {
+    fn append_import(&mut self, from: &str, import: &Import, importing_feature: u16) -> Result<(), ShaderError> {
         let fault = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;
         let Some((text, fragment)) = fragments.parsed(&import.path) else {
@@ -143,6 +151,6 @@ impl Emitter<'_> {
         if self.map.fragments.contains(&import.path) {
             return Ok(());
         }
-        self.fragment(&import.path, text, fragment, including_feature)
+        self.append_fragment(&import.path, text, fragment, importing_feature)
     }
 }

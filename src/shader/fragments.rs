@@ -1,4 +1,4 @@
-//! The WESL fragments of shaders/, built into the program, and files of a user's folder that replace fragments or add new ones.
+//! The fragments (WESL files of shaders/) that are built into the program, and a user's files that replace some of them or add new ones.
 
 use super::ShaderError;
 use super::constants::CONSTANTS;
@@ -122,7 +122,7 @@ fragments![
     "lib/view_ray.wesl",
 ];
 
-/// Path inside shaders/ and text of every fragment, sorted by path: the source fragments and the generated ones of `shader::constants`.
+/// Path inside shaders/ and text of every built-in fragment, sorted by path: those written by hand, and those of `shader::constants`.
 pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::new(|| {
     let constants = CONSTANTS.iter().map(|(path, text)| (*path, text.as_str()));
     let mut all: Vec<_> = SOURCE_FRAGMENTS.iter().copied().chain(constants).collect();
@@ -139,12 +139,13 @@ static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
 /// The fragments that a generator uses: the built-in ones, and files that replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    replaced: BTreeMap<String, (String, Parsed)>,
+    /// Files on top of the built-in fragments, by path inside shaders/.
+    files: BTreeMap<String, (String, Parsed)>,
 }
 
 impl PartialEq for Fragments {
     fn eq(&self, other: &Self) -> bool {
-        let texts = |f: &Self| f.replaced.iter().map(|(path, (text, _))| (path.clone(), text.clone())).collect::<Vec<_>>();
+        let texts = |f: &Self| f.files.iter().map(|(path, (text, _))| (path.clone(), text.clone())).collect::<Vec<_>>();
         texts(self) == texts(other)
     }
 }
@@ -156,19 +157,19 @@ impl Fragments {
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
-        Self { replaced: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
+        Self { files: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
     }
 
     /// These fragments with further files on top.
     #[must_use]
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
-        self.replaced.extend(Self::with_files(files).replaced);
+        self.files.extend(Self::with_files(files).files);
         self
     }
 
     /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
-        let (text, parsed): (&str, _) = match self.replaced.get(path) {
+        let (text, parsed): (&str, _) = match self.files.get(path) {
             // Users' files are checked against the entire grammar, not only the parts that a key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
@@ -182,41 +183,41 @@ impl Fragments {
     /// A fragment's text by its path below shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
         let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
-        self.replaced.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
+        self.files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
     /// Paths of the fragments that a file replaces or adds.
     pub fn replaced(&self) -> impl Iterator<Item = &str> {
-        self.replaced.keys().map(String::as_str)
+        self.files.keys().map(String::as_str)
     }
 
     /// Whether no file replaces or adds a fragment.
     pub fn are_built_in(&self) -> bool {
-        self.replaced.is_empty()
+        self.files.is_empty()
     }
 
     /// Files that replace no built-in fragment and that no fragment imports, sorted by path.
     pub fn unused(&self) -> Vec<&str> {
-        let imported_by = |path: &str| match self.parsed(path) {
+        let imports_of = |path: &str| match self.parsed(path) {
             Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),
             _ => Vec::new(),
         };
-        if self.replaced.keys().any(|path| matches!(self.parsed(path), Some((_, Err(_))))) {
+        if self.files.keys().any(|path| matches!(self.parsed(path), Some((_, Err(_))))) {
             // The imports of a broken fragment are unknown; its error is reported when it is emitted.
             return Vec::new();
         }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        let mut pending: Vec<String> = self.replaced.keys().filter(|path| reached.contains(*path)).cloned().collect();
+        let mut pending: Vec<String> = self.files.keys().filter(|path| reached.contains(*path)).cloned().collect();
         while let Some(path) = pending.pop() {
-            pending.extend(imported_by(&path).into_iter().filter(|p| reached.insert(p.clone())));
+            pending.extend(imports_of(&path).into_iter().filter(|p| reached.insert(p.clone())));
         }
-        self.replaced.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
+        self.files.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }
 
-    /// Path and text of every fragment: first the built-in ones, sorted by path, then the new ones.
+    /// Path and text of every fragment: first those with the path of a built-in one, sorted by path, then the new ones.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
-        let known = FRAGMENTS.iter().map(|(path, text)| (*path, self.replaced.get(*path).map_or(*text, |(text, _)| text.as_str())));
+        let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.files.get(*path).map_or(*text, |(text, _)| text.as_str())));
         let is_new = |(path, _): &(&String, &(String, Parsed))| FRAGMENTS.iter().all(|(known, _)| known != path);
-        known.chain(self.replaced.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
+        built_in.chain(self.files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
 }

@@ -59,16 +59,16 @@ fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
     lines.next()?.strip_prefix("version = \"")?.strip_suffix('"')
 }
 
-/// Hexadecimal digest (16 digits) of the generator with the built-in fragments and this lowering.
-pub fn digest(lowering: &str) -> String {
-    digest_with(&Fragments::default(), lowering)
+/// The generator digest (16 hexadecimal digits) with the built-in fragments, for the lowering with this digest.
+pub fn digest(lowering_digest: &str) -> String {
+    digest_with(&Fragments::default(), lowering_digest)
 }
 
-/// Hexadecimal digest (16 digits) of the generator with these fragments and this lowering.
-pub fn digest_with(fragments: &Fragments, lowering: &str) -> String {
+/// The generator digest (16 hexadecimal digits) with these fragments, for the lowering with this digest.
+pub fn digest_with(fragments: &Fragments, lowering_digest: &str) -> String {
     let version = |package| version_in(LOCK, package).unwrap_or("unknown");
-    let others = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering)];
-    digest_of(SOURCES.iter().copied().chain(fragments.all()).chain(others))
+    let versions_and_lowering = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering_digest)];
+    digest_of(SOURCES.iter().copied().chain(fragments.all()).chain(versions_and_lowering))
 }
 
 fn digest_of<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> String {

@@ -38,7 +38,7 @@ impl FromStr for ModuleId {
         }
         match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
             Some(name) => Ok(Self::Simple(name)),
-            None => text.parse().map(Self::Planet).map_err(|e| e.or_simple(&SIMPLE_MODULES)),
+            None => text.parse().map(Self::Planet).map_err(|e| e.or_module_name(&SIMPLE_MODULES)),
         }
     }
 }
@@ -72,21 +72,24 @@ pub const SIMPLE_MODULES: [&str; 25] = [
     "warp",
 ];
 
-/// Probes: modules that evaluate one formula for given inputs. Entry fragments `entry/<name>.wesl`, emitted with the features of a key.
+/// Probes: modules that evaluate one formula for given inputs, from the entry fragment `entry/<name>.wesl` with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
-/// Each probe with the keys that are recorded and tested: one key for each model that the probe may evaluate.
+/// Each probe with the keys that are recorded and tested: a selection of the models that the probe evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
-    let keys = |name: &'static str, texts: &[&str]| {
-        texts.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
+    let modules = |name: &'static str, keys: &[&str]| {
+        keys.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
     };
-    let models = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
-    let mut all = keys("probe_disc_overlap", &models.each_ref().map(String::as_str));
-    all.extend(keys("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
-    all.extend(keys("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
-    all.extend(keys("probe_ring_transmission", &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"]));
-    let scatter = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
-    let scatter = scatter.map(|air| format!("sky.sun1.{air}.sphere"));
-    all.extend(keys("probe_scatter", &scatter.each_ref().map(String::as_str)));
+    let overlap_keys = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
+    let mut all = modules("probe_disc_overlap", &overlap_keys.each_ref().map(String::as_str));
+    all.extend(modules("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
+    all.extend(modules("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
+    all.extend(modules(
+        "probe_ring_transmission",
+        &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"],
+    ));
+    let airs = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
+    let scatter_keys = airs.map(|air| format!("sky.sun1.{air}.sphere"));
+    all.extend(modules("probe_scatter", &scatter_keys.each_ref().map(String::as_str)));
     all
 }

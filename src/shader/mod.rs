@@ -1,7 +1,7 @@
 //! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
 //!
 //! [`key`] identifies a module; [`mod@emit`] writes its WGSL; [`module`] parses, validates, reflects and lowers it; [`library`] caches the
-//! result.
+//! result. Below, a fragment is always a WESL source file of shaders/, never the fragment stage.
 
 #[doc(hidden)]
 pub mod compare;
@@ -31,10 +31,10 @@ pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
-/// Why a module could not be built. The shipped fragments cause none of these errors; edited fragments may.
+/// Why a module could not be built. The shipped WESL files cause none of these errors; edited files may.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
-    /// A fragment is not valid WESL, or uses syntax that the generator does not support.
+    /// A file is not valid WESL, or uses syntax that the generator does not support.
     #[error("shaders/{path}:{line}:{column}: {what}")]
     Fragment {
         /// Path below shaders/.
@@ -78,7 +78,7 @@ pub enum ShaderError {
     Lowering {
         /// Which module.
         id: String,
-        /// What is missing.
+        /// The unsupported construct.
         what: String,
     },
 }

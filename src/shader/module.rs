@@ -1,6 +1,4 @@
 //! A complete module: text, validated IR, layout, source map, and the tape: the program of lane operations that the software renderer executes.
-//!
-//! A fragment here is one WESL source file of shaders/, not the fragment stage.
 
 use super::emit::emit_module_with;
 use super::fragments::Fragments;
@@ -13,10 +11,11 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 /// Why a lowering rejects a module or a tape, in one line.
 pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Converts validated modules to tapes: functions that the caller of [`super::ShaderLibrary`] supplies, so that this one depends on no renderer.
+/// Converts validated modules to tapes. The caller of [`super::ShaderLibrary`] supplies these functions, so that `shader` depends on no
+/// renderer.
 #[derive(Clone, Debug)]
 pub struct Lowering {
-    /// Digest of the lowering's code: one of the inputs of the digest that names the shader library's folder on disk.
+    /// Digest of the lowering's code: an input of the generator digest, which names the shader library's folder on disk.
     pub digest: String,
     /// Lowers validated IR to a tape's bytes, or returns one line that names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
@@ -55,8 +54,8 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
-/// The first error in the fragments or in the emitted text of a module: the message of the generator or of naga, with the line and a caret below the
-/// position. `None` for a valid module, and for a name that no module has.
+/// The first error in the WESL files or in the emitted text of a module: the message of the generator or of naga, with the line and a caret
+/// below the position. `None` for a valid module, and for a name that no module has.
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     let Emitted { wgsl, source_map } = match emit_module_with(fragments, id) {
         Ok(emitted) => emitted,

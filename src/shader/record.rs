@@ -79,7 +79,7 @@ impl DigestRecord {
         self.modules.is_empty()
     }
 
-    /// The text form; parsing it gives an equal record.
+    /// The text form; [`DigestRecord::parse`] gives back an equal record.
     pub fn to_text(&self) -> String {
         let mut text = String::from(
             "# Digests of every generated module, of all reachable keys and the covering sets. `orrery shader verify` compares and\n\
@@ -117,7 +117,7 @@ impl DigestRecord {
         Ok(record)
     }
 
-    /// The record of those of its modules that are among `ids`.
+    /// This record without the modules that are not in `ids`.
     #[must_use]
     pub fn only(&self, ids: &[(ModuleId, bool)]) -> Self {
         let found = |(id, _): &(ModuleId, bool)| self.modules.get_key_value(&id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
@@ -162,8 +162,8 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: simple shaders, probes, the covering sets and the reachable keys. The flag is true if translations are recorded
-/// too.
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys. The flag is true if the module's translations
+/// are recorded too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering(2).into_iter().chain(covering(3)).collect();
     let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();

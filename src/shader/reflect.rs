@@ -54,7 +54,7 @@ impl fmt::Display for FieldType {
 /// One field of the uniform block. Offset and size in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UniformField {
-    /// Name in the fragment.
+    /// Name in the shader.
     pub name: String,
     /// Its type in WGSL.
     pub ty: FieldType,
@@ -69,7 +69,7 @@ pub struct UniformField {
 pub struct Binding {
     /// Its number in group 0.
     pub binding: u32,
-    /// The variable's name in the fragment.
+    /// The variable's name in the shader.
     pub name: String,
 }
 

@@ -1,4 +1,4 @@
-//! The fragment and line from which each line of an emitted module came, and the feature that includes it.
+//! The fragment (WESL file) and line from which each line of an emitted module came, and the feature that includes it.
 
 use serde::{Deserialize, Serialize};
 

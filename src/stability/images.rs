@@ -1,4 +1,4 @@
-//! Complete images at every scale: the order of layers, and images of two sizes.
+//! Complete images at every scale: bodies with clouds, air or rings from near to far, and images of two sizes.
 
 use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
@@ -17,15 +17,15 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance in radii beyond which an image must equal the one from the distance before, because the perspective changes it by less than a level.
-const FLAT_RADII: f64 = 3e4;
+/// Distance in radii beyond which images from consecutive distances are compared, because the perspective differs by less than a level.
+const COMPARED_BEYOND_RADII: f64 = 3e4;
 
-/// Layers of the Earth and of Saturn from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
+/// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
 /// against the one before.
 pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let session = bench.session();
-    // A day without an eclipse. At every distance the light leaves the body at this instant.
+    // On a day without an eclipse. The light that the camera receives leaves the body at this instant, whatever the distance.
     let emission_time = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
@@ -59,13 +59,13 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             };
             let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
             let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
-            if let Some(before) = before.as_ref().filter(|_| distance_km > FLAT_RADII * radius_km) {
+            if let Some(before) = before.as_ref().filter(|_| distance_km > COMPARED_BEYOND_RADII * radius_km) {
                 pairs.push(("this distance against the one before", &one, before));
             }
             for (what, a, b) in pairs {
-                let (at, worst) = worst_of(&level_differences(a, b));
+                let (worst_index, worst) = worst_of(&level_differences(a, b));
                 found.add(worst, || {
-                    let pixel = [at as u32 % side, at as u32 / side];
+                    let pixel = [worst_index as u32 % side, worst_index as u32 / side];
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
                 });
             }
@@ -75,9 +75,10 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     Ok(found)
 }
 
-/// Standard scenes against downsampled larger images of themselves; without points, stars and glare, whose size is in pixels.
+/// The targets of three standard scenes against downsampled larger images of themselves, as the mean over the pixels. Without points and stars, whose size
+/// is in pixels, and the Sun's glare, whose core is at least a pixel wide.
 pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let (side, factor) = bench.pick((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
@@ -90,9 +91,9 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
-        let (at, worst) = worst_of(&differences);
+        let (worst_index, worst) = worst_of(&differences);
         found.add(mean, || {
-            let pixel = [at as u32 % side, at as u32 / side];
+            let pixel = [worst_index as u32 % side, worst_index as u32 / side];
             (
                 json!({ "scene": name, "side_px": side, "finer_side_px": side * factor, "pixel": pixel }),
                 format!("{worst:.1} levels at the worst pixel"),

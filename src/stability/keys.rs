@@ -1,4 +1,4 @@
-//! Every key of the covering set on the sample body, f32 against f64.
+//! Every key of a covering set on the sample body, f32 against f64.
 
 use super::difference::{describe_cause, larger_or_nan, worst_of};
 use super::{SweepBench, SweepResult};
@@ -11,18 +11,18 @@ use crate::shader::key::covering;
 use serde_json::json;
 
 /// Side of the image, pixels.
-const SIDE: u32 = 24;
+const SIDE_PX: u32 = 24;
 
-/// Keys with all pairs of values (short) or all triples (full); each once with the disc filling the image
-/// and once with its limb.
+/// A covering set of all pairs of values (short) or of all triples (full). Each key is drawn twice: the disc fills the image, or its limb is
+/// in the image.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let session = bench.session();
-    let request = ViewRequest { width: SIDE, height: SIDE, ..ViewRequest::of(NaifId::MOON, super::views::instant()) };
+    let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
     for key in covering(bench.pick(2, 3)) {
         for half_side in [HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB] {
-            let mut plan = sample_plan(session.library(), &key, SIDE, half_side)?;
+            let mut plan = sample_plan(session.library(), &key, SIDE_PX, half_side)?;
             if let Some(change) = bench.faults.plan {
                 change(&mut plan);
             }
@@ -30,11 +30,11 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
             let [single, double] = [bench.light(&view, Precision::F32)?, bench.light(&view, Precision::F64)?];
             let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
             let differences: Vec<f64> = single.light.iter().zip(&double.light).map(difference).collect();
-            let (at, worst) = worst_of(&differences);
-            let pixel = [at as u32 % SIDE, at as u32 / SIDE];
+            let (worst_index, worst) = worst_of(&differences);
+            let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {
                 let location = json!({ "key": key.to_string(), "half_side_radii": half_side, "pixel": pixel });
-                (location, describe_cause(bench, &view, [SIDE, SIDE], pixel))
+                (location, describe_cause(bench, &view, [SIDE_PX, SIDE_PX], pixel))
             });
         }
     }

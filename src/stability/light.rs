@@ -1,4 +1,4 @@
-//! Sunlight in shadows: umbra, penumbra, antumbra and full light, and exposures of an umbra.
+//! The fraction of sunlight in umbra, penumbra, antumbra and full light, and images of an umbra at all exposures.
 
 use super::difference::larger_or_nan;
 use super::views::{JUPITER, view_from_offset};
@@ -29,18 +29,19 @@ const SHADOWS: [(&str, &str, &str); 7] = [
     ("saturn", "titan", "2024-10-27T12:00:00Z"),
 ];
 
-/// Margin by which a point must be inside an umbra, or outside a penumbra, for its light to follow from angles alone: fraction of the Sun's
-/// angular radius.
+/// Margin, as a fraction of the Sun's angular radius, by which a point must be inside an umbra or outside a penumbra for its light to be
+/// certain: exactly 0 or 1.
 const MARGIN: f64 = 5e-3;
 
-/// The sunlight at a point, if it follows from the angles alone.
+/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation; `None` within the penumbra and the
+/// margin.
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
-    let sun = (SUN_RADIUS_KM / sun_km.length()).asin();
-    let radius = |km: f64| (km / occluder_km.length()).asin();
+    let sun_radius = (SUN_RADIUS_KM / sun_km.length()).asin();
+    let occluder_radius = |km: f64| (km / occluder_km.length()).asin();
     let separation = angle_rad(sun_km, occluder_km);
-    if radius(occluder.radii_km.min_element()) - separation > sun * (1.0 + MARGIN) {
+    if occluder_radius(occluder.radii_km.min_element()) - separation > sun_radius * (1.0 + MARGIN) {
         Some(0.0)
-    } else if separation > sun * (1.0 + MARGIN) + radius(occluder.radii_km.max_element()) {
+    } else if separation > sun_radius * (1.0 + MARGIN) + occluder_radius(occluder.radii_km.max_element()) {
         Some(1.0)
     } else {
         None
@@ -49,28 +50,28 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
 
 /// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, at distances from a
 /// millionth of the radius to the radius, in equal ratios.
-fn points_around(body: &Body, sun: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
+fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
-    let from = occluder_km / body.radii_km.x;
-    // Where the line from the Sun through the occluder hits the sphere, or its closest approach to the centre.
-    let along = -sun;
-    let nearest = from - along * from.dot(along);
-    let middle = (nearest - along * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
-    let (x, y) = middle.any_orthonormal_pair();
-    let mut points = vec![middle * shape];
+    let occluder = occluder_km / body.radii_km.x;
+    // Where the line from the Sun through the occluder hits the sphere; if it misses, the direction of its closest approach to the centre.
+    let along = -sunward;
+    let nearest = occluder - along * occluder.dot(along);
+    let shadow_centre = (nearest - along * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
+    let (x, y) = shadow_centre.any_orthonormal_pair();
+    let mut points = vec![shadow_centre * shape];
     for turn in 0..8 {
         let (sin, cos) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
-            points.push((middle + (x * cos + y * sin) * distance_radii).normalize() * shape);
+            points.push((shadow_centre + (x * cos + y * sin) * distance_radii).normalize() * shape);
         }
     }
     points
 }
 
-/// Sweep of the fraction of sunlight: f32 against f64, and both against the value that follows from the angles alone, where one does.
+/// Sweep of the fraction of sunlight: f32 against f64, and both against [`light_from_angles`] where it gives a value.
 pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let session = bench.session();
     let ephemeris = session.ephemeris();
     for (receiver_name, occluder_name, time) in SHADOWS {
@@ -98,8 +99,8 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
                 continue;
             };
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
-                let place_km = *point * body.radii_km.x;
-                let light_by_angles = light_from_angles(sun_km - place_km, occluder_km - place_km, occluder);
+                let point_km = *point * body.radii_km.x;
+                let light_by_angles = light_from_angles(sun_km - point_km, occluder_km - point_km, occluder);
                 let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
                 let is_wrong = light_by_angles.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { difference }, || {
@@ -119,7 +120,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     Ok(found)
 }
 
-/// Duration of the search: longer than 172 hours, the period of Ganymede, which is the longest of the three moons.
+/// Duration of the search: longer than the 172 hours of Ganymede, the longest period of the three moons.
 const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
@@ -142,18 +143,18 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
 
 /// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
 pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let session = bench.session();
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
         let (time, axis_distance_radii) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
-        // The shadow misses the moon.
+        // The moon does not pass deep enough through the shadow.
         if axis_distance_radii > 0.8 {
             continue;
         }
         let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
-        // The view is along the shadow axis, from the Sun's side.
+        // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
         for stops in (-20..=25).step_by(bench.pick(9, 1)) {
             let observation_time = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
@@ -169,10 +170,10 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = bench.dual.renderer(precision).render(&view.plan, session.library(), true)?;
                 let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
-                // Radiance below the display's rounding counts as well.
+                // Radiance too faint for a display level counts as well.
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));
-                let figure = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
-                found.add(figure, || {
+                let result = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
+                found.add(result, || {
                     let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
                     (location, format!("{precision:?}: radiance {light:e} where none is"))
                 });

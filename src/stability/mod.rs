@@ -1,10 +1,10 @@
-//! Stability at the extremes: sweeps where arithmetic and decisions are most likely to fail.
+//! Numerical stability at the extremes: sweeps over views and inputs where arithmetic and decisions are most likely to fail.
 //!
 //! In: a session and an effort. Out: for each sweep the number of cases, the worst result, its case and cause, and the bound that it must
 //! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound; the same seed gives the same cases.
 //! Most sweeps compare the emitted modules in f32 with the same modules in f64; others compare complete images, or positions with another
-//! computation. If the user requests the GPU, it draws the f32 images, and the bounds for a GPU apply; named values and results for single
-//! quantities are always those of the software renderer.
+//! computation. If the user requests the GPU, it draws the f32 images, and the bounds for a GPU apply; named values of modules, the answers of
+//! probes and the images of `umbra-exposure` are always those of the software renderer.
 
 mod difference;
 mod images;
@@ -32,7 +32,7 @@ pub struct SweepResult {
     pub cases: usize,
     /// The worst result, in the sweep's unit.
     pub worst: f64,
-    /// The case with the worst result.
+    /// What identifies the case with the worst result.
     pub location: Value,
     /// The first difference in that case: a named value of a module, a decision, a pixel.
     pub cause: String,
@@ -40,16 +40,16 @@ pub struct SweepResult {
 
 impl SweepResult {
     /// An empty result, before the first case.
-    fn none() -> Self {
+    fn empty() -> Self {
         Self { cases: 0, worst: 0.0, location: Value::Null, cause: String::new() }
     }
 
-    /// Counts a case, and keeps it if it is the worst so far. NaN counts as infinite.
-    fn add(&mut self, figure: f64, describe: impl FnOnce() -> (Value, String)) {
+    /// Counts a case, and keeps it if it is the worst so far. `describe`: its location and cause. NaN counts as infinite.
+    fn add(&mut self, result: f64, describe: impl FnOnce() -> (Value, String)) {
         self.cases += 1;
-        let figure = if figure.is_nan() { f64::INFINITY } else { figure };
-        if figure > self.worst || self.cases == 1 {
-            self.worst = figure;
+        let result = if result.is_nan() { f64::INFINITY } else { result };
+        if result > self.worst || self.cases == 1 {
+            self.worst = result;
             (self.location, self.cause) = describe();
         }
     }
@@ -67,7 +67,7 @@ pub struct Sweep {
     pub full_bound: f64,
     /// Upper bound where the GPU draws the images: drivers interpolate and divide less exactly. Measured with llvmpipe and an NVIDIA H100.
     pub gpu_bound: f64,
-    /// The same in a full run.
+    /// Upper bound in a full run where the GPU draws the images.
     pub full_gpu_bound: f64,
     /// Reason for the bounds.
     pub reason: &'static str,
@@ -106,16 +106,16 @@ pub struct InjectedFaults {
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies.
     pub place: Option<ApparentDirection>,
-    /// Purpose of the frames with chosen features, in place of the sweep's own.
+    /// Replaces the purpose of the frames with the features that the scene chooses.
     pub purpose: Option<Purpose>,
 }
 
-/// The environment of a sweep.
+/// What a sweep runs with: renderers, effort, seed and injected faults.
 pub struct SweepBench<'a> {
     dual: DualRenderer<'a>,
     effort: Effort,
     seed: u64,
-    /// Number of random views, if given.
+    /// Number of random views; `None`: the effort decides.
     views: Option<usize>,
     faults: InjectedFaults,
 }
@@ -127,7 +127,7 @@ impl<'a> SweepBench<'a> {
         Ok(Self { dual: DualRenderer::new(session)?, effort, seed, views: None, faults })
     }
 
-    /// Sets the number of random views; `None`: the number that the effort gives.
+    /// Sets the number of random views; `None`: the effort decides.
     #[must_use]
     pub(crate) fn with_views(self, views: Option<usize>) -> Self {
         Self { views, ..self }
@@ -137,7 +137,7 @@ impl<'a> SweepBench<'a> {
         self.dual.session
     }
 
-    /// The first value for a short effort, otherwise the second.
+    /// `short` for a short effort, otherwise `full`.
     fn pick<T>(&self, short: T, full: T) -> T {
         if self.effort == Effort::Short { short } else { full }
     }
@@ -183,6 +183,7 @@ const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy:
 /// Half a level of 255, which is invisible: the bound of f32 against f64.
 const HALF_LEVEL: f64 = 0.5;
 
+/// A sweep with the same bound for both efforts and all renderers.
 const fn sweep(
     name: &'static str,
     (bound, unit): (f64, &'static str),
@@ -193,14 +194,17 @@ const fn sweep(
 }
 
 impl Sweep {
+    /// With another bound for a full run.
     const fn in_full(self, full_bound: f64) -> Self {
         Self { full_bound, ..self }
     }
 
+    /// With another bound on a GPU, for both efforts.
     const fn on_gpu(self, gpu_bound: f64) -> Self {
         Self { gpu_bound, full_gpu_bound: gpu_bound, ..self }
     }
 
+    /// With another bound for a full run on a GPU.
     const fn in_full_on_gpu(self, full_gpu_bound: f64) -> Self {
         Self { full_gpu_bound, ..self }
     }

@@ -1,6 +1,6 @@
 //! Sequences of images: steps of less than a pixel, and exposures through eclipses.
 
-use super::views::{JUPITER, SATURN, instant, sunward, view_from_offset};
+use super::views::{JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::{LinearImage, PlannedView};
@@ -22,9 +22,9 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
 /// third along an axis, 0.47 along the diagonal.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. The range of light within two
-/// pixels in the first image gives the change that such a movement explains. Means over 3 x 3 pixels are compared, so that a sharp point may move
-/// within its pixel. The frame's edge is excluded because its neighbours are unknown.
+/// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains
+/// [`MAX_CHANGE_FRACTION`] of the range of light within two pixels in the first image. Means over 3 x 3 pixels are compared, so that a sharp
+/// point may move within its pixel. The two outermost rows and columns are excluded, because not all of their neighbours are known.
 fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
@@ -49,8 +49,8 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
     worst
 }
 
-/// The greater of the changes that a movement of the first image does not explain (light that appears) and that a movement of the second does not
-/// explain (light that disappears).
+/// The greater of two changes: that which a movement of the first image does not explain (light that appears), and that which a movement of the
+/// second does not explain (light that disappears).
 fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (forward, reverse) = (change_unexplained_by_first(first, second), change_unexplained_by_first(second, first));
     if forward.0 >= reverse.0 { forward } else { reverse }
@@ -73,7 +73,7 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
 
 /// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut before: Option<(PlannedView, LinearImage)> = None;
@@ -88,7 +88,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         }
         Ok(())
     };
-    let time = instant();
+    let time = eclipse_instant();
     for (body, distance_radii, fov_deg) in
         [(NaifId::EARTH, 3.0, 50.0), (NaifId::EARTH, 1.02, 60.0), (SATURN, 6.0, 50.0), (JUPITER, 40.0, 30.0), (NaifId::MOON, 300.0, 0.5)]
     {
@@ -102,7 +102,8 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Moves away from the body, by a third of a pixel at the image's edge, where other moons may be. A full run ends at 3.4 times the height.
+        // Each step moves away from the body by so much that the scene at the image's edge moves by a third of a pixel. A full run ends at 3.4
+        // times the height.
         let growth = 0.33 * 2.0 / f64::from(side);
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
@@ -133,12 +134,12 @@ const VISIBLE_LEVEL: u8 = 12;
 /// The result for an image in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
-/// The sequence whose steps are longer than an eclipse's beginning.
+/// The sequence in which Io enters the shadow within one step.
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
 pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     // A short sweep takes steps four times as long.
     let step_factor = bench.pick(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
@@ -149,7 +150,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),
         ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
         ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),
-        // The last of the Sun: Io loses 11 stops in ten seconds.
+        // At the end of its entry into the umbra, Io loses 11 stops in ten seconds.
         ("Io into Jupiter's umbra", NaifId(501), from_earth, "2015-01-26T20:20:20Z", 45.0, 0.25, None),
         (ORBIT_OF_IO, NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
     ];
@@ -165,7 +166,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let display = bench.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
-            // Io goes from sunlight to darkness within one step of its orbit; there only visibility is checked.
+            // Along Io's orbit the exposure may jump, because Io enters the shadow within one step; only visibility is checked.
             let before = previous.filter(|_| name != ORBIT_OF_IO);
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
@@ -183,7 +184,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
 mod tests {
     use super::*;
 
-    /// An edge that moves by half a pixel is allowed; one that jumps by three pixels, or light that appears, is not.
+    /// An edge that moves by half a pixel is explained by motion; one that jumps by three pixels, or light that appears, is not.
     #[test]
     fn a_jump_is_distinguished_from_a_step() {
         let edge = |at: f64| {

@@ -31,6 +31,7 @@ const LINEAR_BOUND: f64 = 2e-3;
 /// catalogs has overlays; the corona of a Sun of less than a pixel or two is limited by size, not by light.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
+/// A view, and what identifies it.
 struct RandomView {
     location: Value,
     request: ViewRequest,
@@ -41,10 +42,10 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let mut random = Random::new(bench.seed);
     let bodies = bench.session().catalog().bodies();
     // Half of the views look at these bodies, most of which have an atmosphere, rings or an eclipsing neighbour, and so the most features.
-    let rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
-    let rich: Vec<_> = rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
+    let feature_rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
+    let feature_rich: Vec<_> = feature_rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
-        let body = if k.is_multiple_of(2) { *random.choose(&rich) } else { random.choose(bodies) };
+        let body = if k.is_multiple_of(2) { *random.choose(&feature_rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
@@ -72,7 +73,9 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
 
 /// Both frames of a view.
 struct FramePair {
+    /// With the features that the scene chooses.
     chosen: PlannedView,
+    /// With every feature, or with those that are switched on.
     all: PlannedView,
 }
 
@@ -121,7 +124,7 @@ impl WorstPixel {
 /// A measure of the difference of two frames.
 type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
-/// A pixel's coordinates, and its radiance and display level per channel in both frames and in the true frame.
+/// As JSON: a pixel's coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(bench, request, purpose, &Effect::ALL)?;
     let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
@@ -137,8 +140,8 @@ fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pi
     }))
 }
 
-/// The greatest difference that one effect alone makes when it is switched on in the chosen frame, and that effect's name; 0 and "several together" if none makes
-/// any alone.
+/// The greatest difference that one effect makes when it alone is switched on in the chosen frame, and that effect's name; 0 and "several
+/// together" if none makes any difference alone.
 fn worst_omission(
     bench: &SweepBench<'_>,
     request: &ViewRequest,
@@ -164,59 +167,60 @@ fn sweep_views(
     bound: f64,
     difference: DifferenceMeasure<'_>,
 ) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
-    let (mut figures, mut costs) = (Vec::new(), Vec::new());
+    let mut found = SweepResult::empty();
+    let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
     for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
         let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
         let worst = difference(&frames)?;
         found.add(worst.difference, || (location.clone(), String::new()));
-        figures.push((worst, request, location));
+        results.push((worst, request, location));
         let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
-        costs.extend((all > 0.0).then_some(chosen / all));
+        cost_ratios.extend((all > 0.0).then_some(chosen / all));
     }
-    figures.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
-    // For each effect, the number of explained views in which it makes the greatest difference alone, and that difference at most.
+    results.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
+    // For each effect, the number of explained views in which it makes the greatest difference alone, and the greatest of these differences.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
-    for (worst, request, location) in figures.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
+    for (worst, request, location) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(bench, request, purpose, difference)?;
         let mut location = location.clone();
         location["apart"] = json!(worst.difference);
         location["lacks"] = json!(effect);
         location["values"] = values_at(bench, request, purpose, worst.index)?;
         explained.push(location);
-        let seen = omitted.entry(effect).or_default();
-        *seen = (seen.0 + 1, seen.1.max(alone));
+        let (view_count, max_difference) = omitted.entry(effect).or_default();
+        *view_count += 1;
+        *max_difference = max_difference.max(alone);
     }
     if !explained.is_empty() {
         found.location = Value::Array(explained);
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
     let explained_count = omitted.values().map(|(views, _)| views).sum::<usize>();
-    let over_bound = figures.iter().filter(|f| f.0.difference > bound).count();
-    let mut sorted: Vec<f64> = figures.iter().map(|f| f.0.difference).collect();
-    sorted.sort_by(f64::total_cmp);
-    costs.sort_by(f64::total_cmp);
+    let over_bound = results.iter().filter(|f| f.0.difference > bound).count();
+    let mut differences: Vec<f64> = results.iter().map(|f| f.0.difference).collect();
+    differences.sort_by(f64::total_cmp);
+    cost_ratios.sort_by(f64::total_cmp);
     let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
     found.cause = format!(
         "{over_bound} views over {bound:e}; the worst {explained_count} by the effect that makes the greatest difference: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
          with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
         if named.is_empty() { "none".to_owned() } else { named.join(", ") },
-        quantile_of(&sorted, 0.5),
-        quantile_of(&sorted, 0.9),
-        quantile_of(&sorted, 0.99),
-        quantile_of(&sorted, 1.0),
-        quantile_of(&costs, 0.0),
-        quantile_of(&costs, 0.1),
-        quantile_of(&costs, 0.5),
-        quantile_of(&costs, 0.9),
+        quantile_of(&differences, 0.5),
+        quantile_of(&differences, 0.9),
+        quantile_of(&differences, 0.99),
+        quantile_of(&differences, 1.0),
+        quantile_of(&cost_ratios, 0.0),
+        quantile_of(&cost_ratios, 0.1),
+        quantile_of(&cost_ratios, 0.5),
+        quantile_of(&cost_ratios, 0.9),
     );
-    // The sweep's figure is this percentage, in place of the greatest difference, which `add` stored.
-    found.worst = 100.0 * over_bound as f64 / sorted.len().max(1) as f64;
+    // The result of the sweep is this percentage, not the greatest difference, which `add` has stored.
+    found.worst = 100.0 * over_bound as f64 / differences.len().max(1) as f64;
     Ok(found)
 }
 
-/// Operations of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
+/// Operations of the draws of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
 fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
     let of_fragment = |id: &ModuleId| {
         let tapes = bench.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
@@ -227,7 +231,7 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
     bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
 }
 
-/// Difference of display bytes.
+/// The sweep for displays, by the difference of display bytes.
 pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
         let (chosen, all) = (bench.display(&frames.chosen, Precision::F32)?, bench.display(&frames.all, Precision::F32)?);
@@ -236,7 +240,8 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     })
 }
 
-/// Difference relative to the pixel's radiance in the frame with every feature; pixels below a millionth of the brightest are ignored as rounding.
+/// The sweep for linear light, by the difference relative to the pixel's radiance in the frame with every feature. Pixels below a millionth of
+/// the brightest are ignored, because rounding dominates there.
 pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);

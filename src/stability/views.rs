@@ -17,19 +17,20 @@ use serde_json::{Value, json};
 
 pub(super) const SATURN: NaifId = NaifId(699);
 pub(super) const JUPITER: NaifId = NaifId(599);
-/// 2024-04-08, the day of a total eclipse of the Sun.
-const ECLIPSE_DAY_JD_TDB: f64 = 2_460_409.262_789_4;
+/// 2024-04-08T18:17:16 UTC, in the middle of a total eclipse of the Sun.
+const ECLIPSE_JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// A location and a view.
+/// A view, and what identifies it in a report.
 pub(super) struct ExtremeView {
     pub location: Value,
     pub request: ViewRequest,
 }
 
+/// Compares f32 and f64 in each view. Views that cannot be planned are skipped.
 fn compare_views(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     for ExtremeView { location, request } in views {
-        // A camera inside a body, or a time before its catalog's years, gives no view.
+        // There is no view from inside the target, or outside the years of a body's ephemeris.
         if let Ok(view) = bench.plan_view(&request, SINGLE_SAMPLE) {
             compare(bench, &mut found, &view, &location)?;
         }
@@ -37,11 +38,11 @@ fn compare_views(bench: &SweepBench<'_>, views: impl IntoIterator<Item = Extreme
     Ok(found)
 }
 
-pub(super) fn instant() -> Instant {
-    Instant::from_jd_tdb(ECLIPSE_DAY_JD_TDB)
+pub(super) fn eclipse_instant() -> Instant {
+    Instant::from_jd_tdb(ECLIPSE_JD_TDB)
 }
 
-fn named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
+fn bodies_named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
     names.iter().filter_map(|n| bench.session().catalog().body_named(n).ok().cloned()).collect()
 }
 
@@ -64,17 +65,17 @@ pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fo
 
 /// Views from a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
 pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let bodies = bench.pick(named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
+    let bodies = bench.pick(bodies_named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
     let (steps, side) = bench.pick((10, 16), (27, 32));
-    let fovs = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
-    let time = instant();
+    let fovs_deg = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
+    let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
         let towards = (sunward(bench, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
-            fovs.into_iter().map(move |fov_deg| ExtremeView {
+            fovs_deg.into_iter().map(move |fov_deg| ExtremeView {
                 location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
                 request: view_from_offset(body.id, time, towards * (radius_km + height_km), fov_deg, side),
             })
@@ -92,8 +93,12 @@ pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     for from in bodies {
         for target in bodies.iter().filter(|t| t.id != from.id) {
             if random.unit_interval() < fraction {
-                let request =
-                    ViewRequest { position: Position::Centre(from.id), width: 16, height: 16, ..ViewRequest::of(target.id, instant()) };
+                let request = ViewRequest {
+                    position: Position::Centre(from.id),
+                    width: 16,
+                    height: 16,
+                    ..ViewRequest::of(target.id, eclipse_instant())
+                };
                 views.push(ExtremeView { location: json!({ "from": from.name, "body": target.name }), request });
             }
         }
@@ -101,7 +106,14 @@ pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     compare_views(bench, views)
 }
 
-fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
+/// A view from a place on the ground (latitude and longitude in degrees, height in km) in a direction in body axes.
+fn ground_view(
+    body: &Body,
+    [latitude_deg, longitude_deg, height_km]: [f64; 3],
+    direction: DVec3,
+    fov_deg: f64,
+    time: Instant,
+) -> ViewRequest {
     ViewRequest {
         position: Position::Ground { body: body.id, latitude_deg, longitude_deg, height_km },
         look: Look::Along { direction, axes: Axes::BodyFixed },
@@ -116,8 +128,12 @@ fn ground(body: &Body, [latitude_deg, longitude_deg, height_km]: [f64; 3], direc
 
 /// Unit vectors at a place on a sphere: east, north, up, body axes.
 fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
-    let ((slat, clat), (slon, clon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
-    [DVec3::new(-slon, clon, 0.0), DVec3::new(-slat * clon, -slat * slon, clat), DVec3::new(clat * clon, clat * slon, slat)]
+    let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+    [
+        DVec3::new(-sin_lon, cos_lon, 0.0),
+        DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat),
+        DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
+    ]
 }
 
 /// Views along the horizon, from two metres to ten radii above the ground.
@@ -125,7 +141,7 @@ pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     horizon_views(bench, &[0.3, 30.0, 120.0])
 }
 
-/// Views along the horizon with a field of view of 10 arcseconds.
+/// Views along the horizon with a field of view of about 10 arcseconds.
 pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     horizon_views(bench, &[0.003])
 }
@@ -135,7 +151,7 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
         bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
     let azimuths = bench.pick(2, 12);
     let mut views = Vec::new();
-    for body in named(bench, names) {
+    for body in bodies_named(bench, names) {
         let radius_km = body.radii_km.x;
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
             let dip = (radius_km / (radius_km + height_km)).acos();
@@ -145,7 +161,10 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
                 let direction = (east * sin + north * cos) * dip.cos() - up * dip.sin();
                 for &fov_deg in fovs_deg {
                     let location = json!({ "body": body.name, "height_km": height_km, "azimuth": k, "fov_deg": fov_deg });
-                    views.push(ExtremeView { location, request: ground(&body, [23.0, 77.0, height_km], direction, fov_deg, instant()) });
+                    views.push(ExtremeView {
+                        location,
+                        request: ground_view(&body, [23.0, 77.0, height_km], direction, fov_deg, eclipse_instant()),
+                    });
                 }
             }
         }
@@ -158,9 +177,9 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let names: &[&str] = bench
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
     let mut views = Vec::new();
-    for body in named(bench, names) {
-        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
-        let sun = body_from_icrf * sunward(bench, body.id, instant());
+    for body in bodies_named(bench, names) {
+        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
+        let sun = body_from_icrf * sunward(bench, body.id, eclipse_instant());
         let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
@@ -181,7 +200,7 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
                     let location = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
                     views.push(ExtremeView {
                         location,
-                        request: ground(&body, [latitude_deg, longitude_deg, height_km], direction, 50.0, instant()),
+                        request: ground_view(&body, [latitude_deg, longitude_deg, height_km], direction, 50.0, eclipse_instant()),
                     });
                 }
             }
@@ -196,13 +215,16 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
     let catalog = bench.session().catalog();
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
     for body in ringed {
-        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, instant()) else { continue };
+        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         for height in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
                 let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
                 let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
-                views.push(ExtremeView { location, request: view_from_offset(body.id, instant(), offset, fov_deg, bench.pick(24, 64)) });
+                views.push(ExtremeView {
+                    location,
+                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, bench.pick(24, 64)),
+                });
             }
         }
     }
@@ -221,9 +243,9 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
 /// Images at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
 pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
-    // The years contain partial, annular, total and hybrid eclipses.
-    let years = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
-    let (from, to) = (Instant::from_jd_tdb(years.0), Instant::from_jd_tdb(years.1));
+    // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
+    let span_jd_tdb = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
+    let (from, to) = (Instant::from_jd_tdb(span_jd_tdb.0), Instant::from_jd_tdb(span_jd_tdb.1));
     let mut views = Vec::new();
     let side = 24;
     for eclipse in events::solar_eclipses(catalog, ephemeris, from, to)? {
@@ -267,7 +289,7 @@ pub(super) fn radii(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     let side = bench.pick(24, 96);
     let view = |body: &Body| ExtremeView {
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
-        request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, instant()) },
+        request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, eclipse_instant()) },
     };
     compare_views(bench, bench.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
 }
@@ -278,7 +300,7 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
         let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
-        for body in named(bench, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
+        for body in bodies_named(bench, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
             views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });
         }
@@ -290,16 +312,16 @@ pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
 pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let (side, steps) = bench.pick((24, 12), (48, 60));
     let mut views = Vec::new();
-    for body in named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
+    for body in bodies_named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = 60.0 * body.radii_km.x;
-        let towards = (sunward(bench, body.id, instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
+        let towards = (sunward(bench, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
             let location = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
                 location,
-                request: view_from_offset(body.id, instant(), towards * distance_km, fov_deg.min(170.0), side),
+                request: view_from_offset(body.id, eclipse_instant(), towards * distance_km, fov_deg.min(170.0), side),
             });
         }
     }
@@ -314,7 +336,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, instant()));
+    let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
@@ -323,7 +345,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ViewRequest {
                 fov_deg: Some(40.0),
                 position: Position::Over { towards: None, distance_radii: Some(60.0) },
-                ..request_of(JUPITER, instant())
+                ..request_of(JUPITER, eclipse_instant())
             },
         ),
         (
@@ -331,7 +353,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             ViewRequest {
                 fov_deg: Some(60.0),
                 position: Position::Over { towards: None, distance_radii: Some(12_000.0) },
-                ..request_of(NaifId::SUN, instant())
+                ..request_of(NaifId::SUN, eclipse_instant())
             },
         ),
         ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..request_of(NaifId::SUN, totality) }),
@@ -342,14 +364,14 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..request_of(NaifId::SUN, in_shadow) }),
         ("night sky", night_sky),
     ];
-    let mut found = SweepResult::none();
+    let mut found = SweepResult::empty();
     for (name, request) in views {
         let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
         let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
         let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences: Vec<f64> = single.iter().zip(&double).map(difference).collect();
-        let (at, worst) = worst_of(&differences);
-        let pixel = [at as u32 % side, at as u32 / side];
+        let (worst_index, worst) = worst_of(&differences);
+        let pixel = [worst_index as u32 % side, worst_index as u32 / side];
         found.add(worst, || {
             let modules: std::collections::BTreeSet<String> =
                 view.plan.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.to_string()).collect();

@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
 //! | -720 to 1973.2 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | a few minutes before -500, some 30 s around 500, 10 s in 1500, 0.3 s from 1900 |
-//! | before -720, after 2027.6 | their long-term parabola -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
+//! | before -720, after 2027.6 | the long-term parabola of the same authors, -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
 
 use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, SPLINE};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
@@ -12,11 +12,14 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 /// Julian date of the origin of the modified Julian date.
 const MJD_ORIGIN_JD: f64 = 2_400_000.5;
 const JULIAN_YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// The long-term parabola applies up to the first of these years and from the second on.
-const PARABOLA_UNTIL: f64 = -1720.0;
-const PARABOLA_FROM: f64 = 2500.0;
+/// The long-term parabola applies up to this year.
+const PARABOLA_UNTIL_YEAR: f64 = -1720.0;
+/// The long-term parabola applies again from this year on.
+const PARABOLA_FROM_YEAR: f64 = 2500.0;
+/// The year from which the table holds IERS's prediction instead of measurements.
+const MEASURED_UNTIL_YEAR: f64 = 2026.85;
 /// The year from which the spline is corrected linearly, so that it meets the measured table.
-const BLEND_FROM: f64 = 1955.0;
+const BLEND_FROM_YEAR: f64 = 1955.0;
 
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
@@ -32,15 +35,15 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
             // The spline smooths the last years before the table. A linear correction that reaches 0.2 s makes it meet the table.
             let seam_year = year_of_entry(1);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
-            let weight = ((year - BLEND_FROM) / (seam_year - BLEND_FROM)).clamp(0.0, 1.0);
+            let weight = ((year - BLEND_FROM_YEAR) / (seam_year - BLEND_FROM_YEAR)).clamp(0.0, 1.0);
             return spline_s(year) + weight * gap_s;
         }
-        if year <= PARABOLA_UNTIL {
+        if year <= PARABOLA_UNTIL_YEAR {
             return parabola_s(year);
         }
-        return cubic_between((PARABOLA_UNTIL, parabola_s), (first, spline_s), year);
+        return cubic_between((PARABOLA_UNTIL_YEAR, parabola_s), (first, spline_s), year);
     }
-    if year >= PARABOLA_FROM {
+    if year >= PARABOLA_FROM_YEAR {
         return parabola_s(year);
     }
     // The slope at the table's end is taken over two years, to exclude seasonal variation.
@@ -48,7 +51,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     let end_s = f64::from(MEASURED_MS[last]) * 1e-3;
     let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
     let slope = (end_s - f64::from(MEASURED_MS[last - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
-    cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM, parabola_s), year)
+    cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
 /// One standard error of [`delta_t_s`] in seconds, by year: measured and published figures in the table's span, and outside it
@@ -62,7 +65,8 @@ pub fn delta_t_error_s(tt_s: f64) -> f64 {
         y if y < 1600.0 => 30.0 - (y - 500.0) * (28.0 / 1100.0),
         y if y < 1900.0 => 2.0,
         y if y < 1973.0 => 0.3,
-        y if y < 2027.8 => 0.02,
+        y if y < MEASURED_UNTIL_YEAR => 0.02,
+        y if y < 2027.8 => 0.05,
         y => 0.05 + 0.8 * ((y - 2027.8) / 100.0).powi(2) + 0.2 * (y - 2027.8).min(100.0),
     }
 }
@@ -106,10 +110,10 @@ fn parabola_s(year: f64) -> f64 {
 
 /// The cubic that meets both functions in value and slope at the two years.
 fn cubic_between((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f64) -> f64), year: f64) -> f64 {
-    let h = 0.01;
+    let step_years = 0.01;
     let span = y1 - y0;
     let (v0, v1) = (f0(y0), f1(y1));
-    let (s0, s1) = ((v0 - f0(y0 - h)) / h * span, (f1(y1 + h) - v1) / h * span);
+    let (s0, s1) = ((v0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - v1) / step_years * span);
     let u = (year - y0) / span;
     let v = 1.0 - u;
     v0 * v * v * (1.0 + 2.0 * u) + s0 * u * v * v + v1 * u * u * (3.0 - 2.0 * u) - s1 * u * u * v
@@ -125,7 +129,7 @@ mod tests {
 
     #[test]
     fn agrees_with_published_values() {
-        // Astronomical Almanac, page K9 (the spline smooths, up to the table's first full interval in 1973, by up to 0.3 s), and IERS for 2020: 32.184 + 37 + 0.177.
+        // Astronomical Almanac, page K9; IERS for 2020: 32.184 + 37 + 0.177. Before the measured table, the spline smooths by up to 0.3 s.
         for (year, seconds, tolerance_s) in [
             (1900.0, -2.8, 0.9),
             (1950.0, 29.15, 0.3),
@@ -137,7 +141,7 @@ mod tests {
         ] {
             assert!((at_year(year) - seconds).abs() < tolerance_s, "{year}: {} s", at_year(year));
         }
-        // A shift of a year is a different Delta T: the comparison can fail.
+        // Delta T of the year before is outside the tolerance.
         assert!((at_year(1999.0) - 63.83).abs() > 0.02);
     }
 
@@ -153,7 +157,7 @@ mod tests {
             let difference_s = (at_year(year) - seconds).abs();
             assert!(difference_s < 2.0 * ours_s.hypot(sigma_s), "{year}: {} s, published {seconds}", at_year(year));
         }
-        // The comparison can fail: Delta T of 940 is outside the bounds for 1000.
+        // Delta T of 940 is outside the bounds for 1000.
         assert!((at_year(940.0) - 1_570.0).abs() > 2.0 * 27.0_f64.hypot(55.0));
         // IERS, UT1 - UTC on 2025-01-01: 0.04 s.
         assert!((at_year(2025.0) - 69.14).abs() < 0.03, "{}", at_year(2025.0));
@@ -161,7 +165,7 @@ mod tests {
 
     #[test]
     fn the_measured_table_takes_over_without_a_step() {
-        // The first full interval of the table begins 73 days into 1973; Delta T grew by 1.1 s a year.
+        // The table is used from its second entry on, 73 days into 1973; Delta T grew by 1.1 s a year.
         let seam_year = year_of_entry(1);
         let (before, after) = (at_year(seam_year - 1e-6), at_year(seam_year + 1e-6));
         assert!((1973.0..1973.4).contains(&seam_year) && (before - after).abs() < 1e-4, "{before} {after}");

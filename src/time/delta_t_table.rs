@@ -1,4 +1,4 @@
-//! The tables of [`super::delta_t`], which names their sources.
+//! The tables of [`super::delta_t`], whose documentation states their sources.
 
 /// (first year, last year, a3, a2, a1, a0): Delta T = a0 + a1 u + a2 u² + a3 u³ seconds, u from 0 to 1 over the years.
 pub(super) const SPLINE: [[f64; 6]; 58] = [
@@ -61,7 +61,9 @@ pub(super) const SPLINE: [[f64; 6]; 58] = [
     [2013.0, 2016.0, -0.095, 0.277, 1.007, 66.92],
     [2016.0, 2019.0, -0.139, -0.007, 1.277, 68.109],
 ];
+/// Modified Julian date of the first entry of [`MEASURED_MS`]: 1973-01-01.
 pub(super) const MEASURED_FIRST_MJD: f64 = 41684.0;
+/// Days between entries.
 pub(super) const MEASURED_STEP_DAYS: f64 = 73.0;
 /// Delta T in milliseconds at MJD `MEASURED_FIRST_MJD + i * MEASURED_STEP_DAYS`.
 #[rustfmt::skip]

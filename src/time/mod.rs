@@ -163,8 +163,8 @@ impl Instant {
 
 /// TAI - UTC on 1972-01-01.
 const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
-/// hifitime's `timestamp_tai_s` of a leap second, less the UTC count (86 400 s a day since 1900) at the start of the following day. In spite of its name it is
-/// that count, so the difference is 0; `leap_seconds_count_as_published` verifies this.
+/// hifitime's `timestamp_tai_s` of a leap second, less the UTC count (86 400 s a day since 1900) at the start of the following day. Despite its name, the
+/// field is that count, so the difference is 0; the test `leap_seconds_count_as_published` verifies this.
 const LEAP_STAMP_MINUS_UTC_S: f64 = 0.0;
 
 fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {

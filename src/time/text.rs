@@ -1,6 +1,6 @@
 //! Times as text: ISO 8601 UTC and `jd_tdb:`, read and written.
 //!
-//! The calendar arithmetic is our own, because years range from -9999 to 9999 and leap seconds must survive a round trip.
+//! The calendar arithmetic is written here, because years range from -9999 to 9999 and leap seconds must survive a round trip.
 
 use super::{Instant, TimeError};
 use crate::units::SECONDS_PER_DAY;
@@ -13,7 +13,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let trimmed = text.trim();
     if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
         let jd: f64 = number.trim().parse().map_err(|_| time_error("no number after jd_tdb:"))?;
-        // No theory here covers times beyond these dates (10000 BC to AD 10000).
+        // A little more than the four-digit years -9999 to 9999 that a calendar date can have.
         if !(-2_000_000.0..=5_400_000.0).contains(&jd) {
             return Err(time_error("a Julian date outside -2000000 to 5400000"));
         }
@@ -89,7 +89,7 @@ pub(super) fn format_utc(t: Instant) -> String {
     if !utc_s.is_finite() {
         return "not a time".to_owned();
     }
-    if utc_s.abs() > LAST_CALENDAR_S {
+    if utc_s.abs() > MAX_CALENDAR_S {
         return format!("jd_tdb:{:e}", t.jd_tdb());
     }
     format!("{}Z", calendar_text(utc_s, leap))
@@ -97,11 +97,11 @@ pub(super) fn format_utc(t: Instant) -> String {
 
 pub(super) fn format_tt(t: Instant) -> String {
     let tt_s = t.tt_seconds_past_j2000();
-    if tt_s.abs() <= LAST_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
+    if tt_s.abs() <= MAX_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
 }
 
 /// A million years, below the overflow of the calendar's integers.
-const LAST_CALENDAR_S: f64 = 3.2e13;
+const MAX_CALENDAR_S: f64 = 3.2e13;
 
 /// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into the leap second that ends at this count.
 fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
@@ -135,18 +135,19 @@ fn days_in_month(year: i64, month: i64) -> i64 {
 
 /// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year.
 fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
-    let y = if month <= 2 { year - 1 } else { year };
+    let year_from_march = if month <= 2 { year - 1 } else { year };
     let month_from_march = (month + 9) % 12;
-    let before_year = 365 * y + y.div_euclid(4) - y.div_euclid(100) + y.div_euclid(400);
+    let days_before_year =
+        365 * year_from_march + year_from_march.div_euclid(4) - year_from_march.div_euclid(100) + year_from_march.div_euclid(400);
     // 0000-03-01 is 730 425 days before 2000-01-01.
-    (before_year + (153 * month_from_march + 2) / 5 + day - 1 - 730_425) as f64
+    (days_before_year + (153 * month_from_march + 2) / 5 + day - 1 - 730_425) as f64
 }
 
-/// Year, month and day of a number of days past 2000-01-01.
+/// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years (146 097 days).
 fn calendar(days_past_2000: i64) -> (i64, i64, i64) {
-    let n = days_past_2000 + 730_425;
-    let cycle = n.div_euclid(146_097);
-    let day_of_cycle = n.rem_euclid(146_097);
+    let days_past_march_0000 = days_past_2000 + 730_425;
+    let cycle = days_past_march_0000.div_euclid(146_097);
+    let day_of_cycle = days_past_march_0000.rem_euclid(146_097);
     let year_of_cycle = (day_of_cycle - day_of_cycle / 1460 + day_of_cycle / 36_524 - day_of_cycle / 146_096) / 365;
     let day_of_year = day_of_cycle - (365 * year_of_cycle + year_of_cycle / 4 - year_of_cycle / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;

@@ -1,8 +1,8 @@
 //! Errors of other layers in the window's language.
 //!
-//! In: an error. Out: one line. Always: what users commonly meet (a time outside the ephemeris, a camera inside a body, a file, a map, a fragment, no GPU)
-//! is a message; of anything else a translated sentence says what failed, and the English detail follows it. In English every error reads as on the
-//! command line.
+//! In: an error. Out: one line. Always: common errors (a time outside the ephemeris, a camera inside a body, a file that cannot be read or written)
+//! have messages of their own; for others a translated sentence says what failed, and the English detail follows. In English every error reads as
+//! on the command line.
 
 use crate::ephemeris::EphemerisError;
 use crate::files::WriteError;
@@ -75,16 +75,16 @@ mod tests {
     use crate::time::Instant;
     use crate::view::language::{Language, set};
 
-    /// In English an error reads as on the command line; in German what is common is translated, and the rest has a German sentence before it.
+    /// In English an error reads as on the command line. In German a common error is translated; any other has a German sentence before it.
     #[test]
-    fn errors_are_in_the_language() {
+    fn errors_are_translated_to_german_and_unchanged_in_english() {
         let session = |e: SessionError| Box::new(e) as Box<dyn Error>;
         let catalog = crate::catalog::Catalog::embedded();
         let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("an ephemeris");
         let late = Instant::parse("9999-12-31T00:00:00Z").expect("a time");
         let outside = ephemeris.state(crate::catalog::NaifId::MOON, crate::catalog::NaifId::EARTH, late, None).expect_err("too late");
         let denied = || "Permission denied (os error 13)".to_owned();
-        let all: [(Box<dyn Error>, &str); 6] = [
+        let errors: [(Box<dyn Error>, &str); 6] = [
             (session(SessionError::Ephemeris(outside)), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
             (session(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
             (session(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),
@@ -95,11 +95,11 @@ mod tests {
             ),
             (Box::new(std::io::Error::other("odd")), "Ein Fehler ist aufgetreten: odd"),
         ];
-        for (e, german) in &all {
+        for (error, german) in &errors {
             set(Language::English);
-            assert_eq!(fault_text(&**e), e.to_string());
+            assert_eq!(fault_text(&**error), error.to_string());
             set(Language::German);
-            assert!(fault_text(&**e).starts_with(german), "{}", fault_text(&**e));
+            assert!(fault_text(&**error).starts_with(german), "{}", fault_text(&**error));
         }
         set(Language::English);
     }

@@ -1,9 +1,9 @@
 //! Writes a view as text, and reads it back: as a link or as a JSON file.
 //!
 //! In: a [`ViewState`], or untrusted text. Out: the text, or the view that it describes. Always: text written here restores the view to the last
-//! bit. Text may give bodies by name or by NAIF code. Omitted fields have the defaults of a new window: the target is the camera's body, else the
-//! Earth; the time is now; the camera sees the lit side from 3.5 radii, and on a surface looks south. Text of an impossible view is refused, and
-//! all its errors are listed. This module reads no file.
+//! bit. Text may give bodies by name or by NAIF code. Omitted fields have the defaults of a new window: the target is the camera's body, or else the
+//! Earth; the time is now; the camera sees the lit side from 3.5 radii, and on a surface looks south. Text of an impossible view is rejected, with a
+//! list of all its errors. This module reads no file.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
@@ -23,18 +23,19 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain although the serialised default view does not.
+/// Fields that a text may contain but the serialised default view does not.
 const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
-/// Largest accepted text, bytes; texts written here have some 600.
+/// Largest accepted text, bytes; texts written here have about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
-/// Largest number of listed errors, and of characters per error.
+/// Maximum number of listed errors.
 const MAX_FAULTS: usize = 20;
+/// Maximum number of characters of a listed error.
 const MAX_FAULT_CHARACTERS: usize = 200;
 
 /// Why a text does not describe a view, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewTextError {
-    /// All errors of the text.
+    /// The errors of the text's fields.
     #[error("{}", faults_text(.0))]
     Faults(Vec<String>),
     /// Each field is valid alone, but their combination is not.
@@ -79,7 +80,7 @@ pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<Vie
     let time = given.time().unwrap_or(now);
     let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
     let view = given.with_defaults(&defaults, catalog)?;
-    // Building the scene once checks combinations of fields and the ephemeris' coverage here rather than with every image.
+    // Building a scene checks combinations of fields, and that the ephemeris covers the view. The size of the image does not matter.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
     Ok(view)
@@ -98,7 +99,7 @@ impl ViewState {
     }
 }
 
-/// The fields that a text contains, and its errors so far.
+/// The fields that a text contains, and the errors found so far.
 struct PartialView {
     fields: Map<String, Value>,
     faults: Vec<String>,
@@ -121,7 +122,7 @@ impl PartialView {
         given
     }
 
-    /// Records an error. Since the text is untrusted, the error is reduced to one line of limited length.
+    /// Records an error, cut to one line of limited length, since the text is untrusted.
     fn fault(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
         let mut line: String = why.chars().take(MAX_FAULT_CHARACTERS).map(plain).collect();
@@ -142,6 +143,7 @@ impl PartialView {
         given
     }
 
+    /// Adds the field of a pair `field=value` or `group.field=value`.
     fn take_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
@@ -206,18 +208,18 @@ impl PartialView {
         code(self.fields.get("target")).or(code(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// The time of the field `tdb_s`, or of `time` as a date.
+    /// The time of the field `time` (a date) or `tdb_s`.
     fn time(&mut self) -> Option<Instant> {
-        let (seconds, written) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
-        if seconds.is_some() && written.is_some() {
+        let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
+        if tdb_s.is_some() && date.is_some() {
             self.fault("time and tdb_s are two forms of one value: leave one out".into());
         }
-        if let Some(written) = written {
-            let read = read::<String>("time", &written).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
-            return read.map_err(|why| self.fault(why)).ok();
+        if let Some(date) = date {
+            let time = read::<String>("time", &date).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
+            return time.map_err(|why| self.fault(why)).ok();
         }
         // An invalid `tdb_s` is reported later, with the other fields.
-        read("tdb_s", &seconds?).ok().map(Instant::from_tdb_seconds_past_j2000)
+        read("tdb_s", &tdb_s?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
     /// The complete view: omitted fields are taken from `defaults`, whose camera is an orbit and whose time is already the text's.
@@ -242,7 +244,7 @@ impl PartialView {
         }
         let mut view: Option<ViewState> = serde_json::from_value(Value::Object(merged)).map_err(|e| self.fault(e.to_string())).ok();
         if let Some(view) = &mut view {
-            // These two layers also exist as fields of the view, with their own switches in the window, so they are moved to these fields.
+            // The window has separate switches for these two layers, which are fields of the view, so they are moved to these fields.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
@@ -271,7 +273,7 @@ impl PartialView {
         }
     }
 
-    /// The camera of a text; an orbit if the text names no kind.
+    /// The camera of a text, completed with defaults; an orbit if the text does not specify a kind.
     fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
         let body = defaults.target;
         let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
@@ -297,7 +299,7 @@ impl PartialView {
     }
 }
 
-/// The beginning of a user's text, for a message.
+/// At most 60 characters of a user's text, for a message.
 fn shortened(text: &str) -> String {
     const MAX_CHARACTERS: usize = 60;
     let mut all = text.chars();
@@ -317,6 +319,7 @@ fn object_of(value: &impl Serialize) -> Map<String, Value> {
     }
 }
 
+/// Appends the path and the text of each field of a serialised value; `null` is omitted.
 fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
     match value {
         Value::Object(map) => map.iter().for_each(|(k, v)| {

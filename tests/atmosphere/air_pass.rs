@@ -1,4 +1,5 @@
-//! The coarse image of the air against its evaluation in each pixel: the error that `explain` states, in levels of a display and in thresholds of its light.
+//! Air interpolated from the coarse image against air evaluated in each pixel: the difference must not exceed the bound that `explain`
+//! states. It is measured in display levels, and in multiples of the smallest visible change of light (thresholds).
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -12,20 +13,21 @@ use orrery::time::Instant;
 const SIDE: u32 = 512;
 const MARS: NaifId = NaifId(499);
 
-/// Bounds of the whole images: levels of 255, and the error in thresholds of a display. Measured: see docs/accuracy.md.
+/// Largest differences in an image: in levels of 255, and in thresholds ([`Difference::thresholds`]). docs/accuracy.md lists measured
+/// values.
 const MAX_LEVELS: u8 = 1;
 const MAX_THRESHOLDS: f64 = 1.0;
-/// The same in an eclipse, where clouds that the ground's draw shows share the sunlight of the ground below.
+/// The same in an eclipse, where clouds that the ground's draw shades get the sunlight of the ground below them.
 const MAX_THRESHOLDS_IN_ECLIPSE: f64 = 2.0;
 
-/// A position above a place of the Earth (latitude and longitude in degrees), at a distance in radii.
+/// The position above a place on the Earth (latitude and longitude in degrees), at a distance from the centre in radii.
 pub(super) fn over(place: [f64; 2], radii: f64) -> Position {
     let [latitude, longitude] = place.map(f64::to_radians);
     let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
     Position::Offset { body: NaifId::EARTH, offset_km: up * radii * 6378.137, axes: Axes::BodyFixed }
 }
 
-/// A view of the Earth.
+/// A square view of the Earth, 45 degrees wide.
 pub(super) fn view_of_earth(time: &str, position: Position, quality: Quality) -> ViewRequest {
     ViewRequest {
         position,
@@ -37,15 +39,15 @@ pub(super) fn view_of_earth(time: &str, position: Position, quality: Quality) ->
     }
 }
 
-/// Name, time, position and quality of views of the Earth: by day, in a total eclipse, from the Moon's side at half phase, over the evening, at night.
+/// Named views of the Earth: at full phase, in a total eclipse, at half phase, as a crescent, and from low above the evening terminator.
 fn views() -> Vec<(&'static str, ViewRequest)> {
-    let from = |distance_radii| Position::Over { towards: None, distance_radii: Some(distance_radii) };
+    let from_sunward = |distance_radii| Position::Over { towards: None, distance_radii: Some(distance_radii) };
     let view = |name, time: &str, position, quality| (name, view_of_earth(time, position, quality));
     vec![
-        view("day", "2024-06-08T18:17:16Z", from(3.0), Quality::Draft),
-        view("day, all orders", "2024-06-08T18:17:16Z", from(3.0), Quality::Standard),
-        view("eclipse", "2024-04-08T18:17:16Z", from(3.0), Quality::Standard),
-        view("eclipse, draft", "2024-04-08T18:17:16Z", from(3.0), Quality::Draft),
+        view("day", "2024-06-08T18:17:16Z", from_sunward(3.0), Quality::Draft),
+        view("day, all orders", "2024-06-08T18:17:16Z", from_sunward(3.0), Quality::Standard),
+        view("eclipse", "2024-04-08T18:17:16Z", from_sunward(3.0), Quality::Standard),
+        view("eclipse, draft", "2024-04-08T18:17:16Z", from_sunward(3.0), Quality::Draft),
         view("half phase", "2024-06-14T12:00:00Z", over([0.0, 90.0], 3.0), Quality::Standard),
         view("crescent", "2024-06-14T12:00:00Z", over([0.0, 150.0], 3.0), Quality::Draft),
         view("evening, low", "2024-06-14T00:00:00Z", over([20.0, -90.0], 1.2), Quality::Standard),
@@ -62,36 +64,39 @@ pub(super) fn image(scene: &Scene) -> LevelsAndLight {
 }
 
 pub(super) struct Difference {
-    /// Greatest difference of a display level.
+    /// Greatest difference in display levels.
     pub levels: u8,
-    /// Number of pixels that differ in their light.
+    /// Number of pixels whose light differs at all.
     pub changed: usize,
-    /// Number of pixels whose light differs by more than a threshold.
-    pub beyond: usize,
-    /// Greatest difference of light in thresholds: `VISIBLE_CHANGE` of the light, or `VISIBLE_LIGHT` of white where that is more.
+    /// Number of pixels whose light differs by more than one threshold.
+    pub beyond_threshold: usize,
+    /// Greatest difference of light in thresholds. A threshold is `VISIBLE_CHANGE` times the light or `VISIBLE_LIGHT` times white,
+    /// whichever is more.
     pub thresholds: f64,
 }
 
 pub(super) fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> Difference {
     let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
     let changed = a.1.iter().zip(&b.1).filter(|(x, y)| x != y).count();
-    let off = |x: f32, y: f32| f64::from((x - y).abs()) / (VISIBLE_CHANGE * f64::from(x)).max(VISIBLE_LIGHT * white);
-    let by_pixel = a.1.iter().zip(&b.1).map(|(x, y)| (0..3).map(|c| off(x[c], y[c])).fold(0.0, f64::max));
-    let (beyond, thresholds) = by_pixel.fold((0, 0.0_f64), |(beyond, greatest), off| (beyond + usize::from(off > 1.0), greatest.max(off)));
-    Difference { levels, changed, beyond, thresholds }
+    let in_thresholds = |x: f32, y: f32| f64::from((x - y).abs()) / (VISIBLE_CHANGE * f64::from(x)).max(VISIBLE_LIGHT * white);
+    let by_pixel = a.1.iter().zip(&b.1).map(|(x, y)| (0..3).map(|c| in_thresholds(x[c], y[c])).fold(0.0, f64::max));
+    let (beyond_threshold, thresholds) =
+        by_pixel.fold((0, 0.0_f64), |(count, greatest), difference| (count + usize::from(difference > 1.0), greatest.max(difference)));
+    Difference { levels, changed, beyond_threshold, thresholds }
 }
 
-/// The image whose pixels all evaluate their own air.
+/// The image drawn without a coarse image: every pixel evaluates its own air.
 fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
     image(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
-/// The image with the bounds of the air and of the sunlight times these factors (0: only constant light is interpolated).
-fn with_bounds(scene: &Scene, of_air: f32, of_sunlight: f32) -> LevelsAndLight {
+/// The image drawn with the bounds of the interpolation multiplied by these factors. With a bound of 0, only constant light is
+/// interpolated.
+fn image_with_scaled_bounds(scene: &Scene, air_factor: f32, sunlight_factor: f32) -> LevelsAndLight {
     let mut scene = scene.clone();
     scene.draws.iter_mut().for_each(|d| {
-        d.uniforms.air.coarse_bound *= of_air;
-        d.uniforms.eclipse.coarse_bound *= of_sunlight;
+        d.uniforms.air.coarse_bound *= air_factor;
+        d.uniforms.eclipse.coarse_bound *= sunlight_factor;
     });
     image(&scene)
 }
@@ -106,7 +111,7 @@ fn interpolated_air_keeps_its_bound() {
     for (name, request) in views() {
         let scene = SESSION.scene(&request).expect("a scene");
         let readers = scene.draws.iter().filter(|d| d.features.air_pass.is_reader()).count();
-        assert_eq!(readers, 2, "{name}: ground and clouds read the image");
+        assert_eq!(readers, 2, "{name}: ground and clouds must read the coarse image");
         assert_eq!(interpolates_sunlight(&scene), name.starts_with("eclipse"), "{name}");
         let interpolated = difference(&image_by_pixel(&request), &image(&scene), scene.exposure.white());
         let report = format!(
@@ -116,43 +121,46 @@ fn interpolated_air_keeps_its_bound() {
         println!("{report}");
         let max_thresholds = if name.starts_with("eclipse") { MAX_THRESHOLDS_IN_ECLIPSE } else { MAX_THRESHOLDS };
         assert!(interpolated.levels <= MAX_LEVELS && interpolated.thresholds <= max_thresholds, "{report}");
-        // By day nearly all of the disc, which fills half of the image, is interpolated.
+        // At full phase nearly all of the disc, which covers 57 % of the image, is interpolated.
         assert!(!name.starts_with("day") || interpolated.changed > (SIDE * SIDE / 3) as usize, "{report}");
     }
 }
 
-/// Negative control, on a disc that is hardly larger than the smallest with a coarse image: without the bound the error exceeds it.
+/// Negative control: without a bound the interpolation's error is too large. At 160 pixels, from 3 radii, the disc is hardly larger than
+/// the 128 pixels that a coarse image requires.
 #[test]
 fn a_missing_bound_is_detected() {
-    let mut worst = 0.0_f64;
+    let mut worst_unbounded = 0.0_f64;
     for (name, request) in views() {
         let request = ViewRequest { width: 160, height: 160, ..request };
         let scene = SESSION.scene(&request).expect("a scene");
         let (exact, white) = (image_by_pixel(&request), scene.exposure.white());
-        let (bounded, loose) = (difference(&exact, &image(&scene), white), difference(&exact, &with_bounds(&scene, 1e6, 1e6), white));
-        println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, loose.thresholds);
+        let bounded = difference(&exact, &image(&scene), white);
+        let unbounded = difference(&exact, &image_with_scaled_bounds(&scene, 1e6, 1e6), white);
+        println!("{name}: {:.2} thresholds, without a bound {:.2}", bounded.thresholds, unbounded.thresholds);
         assert!(bounded.levels <= MAX_LEVELS && bounded.thresholds <= MAX_THRESHOLDS, "{name}: {:.2}", bounded.thresholds);
-        worst = worst.max(loose.thresholds);
+        worst_unbounded = worst_unbounded.max(unbounded.thresholds);
     }
-    assert!(worst > 2.0 * MAX_THRESHOLDS, "{worst}");
+    assert!(worst_unbounded > 2.0 * MAX_THRESHOLDS, "{worst_unbounded}");
 }
 
-/// Negative control of the sunlight alone: the air keeps its bound.
+/// Negative control for the sunlight in an eclipse: only its bound is removed.
 #[test]
 fn a_missing_bound_of_the_sunlight_is_detected() {
     for (name, request) in views().into_iter().filter(|(name, _)| name.starts_with("eclipse")) {
         let request = ViewRequest { width: 160, height: 160, ..request };
         let scene = SESSION.scene(&request).expect("a scene");
-        let loose = difference(&image_by_pixel(&request), &with_bounds(&scene, 1.0, 1e6), scene.exposure.white());
-        println!("{name}: without a bound of the sunlight {:.2} thresholds", loose.thresholds);
-        assert!(loose.thresholds > 2.0 * MAX_THRESHOLDS, "{name}: {:.2}", loose.thresholds);
+        let unbounded = difference(&image_by_pixel(&request), &image_with_scaled_bounds(&scene, 1.0, 1e6), scene.exposure.white());
+        println!("{name}: without a bound of the sunlight {:.2} thresholds", unbounded.thresholds);
+        assert!(unbounded.thresholds > 2.0 * MAX_THRESHOLDS, "{name}: {:.2}", unbounded.thresholds);
     }
 }
 
-/// The shadow of Phobos is smaller than a texel: each pixel evaluates its sunlight. Negative control: interpolated within the bound of the air, it would be lost.
+/// The shadow of Phobos is smaller than a texel, so each pixel evaluates its own sunlight. Negative control: interpolated with the bound of
+/// the air, the shadow is lost.
 #[test]
 fn a_shadow_smaller_than_a_texel_is_kept() {
-    // Phobos crosses the Sun, as Curiosity saw it.
+    // The place and time at which Curiosity saw Phobos cross the Sun.
     let [latitude, longitude] = [-4.59_f64, 137.44].map(f64::to_radians);
     let up = glam::DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
     let request = ViewRequest {
@@ -163,34 +171,36 @@ fn a_shadow_smaller_than_a_texel_is_kept() {
         ..ViewRequest::of(MARS, Instant::parse("2013-08-20T07:11:29Z").expect("a time"))
     };
     let mut worst = 0;
-    // The shadow falls between the texels in some of these fields of view, and on one in others.
+    // In some of these fields of view the shadow falls between the texels, in others on a texel.
     for fov_deg in [40.0, 42.0, 44.0, 46.0, 48.0, 50.0] {
         let request = ViewRequest { fov_deg: Some(fov_deg), ..request.clone() };
         let mut scene = SESSION.scene(&request).expect("a scene");
-        assert!(scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some()), "the ground reads the image, under an eclipse");
+        assert!(scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some()), "the ground must have a coarse image of its sunlight");
         let exact = image_by_pixel(&request);
         let kept = difference(&exact, &image(&scene), scene.exposure.white());
         scene.draws.iter_mut().for_each(|d| d.uniforms.eclipse.coarse_bound = d.uniforms.air.coarse_bound);
         let lost = difference(&exact, &image(&scene), scene.exposure.white());
-        println!("{fov_deg} degrees: {} levels, interpolated in spite of its size {}", kept.levels, lost.levels);
+        println!("{fov_deg} degrees: {} levels, wrongly interpolated {}", kept.levels, lost.levels);
         assert!(kept.levels <= MAX_LEVELS && kept.thresholds <= MAX_THRESHOLDS, "{fov_deg} degrees: {} levels", kept.levels);
         worst = worst.max(lost.levels);
     }
     assert!(worst > 4 * MAX_LEVELS, "{worst} levels");
 }
 
-/// Without room for an error each pixel evaluates its air by the same code: only the compiler's order of additions may differ.
+/// With bounds of 0 each pixel evaluates its own air, with the same code as without a coarse image: only rounding may differ.
 #[test]
-fn without_room_for_an_error_each_pixel_evaluates_its_air() {
+fn with_bounds_of_zero_each_pixel_evaluates_its_own_air() {
     let (name, request) = views().swap_remove(2);
+    assert_eq!(name, "eclipse");
     let scene = SESSION.scene(&request).expect("a scene");
-    let rounding = difference(&image_by_pixel(&request), &with_bounds(&scene, 0.0, 0.0), scene.exposure.white());
+    let rounding = difference(&image_by_pixel(&request), &image_with_scaled_bounds(&scene, 0.0, 0.0), scene.exposure.white());
     assert!(rounding.thresholds < 0.01, "{name}: {:.4}, {} pixels", rounding.thresholds, rounding.changed);
 }
 
 #[test]
-fn other_views_evaluate_each_pixel_and_say_why() {
+fn views_without_a_coarse_image_state_the_reason() {
     let (_, day) = views().swap_remove(0);
+    // Part of the reason, and the view.
     let cases = [
         ("linear light", ViewRequest { purpose: Purpose::LINEAR, ..day.clone() }),
         ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
@@ -204,7 +214,7 @@ fn other_views_evaluate_each_pixel_and_say_why() {
         assert!(scene.draws.iter().all(|d| d.features.air_pass == AirPass::None), "{why}");
         let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
         let decision = decisions.iter().find(|d| d.feature == "air-pass");
-        // Without the light of the air the atmosphere itself may be left out.
+        // A pixel view that shows no light of the air may omit the atmosphere, and then also this decision.
         assert!(decision.is_none_or(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
         assert!(decision.is_some() || why == "shows no light of the air");
     }

@@ -1,4 +1,4 @@
-//! Clouds through the real renderer: they are as bright as measured, their shadow only removes light, and from below none are drawn.
+//! Clouds in drawn images: they are as bright as CERES measured, their shadow only removes light, and below them none are drawn.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -26,33 +26,35 @@ fn draw(effects: &str) -> DrawnFrame {
     SESSION.draw(&earth(effects), SAMPLING, true).expect("draws")
 }
 
-fn sum(d: &DrawnFrame) -> f64 {
-    d.frame.hdr.iter().map(|p| f64::from(p[1])).sum()
+fn sum_of_green(drawn: &DrawnFrame) -> f64 {
+    drawn.frame.hdr.iter().map(|p| f64::from(p[1])).sum()
 }
 
 #[test]
 fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     let (bare, shadowed, clouded) = (draw("-clouds,-cloud-shadow"), draw("-clouds,+cloud-shadow"), draw("+clouds,-cloud-shadow"));
-    let (bare_sum, shadowed_sum, clouded_sum) = (sum(&bare), sum(&shadowed), sum(&clouded));
-    assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than sea: {clouded_sum} against {bare_sum}");
+    let (bare_sum, shadowed_sum, clouded_sum) = (sum_of_green(&bare), sum_of_green(&shadowed), sum_of_green(&clouded));
+    assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than the ground: {clouded_sum} against {bare_sum}");
     assert!(shadowed_sum < 0.95 * bare_sum, "{shadowed_sum} against {bare_sum}");
     // A shadow only removes light.
     for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
         assert!((0..3).all(|k| s[k] <= b[k] * 1.000_001 + 1e-7), "{s:?} over {b:?}");
     }
+    // Drawing is deterministic.
     let redrawn = draw("-clouds,-cloud-shadow");
     assert_eq!(redrawn.frame.hdr, bare.frame.hdr);
 }
 
-/// The brightest cloud is brighter than 0.3 of a white plane that faces the Sun at 1 au, and darker than that plane.
+/// The unit of radiance is that of a white plane that faces the Sun at 1 au.
 #[test]
-fn no_cloud_reflects_more_than_a_closed_deck() {
+fn the_brightest_cloud_has_0_3_to_1_of_the_radiance_of_a_white_plane() {
     let clouded = draw("+clouds,-planet-shine");
     let brightest = clouded.frame.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
     assert!(brightest > 0.3 && brightest < 1.0, "{brightest}");
 }
 
-/// The full disc, seen from the Sun's direction and from so far away that half of the sphere is visible: its mean radiance, and its brightest pixel.
+/// Green radiance of the fully lit disc, seen from so far away that nearly half of the sphere is visible: the mean, and the brightest
+/// pixel.
 fn full_disc(effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 100,
@@ -65,26 +67,26 @@ fn full_disc(effects: &str) -> (f64, f64) {
     let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
     let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
     let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);
-    (sum(&drawn) / disc_px, brightest)
+    (sum_of_green(&drawn) / disc_px, brightest)
 }
 
-/// Clouds are as bright as measured: they account for the difference between the Earth's albedo with and without them, and the thickest decks are nearly
-/// white.
+/// Clouds are as bright as measured: they account for the difference between the Earth's albedo with and without them, and the thickest are
+/// nearly white.
 ///
-/// CERES: 0.29 all-sky minus 0.15 clear-sky, from the sources in the catalog; the Bond albedo of a Lambert sphere is 3/2 of its mean radiance at full
-/// phase.
+/// CERES measured a Bond albedo of 0.29 for all sky and 0.15 for clear sky (sources: the catalog). The Bond albedo of a Lambert sphere is
+/// 3/2 of its mean radiance at full phase.
 #[test]
 fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
     let ((clear, _), (clouded, brightest)) = (full_disc("-clouds,-cloud-shadow"), full_disc("+clouds,+cloud-shadow"));
     let effect = 1.5 * (clouded - clear);
     println!("clouds add {effect:.3} to the albedo; brightest {brightest:.3}");
     assert!((effect - 0.14).abs() < 0.03, "clouds add {effect} to the albedo");
-    // Thick decks reflect 0.7 to 0.85 of light at normal incidence; a pixel of 130 km also contains thinner clouds.
+    // Thick clouds reflect 0.7 to 0.85 of the light at normal incidence; a pixel of 130 km also contains thinner ones.
     assert!((0.62..0.9).contains(&brightest), "{brightest}");
 }
 
 #[test]
-fn below_the_clouds_the_decision_states_that_none_are_visible() {
+fn below_the_clouds_none_are_drawn() {
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km: 0.002 };
     let mut request = earth("+clouds");
     request.position = ground;

@@ -1,5 +1,5 @@
-//! The clouds drawn by the ground's draw against their own draw, from far away to the greatest parallax that the scene allows, and the reasons for which they stay
-//! apart.
+//! Clouds shaded by the ground's draw against clouds shaded by their own draw, from 1.5 to 9 radii; and the stated reasons where the
+//! ground's draw does not shade them.
 
 use super::air_pass::{self, image, over, view_of_earth};
 use crate::support::session::SESSION;
@@ -10,8 +10,8 @@ use orrery::scene::draw::{AirPass, BodyPart};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Quality, ViewRequest};
 
-/// Bounds of whole images: levels of 255, and the part of the pixels whose light differs by more than the threshold of a display. In an eclipse the clouds share the
-/// sunlight of the ground below.
+/// Largest differences in an image: in levels of 255, and the fraction of pixels whose light differs by more than the threshold of a
+/// display. In an eclipse the clouds get the sunlight of the ground below them.
 const MAX_LEVELS: u8 = 1;
 const MAX_CHANGED: f64 = 1e-4;
 const MAX_CHANGED_IN_ECLIPSE: f64 = 5e-3;
@@ -20,15 +20,15 @@ fn view(time: &str, place: [f64; 2], radii: f64, quality: Quality) -> ViewReques
     view_of_earth(time, over(place, radii), quality)
 }
 
-/// Whether the ground's draw shows the clouds.
-fn is_with_ground(scene: &Scene) -> bool {
+/// Whether the ground's draw shades the clouds.
+fn ground_shades_clouds(scene: &Scene) -> bool {
     let with_clouds = |part| scene.draws.iter().any(|d| d.part == part && d.features.air_pass == AirPass::ReadWithClouds);
     assert_eq!(with_clouds(BodyPart::Globe), with_clouds(BodyPart::Clouds), "the globe's and the clouds' draw must agree");
     with_clouds(BodyPart::Globe)
 }
 
-/// The same scene with both draws apart.
-fn apart(scene: &Scene) -> Scene {
+/// The same scene, with the clouds shaded by their own draw alone.
+fn with_clouds_apart(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for draw in scene.draws.iter_mut().filter(|d| d.features.air_pass == AirPass::ReadWithClouds) {
         draw.features.air_pass = AirPass::Read;
@@ -36,11 +36,11 @@ fn apart(scene: &Scene) -> Scene {
     scene
 }
 
-/// Greatest difference in levels, and the part of the pixels whose light differs by more than the threshold.
+/// Greatest difference in levels, and the fraction of pixels whose light differs by more than the threshold.
 fn difference(scene: &Scene, other: &Scene) -> (u8, f64) {
     let (a, b) = (image(scene), image(other));
     let found = air_pass::difference(&a, &b, scene.exposure.white());
-    (found.levels, found.beyond as f64 / a.1.len() as f64)
+    (found.levels, found.beyond_threshold as f64 / a.1.len() as f64)
 }
 
 #[test]
@@ -59,19 +59,19 @@ fn clouds_drawn_with_the_ground_look_like_clouds_drawn_by_themselves() {
     ];
     for (name, request) in views.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)).map(|(_, view)| view) {
         let scene = SESSION.scene(&request).expect("a scene");
-        assert!(is_with_ground(&scene), "{name}");
-        let (levels, changed) = difference(&apart(&scene), &scene);
+        assert!(ground_shades_clouds(&scene), "{name}");
+        let (levels, changed) = difference(&with_clouds_apart(&scene), &scene);
         println!("{name}: {levels} levels, {changed:.2e} of the pixels beyond the threshold");
         let max_changed = if name == "eclipse" { MAX_CHANGED_IN_ECLIPSE } else { MAX_CHANGED };
         assert!(levels <= MAX_LEVELS && changed < max_changed, "{name}: {levels} levels, {changed:.2e}");
     }
 }
 
-/// Negative control: a deck on the ground itself is displaced by its parallax.
+/// Negative control: clouds placed on the ground itself are displaced by their parallax.
 #[test]
-fn a_deck_without_its_height_is_detected() {
+fn clouds_at_height_zero_are_detected() {
     let scene = SESSION.scene(&view("2024-06-08T18:17:16Z", [35.0, -90.0], 1.5, Quality::Draft)).expect("a scene");
-    assert!(is_with_ground(&scene));
+    assert!(ground_shades_clouds(&scene));
     let mut flat = scene.clone();
     flat.draws.iter_mut().filter(|d| d.part == BodyPart::Globe).for_each(|d| d.uniforms.clouds.radius = 1.0);
     let (levels, changed) = difference(&scene, &flat);
@@ -79,8 +79,9 @@ fn a_deck_without_its_height_is_detected() {
 }
 
 #[test]
-fn lines_on_the_ground_and_a_close_camera_keep_the_clouds_apart() {
+fn clouds_shaded_by_their_own_draw_state_the_reason() {
     let day = view("2024-06-08T18:17:16Z", [20.0, -90.0], 3.0, Quality::Draft);
+    // Part of the reason, and the view.
     let cases = [
         ("lines on the ground", ViewRequest { layers: Layers { grid_body: true, ..day.layers }, ..day.clone() }),
         ("features", ViewRequest { effects: EffectOverrides::parse("-normal").expect("effects"), ..day.clone() }),
@@ -91,7 +92,7 @@ fn lines_on_the_ground_and_a_close_camera_keep_the_clouds_apart() {
     ];
     for (why, request) in cases {
         let scene = SESSION.scene(&request).expect("a scene");
-        assert!(!is_with_ground(&scene), "{why}");
+        assert!(!ground_shades_clouds(&scene), "{why}");
         let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
         let decision = decisions.iter().find(|d| d.feature == "clouds-with-ground");
         assert!(decision.is_some_and(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");

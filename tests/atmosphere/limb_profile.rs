@@ -1,5 +1,5 @@
-//! Radiance across the limbs of bodies with air: no dip inside the limb and no bright line along it, at any size and phase and for any quadrature of the
-//! air.
+//! Radiance across the limbs of bodies with air: no dark dip inside the limb and no bright line along it, at several sizes and phase angles
+//! and with every model of the atmosphere.
 
 use crate::support::session::SESSION;
 use crate::support::sweep;
@@ -12,8 +12,8 @@ use orrery::time::Instant;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 const MODELS: [&str; 5] = ["vertex", "pixel-8", "pixel-16", "pixel-32", "table"];
 
-/// Radiance from the centre of the disc across the limb nearest to the sub-solar point and on into space, one value per pixel; and the position of that
-/// limb.
+/// Radiance along a row of pixels, from the disc's centre across the limb on the Sun's side into space; and the limb's distance from the
+/// start of the row.
 struct Profile {
     light: Vec<[f64; 3]>,
     limb_px: f64,
@@ -23,26 +23,26 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     let time = Instant::parse("2021-06-01T00:00:00Z").expect("a time");
     let body: &Body = SESSION.catalog().body(NaifId(id)).expect("a body");
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, body.id, time, None).expect("placed").state.pos_km.normalize();
-    // Seen from above the pole, so that the sunward limb is near the equator.
+    // The camera is displaced from the Sun's direction along the equator, so the sunward limb is near the equator.
     let pole = SESSION.ephemeris().body_from_icrf(body.id, time).expect("an orientation").row(2);
-    let sideways = pole.cross(to_sun).normalize();
+    let along_equator = pole.cross(to_sun).normalize();
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let radii: f64 = 40.0;
-    let offset_km = (to_sun * cos + sideways * sin) * (radii * body.radii_km.x);
+    let offset_km = (to_sun * cos + along_equator * sin) * (radii * body.radii_km.x);
     // The sunward limb is to the right.
     let right = to_sun - offset_km.normalize() * to_sun.dot(offset_km.normalize());
-    let right = if right.length() < 1e-6 { -sideways } else { right.normalize() };
+    let right = if right.length() < 1e-6 { -along_equator } else { right.normalize() };
     let up = right.cross(-offset_km.normalize());
     let width = (f64::from(diameter_px) * 0.62) as u32;
-    let pixel = 2.0 / (radii * radii - 1.0).sqrt() / f64::from(diameter_px);
-    // The centre of the disc is at the left edge of the frame: the view axis is half a frame to the right of it.
-    let look = -offset_km.normalize() + right * (pixel * 0.5 * f64::from(width));
+    let pixel_tangent = 2.0 / (radii * radii - 1.0).sqrt() / f64::from(diameter_px);
+    // The disc's centre is at the left edge of the frame, so the view axis points half a frame to the right of it.
+    let look = -offset_km.normalize() + right * (pixel_tangent * 0.5 * f64::from(width));
     let height = 9;
     let request = ViewRequest {
         position: Position::Offset { body: body.id, offset_km, axes: Axes::Icrf },
         look: Look::Along { direction: look, axes: Axes::Icrf },
         up: Up::Along { direction: up, axes: Axes::Icrf },
-        fov_deg: Some(2.0 * (0.5 * pixel * f64::from(height)).atan().to_degrees()),
+        fov_deg: Some(2.0 * (0.5 * pixel_tangent * f64::from(height)).atan().to_degrees()),
         width,
         height,
         exposure: ExposureRequest::Stops(0.0),
@@ -58,9 +58,9 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     Profile { light, limb_px: 0.5 * f64::from(diameter_px) }
 }
 
-/// Two measures, relative to the brightest pixel of the row, for the worst channel. Dip: how much deeper the profile dips between two brighter pixels than
-/// the airless disc's profile does. Line: how much brighter the profile's maximum is than the airless disc's, from a few pixels inside the limb
-/// outwards.
+/// Two measures, relative to the brightest pixel of the row, in the worst channel. Dip: how much deeper the profile dips between two
+/// brighter pixels than the airless disc's profile does. Line: how much brighter the profile is than the airless disc at its brightest,
+/// from 4 pixels inside the limb outwards.
 fn dip_and_line(p: &Profile, airless: &Profile) -> (f64, f64) {
     let start = (0.9 * p.limb_px) as usize;
     let disc_end = airless.light.iter().rposition(|v| v[1] > 0.0).expect("a disc");
@@ -95,13 +95,13 @@ fn dip_and_line_of(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> 
 const WITHOUT_MAP: &str = "-albedo,-normal,-detail,-clouds,-cloud-shadow,-specular,-night,-rings,-eclipse";
 const WITH_MAP: &str = "-detail,-clouds,-cloud-shadow,-rings,-eclipse";
 
-/// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs: no dip in front of a brighter rim, and no rim brighter than the limb. A former
-/// fault caused dips of 0.11 to 0.40 of the disc's brightest value at 1600 pixels.
+/// Venus, Jupiter, Saturn, Uranus and Neptune fade out at their limbs. A former fault caused dips of 0.11 to 0.40 of the disc's brightest
+/// value at 1600 pixels.
 #[test]
-fn no_bright_line_along_the_limb_of_a_giant() {
+fn no_dip_or_bright_line_at_the_limbs_of_venus_and_the_giant_planets() {
     let mut case = 0;
     for id in [299, 599, 699, 799, 899] {
-        for (effects, at_most) in [(WITHOUT_MAP, 0.01), (WITH_MAP, 0.05)] {
+        for (effects, max_dip) in [(WITHOUT_MAP, 0.01), (WITH_MAP, 0.05)] {
             for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 160.0] {
                 for size in [100, 500, 3000] {
                     case += 1;
@@ -109,8 +109,8 @@ fn no_bright_line_along_the_limb_of_a_giant() {
                         continue;
                     }
                     let (dip, line) = dip_and_line_of(id, phase, size, effects);
-                    assert!(dip < at_most, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
-                    // At large phase angles a disc grows brighter up to its limb; the last pixel of the airless disc cuts this off.
+                    assert!(dip < max_dip, "{id} at {phase} degrees, {size} px, {effects}: dips by {dip}");
+                    // At large phase angles a disc brightens right up to its limb, further out than the airless disc's last pixel.
                     assert!(line < 0.05 || phase > 60.0, "{id} at {phase} degrees, {size} px, {effects}: a line of {line}");
                 }
             }
@@ -118,9 +118,9 @@ fn no_bright_line_along_the_limb_of_a_giant() {
     }
 }
 
-/// The same for every quadrature of the air.
+/// The same for every model of the atmosphere, of the giant planets.
 #[test]
-fn no_quadrature_model_draws_a_line() {
+fn no_atmosphere_model_draws_a_dip_or_line() {
     for id in [599, 699, 799, 899] {
         for model in MODELS {
             for phase in [0.0, 30.0] {
@@ -131,16 +131,17 @@ fn no_quadrature_model_draws_a_line() {
     }
 }
 
-/// Bodies with haze or clear air that shines outside the disc: how far their profiles may dip. The Earth's blue rim lies next to darker bare ground; the
-/// limb of Mars is blue from gas above the dust; the air of Pluto and Triton is too thin to be visible next to their ground.
+/// Bodies whose haze or clear air is bright outside the disc: their profiles may dip slightly. The Earth's blue rim lies next to darker
+/// bare ground; the limb of Mars is blue from gas above the dust; the air of Pluto and Triton is too thin to be visible next to their
+/// ground.
 #[test]
 fn dips_next_to_hazy_limbs_stay_within_known_bounds() {
-    for (id, at_most) in [(399, 0.03), (499, 0.03), (999, 0.01), (801, 0.01)] {
+    for (id, max_dip) in [(399, 0.03), (499, 0.03), (999, 0.01), (801, 0.01)] {
         for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
             for size in [100, 400, 1600] {
                 let (dip, _) = dip_and_line_of(id, phase, size, WITHOUT_MAP);
                 println!("{id} {phase} {size}: {dip:.4}");
-                assert!(dip < at_most, "{id} at {phase} degrees, {size} px: dips by {dip}");
+                assert!(dip < max_dip, "{id} at {phase} degrees, {size} px: dips by {dip}");
             }
         }
     }
@@ -156,8 +157,7 @@ fn titans_haze_is_even_across_the_limb() {
             let mut hazy = profile(606, phase, size, WITHOUT_MAP);
             let (dip, _) = dip_and_line(&hazy, &airless);
             assert!(dip < 0.01, "{phase} degrees, {size} px: dips by {dip}");
-            // The comparison must be able to fail: a limb pixel that is darker by a fiftieth of the brightest value is detected, where the disc is that
-            // bright on both sides.
+            // Negative control: a limb pixel darkened by 2 % of the brightest value must be detected.
             if phase == 90.0 {
                 let maximum = hazy.light.iter().map(|v| v[0]).fold(0.0, f64::max);
                 hazy.light[hazy.limb_px as usize][0] -= 0.02 * maximum;

@@ -1,7 +1,8 @@
-//! The refracted image of the Sun in the limb of a body: its light equals the light that the eclipse model lets through, at every position, size and field of view.
+//! The refracted image of the Sun in a body's limb: together with the direct Sun it has the light that the eclipse model computes for the
+//! same place; the light falls smoothly as the Sun sets, and does not depend on the image size.
 
 use crate::support::session::SESSION;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::probe::Prober;
@@ -40,15 +41,16 @@ fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
     hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }
 
-/// The irradiance on a plane facing each pixel's direction, summed over the image, relative to the Sun's at 1 au.
+/// Irradiance from the whole image (radiance times solid angle, summed over the pixels), relative to the Sun's at 1 au.
 fn irradiance(scene: &Scene, light: &[[f64; 3]]) -> [f64; 3] {
     let camera = &scene.camera;
     let mut sum = [0.0; 3];
     for (k, pixel) in light.iter().enumerate() {
         let (x, y) = (k as u32 % camera.width, k as u32 / camera.width);
-        let clip = camera.clip_from_pixel(glam::DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        let off_axis = camera.ray(clip).length();
-        let solid_angle = camera.pixel_tangent().powi(2) / off_axis.powi(3);
+        let clip = camera.clip_from_pixel(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        // The ray's component along the view axis is 1.
+        let ray_length = camera.ray(clip).length();
+        let solid_angle = camera.pixel_tangent().powi(2) / ray_length.powi(3);
         for c in 0..3 {
             sum[c] += pixel[c] * solid_angle / PI;
         }
@@ -70,7 +72,8 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
 }
 
-/// Sunlight refracted past the Earth at points of the Moon's ground, from the eclipse model, relative to the Sun's at 1 au.
+/// Sunlight, direct and refracted past the Earth, at places on the Moon, from the eclipse model; relative to the Sun's irradiance at 1 au.
+/// `places`: latitude and longitude in degrees.
 fn light_on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64, f64)]) -> Vec<[f64; 3]> {
     let prober = Prober { session: &SESSION, renderer };
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
@@ -78,66 +81,69 @@ fn light_on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64,
     let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::Refracted)).expect("a sky");
     let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
     let points: Vec<DVec3> = places.iter().map(point).collect();
-    let left = sky.sunlight(&sky.occluders, &points, None).expect("answers");
+    let fractions = sky.sunlight(&sky.occluders, &points, None).expect("answers");
     let unocculted = |p: &DVec3| {
         let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
         (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)
     };
-    left.iter().zip(&points).map(|(left, p)| left.map(|part| part * unocculted(p))).collect()
+    fractions.iter().zip(&points).map(|(fraction, p)| fraction.map(|channel| channel * unocculted(p))).collect()
 }
 
-/// Light refracted past a round Earth to a point `distance_km` behind it, with `separation` solar radii between the two centres: the integral over heights and
-/// position angles of the limb, from the catalog's numbers. It shares no code with the program and uses no refracting layers; its steps in height are as fine as
-/// the light requires.
+/// Light refracted past a round Earth to a point `distance_km` behind it, relative to the unocculted Sun's there: an integral over heights
+/// and position angles of the limb, from the catalog's numbers. `sun_km`: distance from the point to the Sun; `separation`: of the centres
+/// of Sun and Earth, in solar radii. It shares no code with the program, and its 600 steps in height are far finer than the program's
+/// refracting layers.
 fn light_past_the_limb(distance_km: f64, sun_km: f64, separation: f64) -> [f64; 3] {
     let catalog = SESSION.catalog();
     let (earth, sun) = (catalog.body(NaifId::EARTH).expect("the Earth"), catalog.body(NaifId::SUN).expect("the Sun"));
     let air = earth.atmosphere.as_ref().expect("air");
     let Photometry::Emissive { u1, u2 } = sun.photometry else { panic!("the Sun must be emissive") };
-    let radius = (earth.radii_km.x * earth.radii_km.z).sqrt();
-    let (rayleigh_scale_height, refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
+    let radius_km = (earth.radii_km.x * earth.radii_km.z).sqrt();
+    let (rayleigh_scale_height_km, ground_refractivity) = (air.species[0].scale_height_km, air.refractivity.expect("bends"));
     let transmittance_at = |height: f64| {
-        let half = ((radius + air.top_km).powi(2) - (radius + height).powi(2)).sqrt();
+        let half_path_km = ((radius_km + air.top_km).powi(2) - (radius_km + height).powi(2)).sqrt();
         let mut optical_depth = [0.0; 3];
         const STEPS: usize = 40;
         for k in 0..STEPS {
+            // The distance from the grazing point grows with u², so steps are short where the air is dense.
             let u = (k as f64 + 0.5) / STEPS as f64;
-            let h = (radius + height).hypot(half * u * u) - radius;
+            let h = (radius_km + height).hypot(half_path_km * u * u) - radius_km;
             for s in &air.species {
                 let density = match s.tent_centre_km {
                     Some(centre) => (1.0 - (h - centre).abs() / s.scale_height_km).max(0.0),
                     None => (-h / s.scale_height_km).exp(),
                 };
                 for (c, depth) in optical_depth.iter_mut().enumerate() {
-                    *depth += (s.scattering_per_km[c] + s.absorption_per_km[c]) * density * 4.0 * half * u / STEPS as f64;
+                    *depth += (s.scattering_per_km[c] + s.absorption_per_km[c]) * density * 4.0 * half_path_km * u / STEPS as f64;
                 }
             }
         }
         // Haze and clouds as in src/scene/eclipse/air.rs, which gives their sources.
-        let path_km = |top: f64| 2.0 * ((radius + top).powi(2) - (radius + height).powi(2)).max(0.0).sqrt();
-        let clear: f64 = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)]
+        let path_km = |top: f64| 2.0 * ((radius_km + top).powi(2) - (radius_km + height).powi(2)).max(0.0).sqrt();
+        let clear_of_clouds: f64 = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)]
             .map(|(top, cover): (f64, f64)| (1.0 - cover).powf(path_km(top) / 300.0))
             .iter()
             .product();
-        let haze_km = (2.0 * PI * (radius + height) * 5.0).sqrt() * (-height / 5.0).exp();
+        let haze_km = (2.0 * PI * (radius_km + height) * 5.0).sqrt() * (-height / 5.0).exp();
         let haze = [3.5e-3, 4.0e-3, 5.0e-3];
-        std::array::from_fn::<f64, 3, _>(|c| (-optical_depth[c] - haze[c] * haze_km).exp() * clear)
+        std::array::from_fn::<f64, 3, _>(|c| (-optical_depth[c] - haze[c] * haze_km).exp() * clear_of_clouds)
     };
     let solar_radii_per_km = sun_km / sun.radii_km.x / distance_km;
     let mut light = [0.0; 3];
     const HEIGHTS: usize = 600;
     const ANGLES: usize = 180;
     for k in 0..HEIGHTS {
-        let height_at = |edge: f64| air.top_km * (edge / HEIGHTS as f64).powi(2);
+        let height_at = |step: f64| air.top_km * (step / HEIGHTS as f64).powi(2);
         let (height, thickness) = (height_at(k as f64 + 0.5), height_at(k as f64 + 1.0) - height_at(k as f64));
-        let refractivity_here = refractivity * (-height / rayleigh_scale_height).exp();
-        let impact_km = (radius + height) * (1.0 + refractivity_here);
-        let bending = refractivity_here * (2.0 * PI * (radius + height) / rayleigh_scale_height).sqrt() * (1.0 - distance_km / sun_km);
+        let refractivity = ground_refractivity * (-height / rayleigh_scale_height_km).exp();
+        let impact_km = (radius_km + height) * (1.0 + refractivity);
+        let bending = refractivity * (2.0 * PI * (radius_km + height) / rayleigh_scale_height_km).sqrt() * (1.0 - distance_km / sun_km);
         let image_radius = (impact_km - bending * distance_km) * solar_radii_per_km;
-        // Refraction changes the apparent spacing of the layers as seen from outside.
+        // Area of the ring in square solar radii. Its width is that of `impact_km`, whose derivative by height is not 1, as the
+        // refractivity changes with height.
         let area = impact_km
             * thickness
-            * (1.0 + refractivity_here - refractivity_here * (radius + height) / rayleigh_scale_height)
+            * (1.0 + refractivity - refractivity * (radius_km + height) / rayleigh_scale_height_km)
             * (2.0 * PI / ANGLES as f64)
             * solar_radii_per_km
             * solar_radii_per_km;
@@ -146,9 +152,10 @@ fn light_past_the_limb(distance_km: f64, sun_km: f64, separation: f64) -> [f64; 
             let angle = 2.0 * PI * (j as f64 + 0.5) / ANGLES as f64;
             let mu_sq = 1.0 - (image_radius - separation * angle.cos()).powi(2) - (separation * angle.sin()).powi(2);
             if mu_sq > 0.0 {
-                let away = 1.0 - mu_sq.sqrt();
+                let one_minus_mu = 1.0 - mu_sq.sqrt();
                 for c in 0..3 {
-                    disc_radiance[c] += (1.0 - u1[c] * away - u2[c] * away * away) / (PI * (1.0 - u1[c] / 3.0 - u2[c] / 6.0));
+                    disc_radiance[c] +=
+                        (1.0 - u1[c] * one_minus_mu - u2[c] * one_minus_mu * one_minus_mu) / (PI * (1.0 - u1[c] / 3.0 - u2[c] / 6.0));
                 }
             }
         }
@@ -162,33 +169,33 @@ fn light_past_the_limb(distance_km: f64, sun_km: f64, separation: f64) -> [f64; 
     light
 }
 
-/// From the edge of the penumbra to the middle of the umbra and across the Moon's face, in small and large images: the direct Sun and the ring together have the light
-/// of the eclipse model, and in the umbra also that of the integral over the limb.
+/// From the edge of the penumbra to the middle of the umbra, at three places on the Moon, in small and large images: the direct Sun and the
+/// refracted ring together have the light of the eclipse model, and in the umbra also that of the integral over the limb.
 #[test]
 fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
     let single = renderer(Precision::F32);
     let sizes = [64, 150, 320];
     for (k, minutes) in [-172.0, -140.0, -118.0, -109.0, -104.0, -60.0, -30.0, 0.0, 30.0, 70.0].into_iter().enumerate() {
         let time = instant("2022-11-08T10:59:00Z").plus_seconds(60.0 * minutes);
-        let locations = [(0.0, 0.0), (50.0, -40.0), (-35.0, 60.0)];
-        let location_index = k % locations.len();
-        let expected = light_on_the_moon(&single, time, &locations[location_index..=location_index])[0];
-        let (latitude_deg, longitude_deg) = locations[location_index];
-        // In the penumbra part of the direct Sun is visible; its soft edge needs pixels of its own.
+        let places = [(0.0, 0.0), (50.0, -40.0), (-35.0, 60.0)];
+        let (latitude_deg, longitude_deg) = places[k % places.len()];
+        let expected = light_on_the_moon(&single, time, &[(latitude_deg, longitude_deg)])[0];
+        // In the penumbra part of the direct Sun is visible: the field must contain all of it, and its antialiased edge needs a large
+        // image.
         let in_penumbra = expected[0] > 2e-3;
-        let (side, fov) = if in_penumbra { (320, 4.4) } else { (sizes[k % sizes.len()], 2.6) };
+        let (side, fov_deg) = if in_penumbra { (320, 4.4) } else { (sizes[k % sizes.len()], 2.6) };
         let request = ViewRequest {
             position: Position::Ground { body: NaifId::MOON, latitude_deg, longitude_deg, height_km: 0.0017 },
-            ..view_of(NaifId::EARTH, time, fov, side, "sun:-albedo,-glow,-night,-planet-shine")
+            ..view_of(NaifId::EARTH, time, fov_deg, side, "sun:-albedo,-glow,-night,-planet-shine")
         };
         let scene = SESSION.scene(&request).expect("a scene");
         let measured = irradiance(&scene, &light(&scene, &single));
         let [earth, sun] = [NaifId::EARTH, NaifId::SUN].map(|id| scene.body(id).expect("placed").placement.centre_km);
         let separation = orrery::ephemeris::angle_rad(earth, sun) * sun.length() / 695_700.0;
         let unocculted = (KM_PER_AU / sun.length()).powi(2);
-        let integral = light_past_the_limb(earth.length(), sun.length(), separation).map(|part| part * unocculted);
-        // The sums over layers are coarse where almost no light is left. The last crescent of the direct Sun, a tenth of a pixel thin, is drawn with an error of up to a
-        // fifth of its light.
+        let integral = light_past_the_limb(earth.length(), sun.length(), separation).map(|fraction| fraction * unocculted);
+        // Almost no blue light is left in the deep umbra, and sums over layers are inaccurate there: below 5e-6 it is not compared. The
+        // last crescent of the direct Sun, a tenth of a pixel wide, is drawn less accurately than a wider one.
         let eclipse_tolerance = if in_penumbra {
             [if expected[0] > 0.1 { 0.01 } else { 0.05 }; 3]
         } else {
@@ -208,29 +215,30 @@ fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
                 "{minutes} min, channel {c}: {by_eclipse} {by_integral}"
             );
         }
+        // At 70 minutes the place is near the edge of the umbra, where the light comes through higher air and is less red.
         assert!(in_penumbra || measured[0] > 1.3 * measured[2] || minutes > 60.0, "the ring is red: {measured:?}");
     }
 }
 
-/// A camera on the side opposite the Sun, `aside` radii off the axis.
-fn view_from_behind(body: NaifId, radii: f64, aside: f64, side: u32, fov_deg: f64, effects: &str) -> ViewRequest {
+/// A camera behind the body as seen from the Sun: `behind` radii along the axis of the shadow, `aside` radii off it.
+fn view_from_behind(body: NaifId, behind: f64, aside: f64, side: u32, fov_deg: f64, effects: &str) -> ViewRequest {
     let time = instant("2022-11-08T10:59:00Z");
     let catalog_body = SESSION.catalog().body(body).expect("a body");
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("placed").state.pos_km.normalize();
     let across = to_sun.any_orthonormal_vector();
-    let offset_km = (across * aside - to_sun * radii) * catalog_body.radii_km.x;
+    let offset_km = (across * aside - to_sun * behind) * catalog_body.radii_km.x;
     ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..view_of(body, time, fov_deg, side, effects) }
 }
 
-/// The light does not depend on the size in the image: tested for the entire ring from the Moon and from far away, and for a part of it from 20 radii. From closer this
-/// fails: from 8 radii an arc around a disc of 25 pixels has 21 % less light than around a disc of 300.
+/// The light does not depend on the image size: for the entire ring from the Moon's distance and from far away, and for an arc of it from
+/// 20 radii. At smaller distances it does: from 8 radii, an arc around a disc of 25 pixels has 21 % less light than around one of 300.
 #[test]
 fn the_light_is_the_same_at_every_size() {
     let single = renderer(Precision::F32);
     for (radii, aside) in [(60.3_f64, 0.12), (157.0, 0.12), (20.0, 0.8)] {
-        let fov = 2.6 * (1.0 / radii).asin().to_degrees();
+        let fov_deg = 2.6 * (1.0 / radii).asin().to_degrees();
         let sums = [20, 33, 64, 129, 400]
-            .map(|side| limb_irradiance(&view_from_behind(NaifId::EARTH, radii, aside, side, fov, "-clouds,-night"), &single));
+            .map(|side| limb_irradiance(&view_from_behind(NaifId::EARTH, radii, aside, side, fov_deg, "-clouds,-night"), &single));
         let largest = sums[sums.len() - 1];
         assert!(largest[0] > 1e-9 && largest[0] > largest[2], "{radii}: {largest:?}");
         for (k, sum) in sums.iter().enumerate() {
@@ -246,19 +254,20 @@ fn the_light_is_the_same_at_every_size() {
     }
 }
 
-/// The Sun sets behind the Earth as seen from an orbit: its light falls from the full Sun to the last of the refracted image without a step.
+/// Seen from geostationary orbit, the Sun sets behind the Earth: its light falls without a step from that of the full Sun to that of the
+/// last refracted image.
 #[test]
 fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     let single = renderer(Precision::F32);
     let radii: f64 = 42_164.0 / 6378.137;
-    let limb = (1.0 / radii).asin();
+    let limb_angle = (1.0 / radii).asin();
     let mut before: Option<f64> = None;
     let mut reddest: f64 = 0.0;
     for step in 0..57 {
         // Height of the Sun's centre above the limb, in solar radii.
         let height = 2.0 - 0.125 * f64::from(step);
         // The Sun's angular radius is 0.00466 rad.
-        let angle = limb + height * 0.00466;
+        let angle = limb_angle + height * 0.00466;
         let (sin, cos) = angle.sin_cos();
         let mut request = view_from_behind(NaifId::EARTH, radii * cos, radii * sin, 160, 2.2, "sun:-albedo,-glow,-night,-clouds");
         let to_sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, request.time, None).expect("placed").state.pos_km;
@@ -280,7 +289,8 @@ fn refracted_sunlight_falls_smoothly_as_the_sun_sets() {
     assert!(reddest > 5.0, "the last light is red: {reddest}");
 }
 
-/// Single precision gives the same image as double precision, near the Earth, from the Moon and from far away, for the entire disc and for a magnified limb.
+/// f32 gives the same image as f64 near the Earth, from the Moon's distance and from far away, for the entire disc and for a magnified
+/// limb.
 #[test]
 fn single_precision_suffices_at_every_distance() {
     let [single, double] = [Precision::F32, Precision::F64].map(renderer);
@@ -293,9 +303,10 @@ fn single_precision_suffices_at_every_distance() {
         let limb_angle = (6378.0 / offset_km.length()).asin() * 1.002;
         Look::Along { direction: down * limb_angle.cos() + aside * limb_angle.sin(), axes: Axes::Icrf }
     };
-    // The Sun at the limb, from 400 km to 1.2 million km; and the entire ring.
+    // Distances along the shadow's axis and off it, in radii, of a camera that sees the Sun at the limb; and views of the entire ring. From
+    // 400 km to 1.2 million km.
     let sun_at_limb = |radii: f64| (radii * (1.0 / radii).asin().cos(), 1.0);
-    for (along, aside, fov, magnified) in [
+    for (behind, aside, fov_deg, magnified) in [
         (sun_at_limb(1.06).0, sun_at_limb(1.06).1, 3.0, true),
         (sun_at_limb(1.06).0, sun_at_limb(1.06).1, 60.0, true),
         (sun_at_limb(6.6).0, sun_at_limb(6.6).1, 1.5, true),
@@ -304,23 +315,24 @@ fn single_precision_suffices_at_every_distance() {
         (60.3, 0.3, 2.5, false),
         (190.0, 0.3, 0.8, false),
     ] {
-        let mut request = view_from_behind(NaifId::EARTH, along, aside, 72, fov, "-clouds,-night,-glow");
+        let mut request = view_from_behind(NaifId::EARTH, behind, aside, 72, fov_deg, "-clouds,-night,-glow");
         if magnified {
             request.look = at_limb(&request);
         }
         let scene = SESSION.scene(&request).expect("a scene");
-        assert_eq!(scene.limbs.len(), 1, "{along}");
+        assert_eq!(scene.limbs.len(), 1, "{behind}");
         let [in_single, in_double] = [&single, &double].map(|renderer| light(&scene, renderer));
         let brightest = in_double.iter().map(|p| p[0]).fold(0.0, f64::max);
         let worst = in_single.iter().zip(&in_double).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, f64::max) / brightest;
-        println!("{along} {fov}: {worst:e} of {brightest:e}");
-        assert!(brightest > 1e-3 && worst < 0.5 / 256.0, "{along} radii, {fov} degrees: off by {worst} of the brightest, {brightest}");
+        println!("{behind} {fov_deg}: {worst:e} of {brightest:e}");
+        assert!(brightest > 1e-3 && worst < 0.5 / 256.0, "{behind} radii, {fov_deg} degrees: off by {worst} of the brightest, {brightest}");
     }
 }
 
-/// The decision states a reason, and the effect is absent without air, when switched off, or from other positions.
+/// The decision states its reason, and the effect is off without air, when switched off, in tiny images, and from positions that no
+/// refracted light reaches.
 #[test]
-fn the_refracted_limb_is_explained() {
+fn the_decision_on_the_refracted_limb_states_its_reason() {
     let decision_of = |request: &ViewRequest| {
         let scene = SESSION.scene(request).expect("a scene");
         let body = scene.body(request.target.expect("a target")).expect("there").clone();
@@ -328,16 +340,16 @@ fn the_refracted_limb_is_explained() {
         assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
         found.map(|d| (d.on, d.reason.to_string()))
     };
-    let assert_reason = |request: &ViewRequest, should_be_on: bool, part: &str| {
+    let assert_decision = |request: &ViewRequest, should_be_on: bool, part_of_reason: &str| {
         let (is_on, reason) = decision_of(request).expect("a decision");
-        assert!(is_on == should_be_on && reason.contains(part), "{is_on}: {reason}");
+        assert!(is_on == should_be_on && reason.contains(part_of_reason), "{is_on}: {reason}");
     };
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white (threshold");
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
-    assert_reason(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
-    assert_reason(&view_from_behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
-    assert_reason(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
-    assert_reason(&view_from_behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
+    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white (threshold");
+    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
+    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
+    assert_decision(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
+    assert_decision(&view_from_behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
+    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
+    assert_decision(&view_from_behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
     assert_eq!(decision_of(&view_from_behind(NaifId(599), 60.0, 0.1, 64, 3.0, "")), None, "the catalog has no refractivity for Jupiter");
 }

@@ -1,4 +1,5 @@
-//! Air in the shadow of rings and of other bodies: shadowed air is dark and sunlit air is unchanged to the last bit. Also the limb in thick haze.
+//! Air in the shadow of rings and of other bodies: shadowed air is dark, and sunlit air is the same as without the shadow. Also the limb in
+//! thick haze.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -13,6 +14,7 @@ use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
 const SIDE: u32 = 640;
+const SATURN_RADIUS_KM: f64 = 60_268.0;
 
 fn request(target: NaifId, time: &str, position: Position, effects: &str) -> ViewRequest {
     ViewRequest {
@@ -28,15 +30,18 @@ fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
     SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
 }
 
-/// Saturn's rim seen from above its equator, at right angles to the Sun. An opaque disc of rings from the ground out to 50 radii leaves the air on the far side of its
-/// plane dark; a disc of zero optical depth blocks nothing.
+/// The rim of Saturn's air seen from the equatorial plane, at right angles to the Sun. An opaque ring from below the ground out to 50 radii
+/// leaves the air dark on the side of its plane away from the Sun, and changes no bit on the other side; a ring of zero optical depth
+/// blocks nothing.
 #[test]
-fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
+fn rings_darken_only_the_air_behind_their_plane() {
     let time = "2017-05-17T00:00:00Z";
-    let any_side = SESSION.scene(&request(SATURN, time, Position::Over { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
-    let sun = any_side.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
-    let abeam = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * 60_268.0;
-    let position = Position::Offset { body: SATURN, offset_km: abeam, axes: Axes::BodyFixed };
+    let scene_for_sun =
+        SESSION.scene(&request(SATURN, time, Position::Over { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
+    let sun =
+        scene_for_sun.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
+    let offset_km = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * SATURN_RADIUS_KM;
+    let position = Position::Offset { body: SATURN, offset_km, axes: Axes::BodyFixed };
     for (model_name, model) in [("pixel-8", AtmosphereModel::Pixel8), ("pixel-16", AtmosphereModel::Pixel16)] {
         let effects = format!("+atmosphere,+atmosphere={model_name},+ring-shadow,-rings,-ring-shine,-eclipse,-planet-shine");
         let rim_request = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(70.0), ..request(SATURN, time, position, &effects) };
@@ -44,12 +49,12 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
         scene.draws.retain(|d| d.body == SATURN && d.part == BodyPart::Sky);
         assert_eq!(scene.draws.len(), 1);
         assert_eq!(scene.draws[0].features.air.model, model);
-        // Shadow evaluated at each sample and, as for a rim thinner than a pixel, once per ray.
-        for thin in [0.0, 1.0] {
+        // 0: the shadow is evaluated at points along the ray; 1: once per ray, as for a rim thinner than a pixel.
+        for rim_is_thin in [0.0, 1.0] {
             let pixels_under_rings = |tau_normal: Option<f64>| {
                 let mut scene = scene.clone();
                 let draw = &mut scene.draws[0];
-                draw.uniforms.air.rim_is_thin = thin;
+                draw.uniforms.air.rim_is_thin = rim_is_thin;
                 draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
                 let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
                 draw.uniforms.ring.table =
@@ -70,15 +75,15 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
                 if unshaded[1] < 1e-3 * brightest {
                     continue;
                 }
-                // The point where the ray passes nearest to the centre, above the equatorial radius.
+                // The ray's point nearest to the centre: its distance from the ring plane, in equatorial radii.
                 let pixel = DVec2::new(f64::from(k as u32 % SIDE) + 0.5, f64::from(k as u32 / SIDE) + 0.5);
                 let along = (placement.body_from_icrf * scene.camera.ray(scene.camera.clip_from_pixel(pixel))).normalize();
                 let camera = -(placement.body_from_icrf * placement.centre_km);
-                let z = (camera - along * camera.dot(along)).z / 60_268.0;
+                let z = (camera - along * camera.dot(along)).z / SATURN_RADIUS_KM;
                 if z * sun.z.signum() < -0.2 {
                     assert!(
                         behind_opaque[1] < 1e-4 * unshaded[1],
-                        "{model_name}: beyond the plane at {z}: {behind_opaque:?} of {unshaded:?}"
+                        "{model_name}: behind the plane at {z}: {behind_opaque:?} of {unshaded:?}"
                     );
                     dark += 1;
                 } else if z * sun.z.signum() > 0.2 {
@@ -91,10 +96,10 @@ fn rings_darken_the_air_behind_them_and_change_no_bit_in_front() {
     }
 }
 
-/// The rim of Saturn's air, 0.5 to 1 pixel high, in the rings' shadow: one evaluation per ray against the penumbra at each sample. The difference is in levels of 255 of
-/// the brightest pixel.
+/// The rim of Saturn's air, less than a pixel high, in the rings' shadow: the shadow evaluated once per ray against the penumbra evaluated
+/// at points along the ray. The difference is in levels of 255 of an image whose brightest pixel is white.
 #[test]
-fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
+fn one_evaluation_per_ray_suffices_for_the_ring_shadow_on_a_thin_rim() {
     let (mut worst, mut worst_unshaded) = (0.0_f64, 0.0_f64);
     for time in ["2017-05-17T00:00:00Z", "2021-08-01T00:00:00Z", "2024-06-08T12:00:00Z"] {
         for (model_name, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
@@ -109,27 +114,28 @@ fn a_rim_thinner_than_a_pixel_is_shaded_once_per_ray() {
                 scene.draws.iter_mut().filter(|d| d.part == BodyPart::Sky).for_each(change);
                 pixels(&scene)
             };
-            let by_samples = pixels_with_changed_sky(&|d| {
+            let along_ray = pixels_with_changed_sky(&|d| {
                 d.features.ring_shadow = RingShadow::Penumbra;
                 d.uniforms.air.rim_is_thin = 0.0;
             });
             let unshaded = pixels_with_changed_sky(&|d| d.features.ring_shadow = RingShadow::None);
-            let white = by_samples.iter().map(|p| p[1]).fold(0.0, f32::max);
+            let white = along_ray.iter().map(|p| p[1]).fold(0.0, f32::max);
             let level = |v: f32| 255.0 * orrery::units::linear_to_srgb(f64::from(v / white).clamp(0.0, 1.0));
             let greatest_difference = |a: &[[f32; 4]]| {
                 let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max);
-                a.iter().zip(&by_samples).map(difference).fold(0.0, f64::max)
+                a.iter().zip(&along_ray).map(difference).fold(0.0, f64::max)
             };
-            let (found, bare) = (greatest_difference(&pixels(&once)), greatest_difference(&unshaded));
-            println!("{time} {model_name}: {found:.2} of 255, {bare:.1} without the shadow");
-            (worst, worst_unshaded) = (worst.max(found), worst_unshaded.max(bare));
+            let (error, error_unshaded) = (greatest_difference(&pixels(&once)), greatest_difference(&unshaded));
+            println!("{time} {model_name}: {error:.2} of 255, {error_unshaded:.1} without the shadow");
+            (worst, worst_unshaded) = (worst.max(error), worst_unshaded.max(error_unshaded));
         }
     }
     assert!(worst < 9.0 && worst_unshaded > 4.0 * worst, "{worst} of 255, {worst_unshaded} without a shadow");
 }
 
-/// The Earth in the Moon's shadow with eight samples. With occluders out of reach the image equals the one without eclipse; where the eclipse is deepest, at 25.3 N
-/// 104.1 W, ground, clouds and air are dark; and it stays close to the image with 32 samples.
+/// The Earth in the Moon's shadow, with eight samples per ray. With the Moon moved out of reach, the image equals the one without an
+/// eclipse. At the point of greatest eclipse, 25.3 N 104.1 W, ground, clouds and air are dark. And the image is close to that with 32
+/// samples.
 #[test]
 fn eight_samples_suffice_for_an_eclipse() {
     const EARTH_SIDE: u32 = 300;
@@ -143,10 +149,11 @@ fn eight_samples_suffice_for_an_eclipse() {
     let eclipsed = scene_of_model("pixel-8");
     let of_model = eclipsed.draws.iter().filter(|d| d.features.air.model == AtmosphereModel::Pixel8 && d.features.eclipse.occluders > 0);
     assert_eq!(of_model.count(), 3, "ground, clouds and sky");
-    let (mut far_moon, mut uneclipsed) = (eclipsed.clone(), eclipsed.clone());
-    far_moon.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
+    let (mut moon_out_of_reach, mut uneclipsed) = (eclipsed.clone(), eclipsed.clone());
+    moon_out_of_reach.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
     uneclipsed.draws.iter_mut().for_each(|d| d.features.eclipse = Eclipse::default());
-    let [shadow_px, far_px, uneclipsed_px, finer_px] = [&eclipsed, &far_moon, &uneclipsed, &scene_of_model("pixel-32")].map(pixels);
+    let [shadow_px, far_px, uneclipsed_px, finer_px] =
+        [&eclipsed, &moon_out_of_reach, &uneclipsed, &scene_of_model("pixel-32")].map(pixels);
     let greatest_difference = |a: &[[f32; 4]], b: &[[f32; 4]]| {
         let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
         a.iter().zip(b).map(difference).fold(0.0, f32::max)
@@ -156,16 +163,17 @@ fn eight_samples_suffice_for_an_eclipse() {
     let earth = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
     let (lat, lon) = (25.3f64.to_radians(), (-104.1f64).to_radians());
     let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
-    let middle = (up * earth.radii_km).normalize();
-    let pixel = eclipsed.camera.pixel_of_surface(&earth, middle).expect("it is seen");
+    let greatest_eclipse = (up * earth.radii_km).normalize();
+    let pixel = eclipsed.camera.pixel_of_surface(&earth, greatest_eclipse).expect("it is seen");
     let k = pixel.y as usize * EARTH_SIDE as usize + pixel.x as usize;
     assert!(shadow_px[k][1] < 0.05 * uneclipsed_px[k][1], "{:?} of {:?}", shadow_px[k], uneclipsed_px[k]);
-    // The largest differences are at the limb, where eight samples cover an entire twilight ray.
+    // The largest differences are at the limb, where eight samples cover a long ray through twilight.
     assert!(greatest_difference(&shadow_px, &finer_px) < 0.06 * brightest, "{} of {brightest}", greatest_difference(&shadow_px, &finer_px));
     assert!(greatest_difference(&shadow_px, &uneclipsed_px) > 0.2 * brightest, "the shadow must be visible");
 }
 
-/// Through Titan's haze the edge of the ground is invisible: along a row across the limb the radiance has only a small second difference. Without air it has a step.
+/// Titan's haze hides the edge of the ground: along a row of pixels, the second difference of the radiance at the limb is small. Without
+/// air the radiance has a step.
 #[test]
 fn no_line_appears_at_the_limb_of_a_hazy_moon() {
     const TITAN: NaifId = NaifId(606);
@@ -195,23 +203,28 @@ fn no_line_appears_at_the_limb_of_a_hazy_moon() {
     // At full phase, and from Saturn's direction, from which the Sun lights Titan from the side.
     for towards in [NaifId::SUN, SATURN] {
         let (hazy, bare) = (greatest_second_difference(towards, ""), greatest_second_difference(towards, "-atmosphere"));
-        // The haze itself has a second difference of 0.05 per pixel; too few samples behind the limb, or a map that does not fade, would give 0.14.
+        // The haze itself accounts for 0.05. Too few samples behind the limb, or a map that does not fade, would give 0.14.
         assert!(hazy < 0.08, "{hazy} from {towards:?}");
         assert!(bare > 0.2, "{bare} from {towards:?}");
     }
 }
 
-/// Asserts that the draws of two scenes differ in the eclipse alone.
-fn assert_differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
+/// Asserts that the draws of two scenes differ only in the eclipse (an eclipsed draw with several lights is padded to three, the added ones
+/// dark).
+fn assert_differ_only_in_the_eclipse(eclipsed: &Scene, plain: &Scene) {
     assert_eq!(eclipsed.draws.len(), plain.draws.len());
     assert!(
         eclipsed.draws.iter().any(|d| d.features.eclipse.occluders > 0 && d.features.air.model != AtmosphereModel::None),
         "air in an eclipse"
     );
     for (a, b) in eclipsed.draws.iter().zip(&plain.draws) {
-        let shadow = (a.features.eclipse, a.features.ring_shadow);
         let lights = if b.features.lights > 1 { 3 } else { 1 };
-        assert_eq!(DrawFeatures { eclipse: shadow.0, ring_shadow: shadow.1, lights, ..b.features }, a.features, "{}", a.name);
+        assert_eq!(
+            DrawFeatures { eclipse: a.features.eclipse, ring_shadow: a.features.ring_shadow, lights, ..b.features },
+            a.features,
+            "{}",
+            a.name
+        );
         let (lights_eclipsed, lights_plain) = (&a.uniforms.lights, &b.uniforms.lights);
         assert_eq!(lights_eclipsed[..lights_plain.len()], lights_plain[..], "{}", a.name);
         assert!(
@@ -223,16 +236,17 @@ fn assert_differ_in_the_eclipse_alone(eclipsed: &Scene, plain: &Scene) {
     }
 }
 
-/// Dusk and night on the Earth on the day of an eclipse, with an added light of 5e-4 of sunlight from the Sun's antipode. The night is as bright as without the
-/// eclipse, which blocks only the Sun's light, and occluders out of reach block nothing.
+/// The Earth in an eclipse, seen from over its dusk. The second light of each draw is replaced by one of 5e-4 of sunlight from the
+/// direction opposite the Sun. The night is as bright as without the eclipse, which blocks only the Sun's light, and with the occluders
+/// moved out of reach nothing is blocked.
 #[test]
 fn an_eclipse_blocks_only_the_suns_light() {
     let time = "2024-04-08T18:17:16Z";
     let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let day_side = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
     let sun = day_side.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body;
-    let abeam = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
-    let offset_km = (sun.as_dvec3() + 2.0 * abeam).normalize() * 3.0 * 6378.0;
+    let across_sun = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();
+    let offset_km = (sun.as_dvec3() + 2.0 * across_sun).normalize() * 3.0 * 6378.0;
     let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::BodyFixed };
     for model_name in ["pixel-8", "table"] {
         let scene_with = |switched: &str| {
@@ -245,12 +259,12 @@ fn an_eclipse_blocks_only_the_suns_light() {
             scene
         };
         let (eclipsed, plain) = (scene_with("+planet-shine,+eclipse"), scene_with("+planet-shine,-eclipse"));
-        assert_differ_in_the_eclipse_alone(&eclipsed, &plain);
+        assert_differ_only_in_the_eclipse(&eclipsed, &plain);
         let mut far = eclipsed.clone();
         far.draws.iter_mut().flat_map(|d| &mut d.uniforms.eclipse.occluder_positions).for_each(|p| p.x += 1000.0);
         let (shown, far, plain, unlit) = (pixels(&eclipsed), pixels(&far), pixels(&plain), pixels(&scene_with("-planet-shine,+eclipse")));
         let placement = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
-        let (mut night, mut day) = (0, 0);
+        let (mut night_pixels, mut shadow_pixels) = (0, 0);
         for k in 0..shown.len() {
             assert!(
                 (0..4).all(|c| (far[k][c] - plain[k][c]).abs() <= 1e-6 * plain[k][c].max(1e-3)),
@@ -262,20 +276,20 @@ fn an_eclipse_blocks_only_the_suns_light() {
             let Some(hit) = eclipsed.camera.surface_under_pixel(&placement, middle) else { continue };
             let sun_cosine = (hit / placement.radii_km).normalize().dot(sun.as_dvec3());
             if sun_cosine < -0.3 {
-                // 5e-4 of sunlight at oblique incidence on sea of albedo 0.03 or more.
                 assert!(
                     (0..3).all(|c| (shown[k][c] - plain[k][c]).abs() <= 1e-5 * plain[k][c]),
                     "{model_name} {k}: {:?} {:?}",
                     shown[k],
                     plain[k]
                 );
+                // The second light, 5e-4 of sunlight, falls obliquely on sea of albedo 0.03 or more.
                 let brighter = (0..3).any(|c| shown[k][c] > unlit[k][c] + 1e-8);
                 assert!(brighter, "{model_name} {k}: the night is {:?} with and {:?} without", shown[k], unlit[k]);
-                night += 1;
+                night_pixels += 1;
             } else if shown[k][1] < 0.9 * plain[k][1] {
-                day += 1;
+                shadow_pixels += 1;
             }
         }
-        assert!(night > 500 && day > 100, "{model_name}: {night} by night, {day} in the shadow");
+        assert!(night_pixels > 500 && shadow_pixels > 100, "{model_name}: {night_pixels} by night, {shadow_pixels} in the shadow");
     }
 }

@@ -1,5 +1,5 @@
-//! The air against single-scattering integrals computed outside this program (tests/data/rayleigh_reference_public.json, adaptive quadrature), in
-//! shadows, and at zero density.
+//! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), skylight against
+//! simulated photons, the shadows of the planet and of the Moon, and air of zero density.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -20,8 +20,8 @@ fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
 }
 
-/// Largest relative error of each ray's radiance, without channels fainter than 1e-4 of the air's brightest ray; and the largest error of a
-/// transmittance.
+/// For each ray the largest relative error of its radiance over the channels, sorted; channels fainter than 1e-4 of the atmosphere's
+/// brightest ray are left out. And the largest error of a transmittance.
 fn errors(model: &str) -> (Vec<f64>, f64) {
     let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
@@ -48,25 +48,25 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
     (radiance, transmittance)
 }
 
-/// The error that `explain` states for a model.
+/// The error that `orrery explain` states for a model.
 fn stated(model: AtmosphereModel) -> StatedError {
     stated_errors::of_atmosphere(model).expect("a stated error")
 }
 
 fn assert_within_stated_bounds(model: AtmosphereModel) {
     let StatedError { name, error_95_percent, max_error, .. } = stated(model);
-    let (for_95_percent, transmittance_bound) = (error_95_percent.expect("a bound for 95 %"), 0.001);
+    let (bound_of_95_percent, transmittance_bound) = (error_95_percent.expect("a bound for 95 %"), 0.001);
     let (radiance, transmittance) = errors(name);
     assert!(radiance.len() > 100, "{} rays", radiance.len());
     let percentile_95 = radiance[radiance.len() * 95 / 100];
     let worst = radiance[radiance.len() - 1];
     assert!(
-        percentile_95 < for_95_percent && worst < max_error && transmittance < transmittance_bound,
+        percentile_95 < bound_of_95_percent && worst < max_error && transmittance < transmittance_bound,
         "{name}: {percentile_95:.4} {worst:.4} {transmittance:.4}"
     );
 }
 
-/// The original engine's five samples: half of the rays are within 1 %, but 1 % of them, at twilight and limbs, are off by more than 10 %.
+/// With the five samples of `vertex` half of the rays are within 1 %, but 1 % of them, in twilight and at limbs, are off by more than 10 %.
 #[test]
 fn five_samples_keep_their_stated_error() {
     let (radiance, transmittance) = errors("vertex");
@@ -91,27 +91,29 @@ fn eight_samples_keep_their_stated_error() {
     assert_within_stated_bounds(AtmosphereModel::Pixel8);
 }
 
-/// Skylight at a given elevation, seen from two metres above an Earth with the Sun some degrees below the horizon; `is_antisolar`: at the azimuth opposite the Sun's.
-fn dusk_sky(sun_below_deg: f64, elevation_deg: f64, is_antisolar: bool) -> Vec<f64> {
+/// Radiance of the sky at an elevation, 2 m above the Earth's ground, with the Sun `sun_below_deg` below the horizon. `is_antisolar`: at
+/// the azimuth opposite the Sun's, otherwise at the Sun's.
+fn dusk_radiance(sun_below_deg: f64, elevation_deg: f64, is_antisolar: bool) -> Vec<f64> {
     let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let (sun, up) = ((-sun_below_deg).to_radians(), elevation_deg.to_radians());
+    let (sun_elevation, elevation) = ((-sun_below_deg).to_radians(), elevation_deg.to_radians());
     let side = if is_antisolar { -1.0 } else { 1.0 };
     let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
-        "dir": [up.sin(), side * up.cos(), 0.0], "sun": [sun.sin(), sun.cos(), 0.0], "tier": "pixel-16" });
+        "dir": [elevation.sin(), side * elevation.cos(), 0.0], "sun": [sun_elevation.sin(), sun_elevation.cos(), 0.0],
+        "tier": "pixel-16" });
     numbers(&prober.answer(&question.to_string()).expect("an answer")["radiance"])
 }
 
 #[test]
-fn the_planets_shadow_rises_opposite_the_sun_that_has_set() {
-    // The air ends at 100 km, so a ray that leaves it inside the shadow's cylinder receives no light.
-    assert_eq!(dusk_sky(4.0, 2.0, true), [0.0; 3]);
-    assert!(dusk_sky(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
-    assert!(dusk_sky(0.5, 2.0, true)[0] > 1e-5, "just after sunset the low sky is lit");
-    let glow = dusk_sky(4.0, 2.0, false);
+fn the_planets_shadow_rises_opposite_the_setting_sun() {
+    // A ray that leaves the air, at a height of 100 km, inside the planet's shadow receives no light.
+    assert_eq!(dusk_radiance(4.0, 2.0, true), [0.0; 3]);
+    assert!(dusk_radiance(4.0, 20.0, true)[0] > 1e-5, "above the shadow the air is lit");
+    assert!(dusk_radiance(0.5, 2.0, true)[0] > 1e-5, "just after sunset the low sky is lit");
+    let glow = dusk_radiance(4.0, 2.0, false);
     assert!(glow[0] > 10.0 * glow[2] && glow[0] > 1e-3, "the low sky above the Sun is red: {glow:?}");
-    let night = dusk_sky(30.0, 20.0, false);
+    let night = dusk_radiance(30.0, 20.0, false);
     assert!(night.iter().all(|v| *v == 0.0), "{night:?}");
 }
 
@@ -131,8 +133,8 @@ fn sum(session: &Session, request: &ViewRequest) -> f64 {
     session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
 }
 
-/// An atmosphere of zero density, evaluated in each pixel, gives the same image bit for bit as the key without air; with the coarse image of the air it differs by
-/// rounding.
+/// An atmosphere of zero density, evaluated in each pixel, gives the same image bit for bit as no atmosphere; with the coarse image of the
+/// air the two differ only by rounding.
 #[test]
 fn an_empty_atmosphere_changes_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -143,18 +145,18 @@ fn an_empty_atmosphere_changes_nothing() {
     );
     std::fs::write(folder.path().join("empty.toml"), text).expect("written");
     let sources = Sources { catalogs: Some(folder.path().to_owned()), cache: Some(folder.path().join("cache")), ..Sources::default() };
-    let empty = Session::open(&sources, |_| {}).expect("opens");
+    let empty_air = Session::open(&sources, |_| {}).expect("opens");
     // Large enough for the rim of the atmosphere to be drawn.
     let large = |effects: &str| ViewRequest { width: 400, height: 400, ..earth_at("2024-06-08T06:00:00Z", effects) };
     let (with, without) = (large("+atmosphere"), large("-atmosphere"));
     let draws_with_air =
-        empty.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
+        empty_air.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
-    let airless = empty.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
+    let airless = empty_air.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
     let by_pixel = ViewRequest { coarse_air: false, ..with.clone() };
-    assert!(empty.draw(&by_pixel, SAMPLING, true).expect("draws").frame.hdr == airless, "the pixels differ");
-    // With the coarse image the ground's draw shows the clouds, by other roundings.
-    let coarse = empty.draw(&with, SAMPLING, true).expect("draws").frame.hdr;
+    assert!(empty_air.draw(&by_pixel, SAMPLING, true).expect("draws").frame.hdr == airless, "the pixels differ");
+    // With the coarse image the ground's draw shades the clouds, and rounds differently.
+    let coarse = empty_air.draw(&with, SAMPLING, true).expect("draws").frame.hdr;
     let relative_difference = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, f32::max);
     let greatest = coarse.iter().zip(&airless).map(|(a, b)| relative_difference(a, b)).fold(0.0, f32::max);
     assert!(greatest < 2e-3, "{greatest:e}");
@@ -162,20 +164,20 @@ fn an_empty_atmosphere_changes_nothing() {
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
 }
 
-/// In the umbra of 2024 the air overhead receives only light from the sunlit air around it, and near the horizon the light of the air beyond the umbra is
+/// In the umbra of the eclipse of 8 April 2024 the sky overhead is almost dark; near the horizon the sunlit air beyond the umbra is
 /// visible.
 #[test]
 fn the_moons_shadow_darkens_the_air() {
-    let light_ratio = |elevation_deg: f64| {
+    let eclipsed_fraction = |elevation_deg: f64| {
         let sky = |effects: &str| {
-            let e = elevation_deg.to_radians();
+            let elevation = elevation_deg.to_radians();
             let (lat, lon) = (25.29f64.to_radians(), (-104.14f64).to_radians());
             let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
             let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
             let request = ViewRequest {
                 target: None,
                 position: Position::Ground { body: NaifId::EARTH, latitude_deg: 25.29, longitude_deg: -104.14, height_km: 0.002 },
-                look: Look::Along { direction: up * e.sin() + east * e.cos(), axes: Axes::BodyFixed },
+                look: Look::Along { direction: up * elevation.sin() + east * elevation.cos(), axes: Axes::BodyFixed },
                 up: Up::Celestial,
                 fov_deg: Some(1.0),
                 width: 8,
@@ -186,14 +188,14 @@ fn the_moons_shadow_darkens_the_air() {
         };
         sky("+eclipse,-night") / sky("-eclipse,-night")
     };
-    let (zenith, horizon) = (light_ratio(85.0), light_ratio(2.0));
+    let (zenith, horizon) = (eclipsed_fraction(85.0), eclipsed_fraction(2.0));
     assert!(zenith < 2e-3, "{zenith}");
     assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
 }
 
-/// Fraction of the light on a plane layer that emerges downwards as diffuse light, from a Monte Carlo simulation of photons: conservative scattering, Rayleigh's phase
-/// function, black ground.
-fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
+/// Fraction of the light incident on a plane layer that emerges downwards as diffuse light, from a Monte Carlo simulation of photons: no
+/// absorption, Rayleigh's phase function, black ground. `layer_depth`: optical depth of the layer; `cosine`: of the angle of incidence.
+fn diffuse_by_photons(layer_depth: f64, cosine: f64, photons: u32) -> f64 {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let mut random = move || {
         state ^= state << 13;
@@ -206,8 +208,8 @@ fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
         let (mut direction, mut photon_depth, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
         loop {
             photon_depth += direction.z * -(1.0 - random()).ln();
-            if photon_depth < 0.0 || photon_depth > depth {
-                transmitted += u32::from(photon_depth > depth && scattered);
+            if photon_depth < 0.0 || photon_depth > layer_depth {
+                transmitted += u32::from(photon_depth > layer_depth && scattered);
                 break;
             }
             scattered = true;
@@ -225,7 +227,7 @@ fn diffuse_by_photons(depth: f64, cosine: f64, photons: u32) -> f64 {
     f64::from(transmitted) / f64::from(photons)
 }
 
-/// The multiple-scattering table of an Earth with black ground and gas only, against photons: skylight on level ground.
+/// Skylight on level ground from the multiple-scattering table against photons, for an Earth with black ground and gas only.
 #[test]
 fn skylight_from_the_table_agrees_with_photons() {
     let catalog = Catalog::embedded();
@@ -238,6 +240,7 @@ fn skylight_from_the_table_agrees_with_photons() {
     let table = multi_scatter_table::table(&earth).expect("a table");
     for column in [multi_scatter_table::SUNS - 3, multi_scatter_table::SUNS - 1] {
         let cosine = multi_scatter_table::sun_cosine(column);
+        // The table's last row: the square root of the irradiance on level ground.
         let sky = table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column];
         for channel in [1, 2] {
             let tabulated = f64::from(sky[channel]).powi(2) / cosine;
@@ -247,27 +250,30 @@ fn skylight_from_the_table_agrees_with_photons() {
     }
 }
 
-/// In the table, light scattered more than once is below 0.01 for the thin air of Pluto. In an image of the Earth the table adds 10 to 100 % to light scattered once.
+/// Multiply scattered light in the table is below 0.01 of sunlight for Pluto's thin air, and below 1 for thicker air. In an image of the
+/// Earth it adds 10 to 100 % to the blue light.
 #[test]
-fn the_table_adds_more_light_to_thick_air_than_to_thin() {
+fn multiple_scattering_is_negligible_in_thin_air_and_brightens_the_earth() {
     let catalog = Catalog::embedded();
     for (name, upper_bound) in [("Earth", 1.0), ("Titan", 1.0), ("Pluto", 0.01)] {
         let mut body = catalog.bodies().iter().find(|b| b.name == name).expect(name).clone();
-        // Black ground: light reflected by the ground would illuminate thin air too.
+        // The ground is black, as the light that it reflects would illuminate thin air, too.
         (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
         let table = multi_scatter_table::table(&body).expect("a table");
         assert_eq!(table.len(), multi_scatter_table::NODES);
         let brightest = table[..multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS]
             .iter()
-            .map(|v| v.truncate().max_element().powi(2))
+            .map(|root| root.truncate().max_element().powi(2))
             .fold(0.0, f32::max);
         assert!(table.iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{name}");
         assert!(brightest > 0.0 && brightest < upper_bound, "{name}: {brightest}");
     }
     let time = "2024-06-08T06:00:00Z";
-    let (once, many) = (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
-    let (once, many) = (SESSION.draw(&once, SAMPLING, true).expect("draws"), SESSION.draw(&many, SAMPLING, true).expect("draws"));
-    let total = |d: &orrery::session::DrawnFrame| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
-    let ratio = total(&many) / total(&once);
+    let (single, multiple) =
+        (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
+    let (single, multiple) =
+        (SESSION.draw(&single, SAMPLING, true).expect("draws"), SESSION.draw(&multiple, SAMPLING, true).expect("draws"));
+    let total_blue = |d: &orrery::session::DrawnFrame| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
+    let ratio = total_blue(&multiple) / total_blue(&single);
     assert!(ratio > 1.1 && ratio < 2.0, "{ratio}");
 }

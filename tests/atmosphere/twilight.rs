@@ -1,23 +1,28 @@
-//! Twilight skylight on level ground: the table of multiple scattering against photons that are followed backwards through the same spherical air.
+//! Skylight on level ground in twilight: the multiple-scattering table against a Monte Carlo simulation that follows photons backwards
+//! through the same spherical air.
 
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::scene::multi_scatter_table;
 use std::f64::consts::{PI, TAU};
 
-/// An atmosphere of gas only above a ground of given albedo, for one channel. Lengths in km.
+/// A planet whose atmosphere is gas only, in one channel. Lengths in km.
 struct Gas {
     radius: f64,
+    /// Height of the top above the ground.
     top: f64,
     scale_height: f64,
+    /// Scattering coefficient at the ground, per km.
     scattering: f64,
+    /// Of the ground, a Lambert surface.
     albedo: f64,
 }
 
+/// Xorshift generator.
 struct Random(u64);
 
 impl Random {
-    /// Greater than 0, at most 1.
+    /// Uniform, greater than 0, at most 1.
     fn uniform(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -25,6 +30,7 @@ impl Random {
         ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
+    /// A direction at an angle of this cosine to `from`, at a random azimuth.
     fn deflected(&mut self, from: DVec3, cosine: f64) -> DVec3 {
         let (sin, cos) = (TAU * self.uniform()).sin_cos();
         let (x, y) = from.any_orthonormal_pair();
@@ -32,13 +38,16 @@ impl Random {
     }
 }
 
-/// Irradiance relative to the Sun's: from light scattered once, and from all orders.
+/// Skylight on level ground, relative to the Sun's irradiance.
 struct Sky {
+    /// From light scattered once.
     once: f64,
+    /// From light of all orders.
     all: f64,
 }
 
 impl Gas {
+    /// Relative to the ground.
     fn density(&self, p: DVec3) -> f64 {
         (-(p.length() - self.radius) / self.scale_height).exp()
     }
@@ -62,21 +71,21 @@ impl Gas {
         (-column * step * self.scattering).exp()
     }
 
-    /// Skylight by delta tracking backwards from level ground; each scattering adds the sunlight scattered there.
+    /// Skylight by delta tracking along paths backwards from the ground; each scattering adds the sunlight scattered there into the path.
     fn sky(&self, sun_cosine: f64, paths: u32) -> Sky {
         let sun = DVec3::new((1.0 - sun_cosine * sun_cosine).sqrt(), 0.0, sun_cosine);
         let mut random = Random(0x2545_f491_4f6c_dd1d);
         let mut sky = Sky { once: 0.0, all: 0.0 };
         for _ in 0..paths {
-            // Importance sampling of the horizon and the Sun's direction, from which most light comes: the cosine is a squared random number, and seven
-            // of ten azimuths are within 0.8 rad of the Sun's.
-            let root = random.uniform();
-            let cosine = root * root;
+            // Importance sampling of the horizon and the Sun's azimuth, from where most light comes: the zenith cosine is the square of a
+            // random number, and seven of ten azimuths are within 0.8 rad of the Sun's.
+            let cosine_root = random.uniform();
+            let cosine = cosine_root * cosine_root;
             let azimuth = if random.uniform() < 0.7 { 0.8 } else { PI } * (2.0 * random.uniform() - 1.0);
             let azimuth_density = 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
             let horizontal = (1.0 - cosine * cosine).sqrt();
             let mut along = DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine);
-            let mut weight = cosine * 2.0 * root / azimuth_density;
+            let mut weight = cosine * 2.0 * cosine_root / azimuth_density;
             let mut position = DVec3::Z * (self.radius + 0.002);
             for order in 0..60 {
                 let ground = Self::distance_to_sphere(position, along, self.radius, true);
@@ -120,8 +129,8 @@ impl Gas {
     }
 }
 
-/// With the Sun from the horizon to 6 degrees below it, although the table assumes for its higher orders that the surrounding air is uniform. Single
-/// scattering alone would fail.
+/// With the Sun from the horizon to 6 degrees below it. The table agrees although, for orders above the second, it assumes that the
+/// surrounding air is lit uniformly. Single scattering alone would fail.
 #[test]
 fn twilight_from_the_table_agrees_with_photons() {
     let mut earth = Catalog::embedded().body(NaifId::EARTH).expect("the Earth").clone();
@@ -130,8 +139,8 @@ fn twilight_from_the_table_agrees_with_photons() {
     let (top, species) = (air.top_km, air.species[0].clone());
     let table = multi_scatter_table::table(&earth).expect("a table");
     for (column, paths) in [(6, 100_000), (5, 100_000), (4, 200_000), (3, 400_000)] {
-        let cosine = multi_scatter_table::sun_cosine(column);
-        assert!((-0.105..0.01).contains(&cosine), "{cosine}");
+        let sun_cosine = multi_scatter_table::sun_cosine(column);
+        assert!((-0.105..0.01).contains(&sun_cosine), "{sun_cosine}");
         for channel in [1, 2] {
             let gas = Gas {
                 radius: earth.radii_km.x,
@@ -140,17 +149,17 @@ fn twilight_from_the_table_agrees_with_photons() {
                 scattering: species.scattering_per_km[channel],
                 albedo: earth.target_mean_colour()[channel],
             };
-            let sky = gas.sky(cosine, paths);
+            let sky = gas.sky(sun_cosine, paths);
             let tabulated = f64::from(table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column][channel]).powi(2);
             println!(
                 "{:.2} degrees, channel {channel}: {:.3} of {:.3e}, once {:.3}",
-                cosine.asin().to_degrees(),
+                sun_cosine.asin().to_degrees(),
                 tabulated / sky.all,
                 sky.all,
                 sky.once / sky.all
             );
-            assert!((tabulated / sky.all - 1.0).abs() < 0.1, "{cosine:.3}, channel {channel}: {tabulated:.3e} for {:.3e}", sky.all);
-            assert!(sky.once / sky.all < 0.9, "{cosine:.3}, channel {channel}: {:.3e} of {:.3e}", sky.once, sky.all);
+            assert!((tabulated / sky.all - 1.0).abs() < 0.1, "{sun_cosine:.3}, channel {channel}: {tabulated:.3e} for {:.3e}", sky.all);
+            assert!(sky.once / sky.all < 0.9, "{sun_cosine:.3}, channel {channel}: {:.3e} of {:.3e}", sky.once, sky.all);
         }
     }
 }

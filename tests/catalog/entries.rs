@@ -1,4 +1,4 @@
-//! The entire catalog: the shipped entries are valid, and invalid files give exactly the expected error lines.
+//! The shipped catalog is valid and agrees with its sources; invalid user files give exactly the expected error lines.
 
 use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
 
@@ -22,10 +22,15 @@ fn the_shipped_catalog_is_valid() {
         assert!(!b.sources.is_empty(), "{} names no source", b.name);
         if let Motion::MeanElements(e) = &b.motion {
             assert!(e.semi_major_axis_km > b.radii_km.x, "{}", b.name);
-            let gm = b.parent.and_then(|p| catalog.body(p)).and_then(|p| p.gm_km3_s2).unwrap() + b.gm_km3_s2.unwrap_or(0.0);
+            let gm_km3_s2 = b.parent.and_then(|p| catalog.body(p)).and_then(|p| p.gm_km3_s2).unwrap() + b.gm_km3_s2.unwrap_or(0.0);
             // Kepler's third law; the primary's oblateness changes the mean motion of the small inner moons by up to 2 percent.
-            let n = (gm / e.semi_major_axis_km.powi(3)).sqrt().to_degrees() * 86_400.0;
-            assert!((n / e.mean_motion_deg_day - 1.0).abs() < 0.02, "{}: {n} against {}", b.name, e.mean_motion_deg_day);
+            let deg_per_day = (gm_km3_s2 / e.semi_major_axis_km.powi(3)).sqrt().to_degrees() * 86_400.0;
+            assert!(
+                (deg_per_day / e.mean_motion_deg_day - 1.0).abs() < 0.02,
+                "{}: {deg_per_day} against {}",
+                b.name,
+                e.mean_motion_deg_day
+            );
         }
     }
     let mars = catalog.body(NaifId(499)).unwrap();
@@ -37,7 +42,7 @@ fn the_shipped_catalog_is_valid() {
     assert!(catalog.body(NaifId::EARTH).unwrap().atmosphere.as_ref().unwrap().species.len() == 3);
 }
 
-/// Irwin et al. 2024: Uranus and Neptune are nearly one pale greenish blue, Neptune slightly bluer.
+/// Irwin et al. 2024: Uranus and Neptune have nearly the same pale greenish blue; Neptune is slightly bluer.
 #[test]
 fn neptune_is_pale_and_close_to_uranus() {
     let catalog = Catalog::embedded();
@@ -46,7 +51,7 @@ fn neptune_is_pale_and_close_to_uranus() {
 }
 
 #[test]
-fn places_have_names() {
+fn bodies_and_barycenters_are_found_by_name() {
     let catalog = Catalog::embedded();
     for (name, id) in [
         ("moon", 301),
@@ -103,7 +108,7 @@ fn a_new_body_needs_all_fields() {
 }
 
 #[test]
-fn invalid_rings_and_body_names_are_reported() {
+fn invalid_rings_names_ids_and_toml_are_reported() {
     let found = problems(
         "[[ring]]\nbody = \"Saturn\"\nname = \"X\"\ninner_km = 9.0\nouter_km = 8.0\ntau_normal = nan\n\n[[atmosphere]]\nbody = \"Marz\"\ntop_km = 1.0\n",
     );
@@ -119,12 +124,12 @@ fn invalid_rings_and_body_names_are_reported() {
     assert!(!syntax_error.is_empty() && syntax_error[0].starts_with("mine.toml:1: not TOML: "), "{syntax_error:?}");
     let no_id = problems("[[body]]\nname = \"Nobody\"\n");
     assert_eq!(no_id, ["mine.toml:1: Nobody.id is missing: expected a NAIF code above 9"]);
-    let doubled = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
-    assert_eq!(doubled.len(), 1, "{doubled:?}");
+    let duplicate_alias = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
+    assert_eq!(duplicate_alias.len(), 1, "{duplicate_alias:?}");
 }
 
 #[test]
-fn the_users_file_overrides_fields_only() {
+fn the_users_file_overrides_only_the_fields_that_it_contains() {
     let text = "[[body]]\nid = 499\ngeometric_albedo = 0.9\n[body.maps.albedo]\nfile = \"red.png\"\n";
     let mine = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).unwrap();
     let embedded = Catalog::embedded();
@@ -137,7 +142,7 @@ fn the_users_file_overrides_fields_only() {
 
 /// Each albedo and colour either was read in a source, or is marked as an estimate with its error. Only the Earth's albedo is both.
 #[test]
-fn unsourced_values_are_estimates() {
+fn values_without_a_source_are_marked_as_estimates() {
     let catalog = Catalog::embedded();
     let (mut sourced, mut estimated) = (0, 0);
     for b in catalog.bodies().iter().filter(|b| b.kind != BodyKind::Star) {
@@ -157,18 +162,18 @@ fn unsourced_values_are_estimates() {
     assert!(sourced > 30 && estimated > 30, "{sourced} {estimated}");
 }
 
-/// Half of the light is 0.75 magnitudes, by Pogson's law; a user's own value does not inherit the catalog's estimate.
+/// Half of the light is 0.75 magnitudes (Pogson). A value in a user's file does not inherit the error of the value that it replaces.
 #[test]
-fn an_estimate_states_its_error_and_belongs_to_its_value() {
+fn an_estimate_states_its_error_and_applies_only_to_the_catalogs_value() {
     let triton_with = |text: &str| {
         let catalog = Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]).expect("a catalog");
         catalog.body(NaifId(801)).expect("Triton").clone()
     };
     let triton = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
     assert_eq!(triton.estimate_notes()[0].to_string(), "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
-    let measured = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
-    assert_eq!(measured.estimates.albedo_percent, None);
-    assert!(measured.estimates.colour_percent.is_some(), "its colour is still the catalog's");
+    let users_value = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
+    assert_eq!(users_value.estimates.albedo_percent, None);
+    assert!(users_value.estimates.colour_percent.is_some(), "its colour is still the catalog's");
     assert!(triton_with("[[body]]\nid = 801\n").estimates.albedo_percent.is_some());
     let found = problems("[[body]]\nid = 801\n[body.estimates]\nalbedo_percent = 120\nalbedo = 3\n");
     assert_eq!(
@@ -180,10 +185,10 @@ fn an_estimate_states_its_error_and_belongs_to_its_value() {
     );
 }
 
-/// Rayleigh's law in the linear sRGB channels: the ratios of scattering in red and blue to green are the same for every gas, except for the slow change of
-/// refractivity and depolarisation with wavelength.
+/// Gases scatter with the inverse fourth power of the wavelength, so the ratios of red and blue to green (linear sRGB) are the same for
+/// all, except for the slow change of refractivity and depolarisation with wavelength.
 #[test]
-fn gases_scatter_by_the_fourth_power() {
+fn gases_scatter_with_the_wavelength_dependence_of_rayleigh() {
     let catalog = Catalog::embedded();
     let gas_scattering = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
     let earth = gas_scattering(NaifId::EARTH).expect("air");
@@ -198,7 +203,7 @@ fn gases_scatter_by_the_fourth_power() {
     assert_eq!(checked, 8);
 }
 
-/// Every radius that names the text kernel as its source equals the kernel's value, to the digit.
+/// Every radius whose source is the text kernel (pck00011) equals the kernel's value, to the digit.
 #[test]
 fn radii_equal_those_of_the_text_kernel() {
     let kernel = orrery_catalogs::PLANETARY_CONSTANTS;
@@ -215,11 +220,11 @@ fn radii_equal_those_of_the_text_kernel() {
         assert_eq!(radii, b.radii_km.to_array(), "{}", b.name);
         checked += 1;
     }
-    assert!(checked > 30, "{checked} bodies name the kernel");
-    assert_ne!(radii_of(399), radii_of(499), "the test's own parser must distinguish bodies");
+    assert!(checked > 30, "{checked} bodies have radii of the kernel");
+    assert_ne!(radii_of(399), radii_of(499), "the parser of this test must distinguish bodies");
 }
 
-/// CIE 1931 colour-matching functions as sums of lobes: C. Wyman, P.-P. Sloan & P. Shirley, JCGT 2 (2), 2013.
+/// CIE 1931 colour-matching functions as sums of asymmetric Gaussians: C. Wyman, P.-P. Sloan & P. Shirley, JCGT 2 (2), 2013.
 fn colour_matching(nm: f64) -> [f64; 3] {
     let lobe = |height: f64, peak: f64, width_below: f64, width_above: f64| {
         let x = (nm - peak) / if nm < peak { width_below } else { width_above };
@@ -232,7 +237,8 @@ fn colour_matching(nm: f64) -> [f64; 3] {
     ]
 }
 
-/// Linear sRGB with luminance 1 of reflectances at 440, 550 and 640 nm under sunlight; sunlight itself is white.
+/// The colour (linear sRGB of luminance 1) of a body with these reflectances at 440, 550 and 640 nm in sunlight, if sunlight itself is
+/// white.
 fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
     let reflectance_at = |nm: f64| {
         if nm < 550.0 {
@@ -253,9 +259,9 @@ fn seen_colour(reflectance: [f64; 3]) -> [f64; 3] {
             white[c] += sun * m;
         }
     }
-    let d65 = [0.9505, 1.0, 1.089];
-    let [x, y, z]: [f64; 3] = std::array::from_fn(|c| body[c] / white[c] * d65[c]);
-    // IEC 61966-2-1.
+    let d65_white = [0.9505, 1.0, 1.089];
+    let [x, y, z]: [f64; 3] = std::array::from_fn(|c| body[c] / white[c] * d65_white[c]);
+    // XYZ to linear sRGB: IEC 61966-2-1.
     let rgb = [3.2406 * x - 1.5372 * y - 0.4986 * z, -0.9689 * x + 1.8758 * y + 0.0415 * z, 0.0557 * x - 0.2040 * y + 1.0570 * z];
     rgb.map(|v| v / (0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]))
 }
@@ -265,8 +271,9 @@ fn number_after(text: &str, word: &str) -> Option<f64> {
     text.split_once(word)?.1.split([' ', ',', ';', ')']).find(|w| !w.is_empty())?.parse().ok()
 }
 
-/// Colours are the perceived colours of the albedos or colour indices that the source names. Sampling the spectrum at only three wavelengths would give
-/// too little saturation: a red of 1.27 for Mars. Methane bands and the Earth's air require the exceptions that catalogs/README.md lists.
+/// Colours follow, by the spectrum, from the albedos or colour indices in their sources. Taking three wavelengths as red, green and blue
+/// instead would give too little saturation: a red of 1.27 for Mars. The Earth, Titan, Uranus and Neptune are exceptions
+/// (catalogs/README.md).
 #[test]
 fn colours_follow_from_the_albedos_in_their_sources() {
     let catalog = Catalog::embedded();
@@ -277,7 +284,7 @@ fn colours_follow_from_the_albedos_in_their_sources() {
             let list: Vec<f64> = list.split(", ").filter_map(|w| w.parse().ok()).collect();
             [list[0], list[1], list[2]]
         } else if let Some(b_v) = number_after(text, "B-V ") {
-            // Minus the Sun's own index (Ramirez et al. 2012).
+            // 0.653: B-V of the Sun (Ramirez et al. 2012).
             [10_f64.powf(-0.4 * (b_v - 0.653)), 1.0, number_after(text, "p(640)/p(550) ").unwrap_or(1.0)]
         } else {
             continue;
@@ -293,7 +300,8 @@ fn colours_follow_from_the_albedos_in_their_sources() {
     assert!((seen_colour([0.088, 0.17, 0.25])[0] - 1.27).abs() > 0.1, "three wavelengths would not suffice");
 }
 
-/// Errors that only the combination of files shows are reported at the line of the user's file that causes them, whatever the order of bodies.
+/// Errors that arise only with the shipped catalog are reported at the line of the user's file that causes them, whatever the order of
+/// bodies.
 #[test]
 fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     let moon = |id: i32, name: &str, parent: &str| {
@@ -311,6 +319,7 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     };
     assert_eq!(problems(&moon(50_001, "A", "Mars")), Vec::<String>::new(), "a valid moon");
     let lines_per_moon = moon(50_001, "A", "Mars").lines().count();
+    // Text of the file; line and part of each message.
     for (text, expected) in [
         ("[[body]]\nid = 401\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Phobos.parent is the body itself")]),
         ("[[body]]\nid = 499\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Mars.parent leads round in a circle: Phobos, Mars")]),

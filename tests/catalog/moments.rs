@@ -1,4 +1,4 @@
-//! The catalog's well-known moments show the described events, according to the ephemeris.
+//! The catalog's well-known moments show the events that they describe, according to the ephemeris.
 
 use glam::DVec3;
 use orrery::catalog::moments::{KINDS, Moment};
@@ -17,7 +17,7 @@ impl World {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         Self { catalog, ephemeris }
     }
-    /// Vector from one centre to another with light time, km.
+    /// Vector from one body's centre to another's, with light time, km.
     fn apparent_km(&self, from: NaifId, to: NaifId, t: Instant) -> DVec3 {
         let viewer = self.ephemeris.state(from, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("a place").state.pos_km;
         self.ephemeris.light_time_position(to, viewer, t).expect("a place").0 - viewer
@@ -25,12 +25,12 @@ impl World {
     fn radius_km(&self, id: NaifId) -> f64 {
         self.catalog.body(id).expect("a body").radii_km.x
     }
-    /// Distance between the axis of a body's shadow and the centre of the body that it falls on, in radii of the second body.
-    fn axis_miss_radii(&self, occluder: NaifId, onto: NaifId, t: Instant) -> f64 {
-        let to_sun = self.apparent_km(onto, NaifId::SUN, t);
-        let to_caster = self.apparent_km(onto, occluder, t);
-        let axis = (to_sun - to_caster).normalize();
-        to_caster.cross(axis).length() / self.radius_km(onto)
+    /// Distance of the receiver's centre from the axis of the occluder's shadow, in the receiver's radii.
+    fn shadow_axis_distance_radii(&self, occluder: NaifId, receiver: NaifId, t: Instant) -> f64 {
+        let to_sun = self.apparent_km(receiver, NaifId::SUN, t);
+        let to_occluder = self.apparent_km(receiver, occluder, t);
+        let axis = (to_sun - to_occluder).normalize();
+        to_occluder.cross(axis).length() / self.radius_km(receiver)
     }
 }
 
@@ -48,17 +48,17 @@ fn every_kind_has_moments_in_order_of_time() {
     }
 }
 
-/// The Moon's shadow axis passes the Earth's centre within the Earth's radius; half a day later it does not.
+/// The axis of the Moon's shadow meets the Earth; half a day later it is far off.
 #[test]
-fn solar_eclipses_are_central() {
+fn solar_eclipses_are_central_and_at_their_greatest() {
     let world = World::new();
     for m in of_kind(&world, "solar eclipse") {
-        let miss = world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time);
-        assert!(miss < 1.0, "{}: {miss} radii", m.name);
-        assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(43_200.0)) > 2.0);
+        let distance = world.shadow_axis_distance_radii(NaifId::MOON, NaifId::EARTH, m.time);
+        assert!(distance < 1.0, "{}: {distance} radii", m.name);
+        assert!(world.shadow_axis_distance_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(43_200.0)) > 2.0);
         // Greatest eclipse: ten minutes earlier or later the axis is farther away.
         for offset_s in [-600.0, 600.0] {
-            assert!(world.axis_miss_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(offset_s)) > miss, "{}", m.name);
+            assert!(world.shadow_axis_distance_radii(NaifId::MOON, NaifId::EARTH, m.time.plus_seconds(offset_s)) > distance, "{}", m.name);
         }
     }
 }
@@ -72,11 +72,11 @@ fn lunar_eclipses_are_total() {
         let to_sun = world.apparent_km(NaifId::EARTH, NaifId::SUN, m.time);
         let to_moon = world.apparent_km(NaifId::EARTH, NaifId::MOON, m.time);
         let behind_earth_km = -to_moon.dot(to_sun.normalize());
-        let umbra_km = earth - behind_earth_km * (sun - earth) / to_sun.length();
+        let umbra_radius_km = earth - behind_earth_km * (sun - earth) / to_sun.length();
         let axis_distance_km = to_moon.cross(to_sun.normalize()).length();
         assert!(
-            behind_earth_km > 0.0 && axis_distance_km + moon < umbra_km,
-            "{}: {axis_distance_km} km from the axis of an umbra of {umbra_km} km",
+            behind_earth_km > 0.0 && axis_distance_km + moon < umbra_radius_km,
+            "{}: {axis_distance_km} km from the axis of an umbra of {umbra_radius_km} km",
             m.name
         );
     }
@@ -87,25 +87,26 @@ fn transits_are_in_front_of_the_sun() {
     let world = World::new();
     for m in of_kind(&world, "transit") {
         let sun = world.apparent_km(NaifId::EARTH, NaifId::SUN, m.time);
-        let sun_rad = world.radius_km(NaifId::SUN) / sun.length();
+        let sun_radius_rad = world.radius_km(NaifId::SUN) / sun.length();
         let separation_rad = |id: i32| angle_rad(world.apparent_km(NaifId::EARTH, NaifId(id), m.time), sun);
         let planet = if m.name.contains("Venus") { 299 } else { 199 };
-        assert!(separation_rad(planet) < sun_rad && separation_rad(if planet == 299 { 199 } else { 299 }) > sun_rad, "{}", m.name);
+        let other_planet = if planet == 299 { 199 } else { 299 };
+        assert!(separation_rad(planet) < sun_radius_rad && separation_rad(other_planet) > sun_radius_rad, "{}", m.name);
     }
 }
 
-/// Three shadow axes meet Jupiter at the time at which the observed light left it.
+/// The axes of three shadows meet Jupiter at the time when the observed light left it.
 #[test]
 fn the_triple_shadow_has_three_shadows() {
     let world = World::new();
     let m = of_kind(&world, "shadows").next().expect("a moment");
-    let light_s = world.apparent_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
-    let light_left = m.time.plus_seconds(-light_s);
-    let shadow_on_jupiter = [501, 502, 503, 504].map(|id| world.axis_miss_radii(NaifId(id), NaifId(599), light_left) < 1.0);
+    let light_time_s = world.apparent_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
+    let light_left = m.time.plus_seconds(-light_time_s);
+    let shadow_on_jupiter = [501, 502, 503, 504].map(|id| world.shadow_axis_distance_radii(NaifId(id), NaifId(599), light_left) < 1.0);
     assert_eq!(shadow_on_jupiter, [true, true, false, true]);
 }
 
-/// Elevation of a body, such as the viewer's or the Sun, above Saturn's ring plane, degrees.
+/// Elevation of a body, such as the Earth or the Sun, above Saturn's ring plane, in degrees.
 fn ring_elevation_deg(world: &World, body: NaifId, t: Instant) -> f64 {
     let pole = world.ephemeris.body_from_icrf(NaifId(699), t).expect("an orientation").row(2);
     let from_saturn_km = -world.apparent_km(body, NaifId(699), t);
@@ -113,7 +114,7 @@ fn ring_elevation_deg(world: &World, body: NaifId, t: Instant) -> f64 {
 }
 
 #[test]
-fn rings_are_edge_on_unlit_or_open_as_described() {
+fn ring_moments_have_the_described_elevation_of_sun_or_earth() {
     let world = World::new();
     let all: Vec<&Moment> = of_kind(&world, "rings").collect();
     let named = |part: &str| all.iter().find(|m| m.name.contains(part)).unwrap_or_else(|| panic!("{part}")).time;
@@ -126,7 +127,7 @@ fn rings_are_edge_on_unlit_or_open_as_described() {
 }
 
 #[test]
-fn the_great_conjunction_is_six_arcminutes() {
+fn the_great_conjunction_is_six_arcminutes_wide() {
     let world = World::new();
     let m = of_kind(&world, "conjunction").next().expect("a moment");
     let separation_rad =
@@ -142,7 +143,8 @@ fn an_invalid_moment_is_reported_with_its_line() {
     for part in ["mine.toml:3", "solar eclipse", "mine.toml:4", "ISO 8601", "vantage"] {
         assert!(error.contains(part), "{part}: {error}");
     }
-    let unknown = text.replace("party", "rings").replace("soon", "2020-01-01").replace("from = \"Moon\"", "from = \"Moon\"\nfov_deg = 1.0");
-    let error = Catalog::with_files(&[("mine.toml".into(), unknown)]).expect_err("it is wrong").to_string();
+    let unknown_target =
+        text.replace("party", "rings").replace("soon", "2020-01-01").replace("from = \"Moon\"", "from = \"Moon\"\nfov_deg = 1.0");
+    let error = Catalog::with_files(&[("mine.toml".into(), unknown_target)]).expect_err("it is wrong").to_string();
     assert!(error.contains("mine.toml:5") && error.contains("did you mean \"earth\""), "{error}");
 }

@@ -1,4 +1,4 @@
-//! The built program's `bench` verb: the fields of its JSON, and its errors.
+//! `orrery bench`: the fields of its JSON, and its errors.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -17,7 +17,7 @@ fn number(value: &Value, what: &str) -> f64 {
 fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
     let out = bench(&["--json", "--scene", "saturn", "--scene", "moon-limb,whole-system", "--size", "48x32", "--frames", "2"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    assert!(out.stderr.is_empty(), "nothing on standard error in a pipe: {}", String::from_utf8_lossy(&out.stderr));
+    assert!(out.stderr.is_empty(), "into a pipe it must not report progress: {}", String::from_utf8_lossy(&out.stderr));
     let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
     assert_eq!((&report["width"], &report["height"], &report["frames"]), (&48.into(), &32.into(), &2.into()));
     assert!(number(&report["threads"], "threads") >= 1.0);
@@ -29,14 +29,14 @@ fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
         assert!(0.0 < least && least <= median, "{scene}");
         let stages = scene["stages"].as_object().expect("an object");
         assert_eq!(stages.keys().map(String::as_str).collect::<Vec<_>>(), ["draw_ms", "maps_ms", "plan_ms", "scene_ms", "shaders_ms"]);
-        // Each figure is rounded to the microsecond.
+        // Each of the six figures is rounded to a microsecond.
         let sum: f64 = stages.values().map(|v| number(v, "a stage")).sum();
         assert!(sum <= median + 0.003, "stages take {sum} of {median} ms");
         for cpu in scene["stages_cpu"].as_object().expect("an object").values().chain([&scene["median_cpu_ms"]]) {
-            assert!(cpu.is_null() || number(cpu, "a processor time") >= 0.0);
+            assert!(cpu.is_null() || number(cpu, "a CPU time") >= 0.0);
             assert!(
                 cpu.is_f64() || !std::path::Path::new("/proc/self/schedstat").exists(),
-                "the system has processor times, but the report has none"
+                "the system counts CPU times, but the report has none"
             );
         }
     }
@@ -55,9 +55,9 @@ fn invalid_arguments_are_refused_in_one_helpful_line() {
     }
 }
 
-/// Each shape model has more than three times the triangles of the one before, times above 0, and a median ratio between its quartiles.
+/// Each shape model has more than three times the triangles of the previous one, times above 0, and a median ratio between its quartiles.
 #[test]
-fn shape_models_have_their_own_table() {
+fn meshes_are_timed_in_a_table_of_their_own() {
     let out = bench(&["--meshes", "--size", "64x64", "--frames", "2"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
@@ -71,11 +71,11 @@ fn shape_models_have_their_own_table() {
             assert!(number(&quartiles[0], "low") <= median && median <= number(&quartiles[1], "high"), "{ratio}");
         }
     }
-    assert_eq!(bench(&["--meshes", "--scene", "saturn"]).status.code(), Some(2), "a scene is no mesh");
+    assert_eq!(bench(&["--meshes", "--scene", "saturn"]).status.code(), Some(2), "--meshes excludes --scene");
 }
 
 #[test]
-fn a_million_stars_are_a_scene() {
+fn the_scene_of_a_million_stars_can_be_timed() {
     let out = bench(&["--scene", "million-stars", "--size", "64x64", "--frames", "1"]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
@@ -90,7 +90,7 @@ fn each_active_effect_has_its_cost_and_light_change() {
     let effects = report["scenes"][0]["effects"].as_array().expect("a list");
     let light = |name: &str| {
         let row = effects.iter().find(|e| e["name"] == name).unwrap_or_else(|| panic!("{name} is not in {effects:?}"));
-        // On so small an image the noise exceeds most costs: still none is negative, and the noise is reported.
+        // In so small an image most costs are below the noise; none may be negative, and the noise must be reported.
         for (cost, noise) in [("wall_ms", "wall_noise_ms"), ("cpu_ms", "cpu_noise_ms")] {
             assert!(row[cost].is_null() == row[noise].is_null() && (cost == "cpu_ms" || row[cost].is_f64()), "{row}");
             assert!([cost, noise].iter().all(|c| row[*c].as_f64().is_none_or(|ms| ms >= 0.0)), "{row}");
@@ -98,13 +98,13 @@ fn each_active_effect_has_its_cost_and_light_change() {
         number(&row["light"], "light")
     };
     assert!(effects.iter().all(|e| e["wall_ms"].as_f64().is_some_and(|ms| ms >= 0.0)), "{effects:?}");
-    // The rings send more light to the viewer than their shadow blocks; clouds are on the Earth only.
+    // The rings add more light to the image than their shadow removes. Saturn has no clouds in the catalog.
     assert!(light("rings") > 0.1 && light("rings") < 1.0 && light("ring-shadow") < light("rings"));
     assert!(effects.iter().all(|e| e["name"] != "clouds"), "{effects:?}");
     assert!(bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]).stdout.windows(9).all(|w| w != b"\"effects\""));
 }
 
-/// Twice the width and height: four times the pixels, and the operations of each stay what they are.
+/// Twice the width and height are four times the pixels, and the operations per pixel stay the same.
 #[test]
 fn counted_operations_grow_with_the_number_of_pixels() {
     let counts = |size: &str| {
@@ -115,7 +115,7 @@ fn counted_operations_grow_with_the_number_of_pixels() {
     };
     let (small, large) = (counts("64x64"), counts("128x128"));
     assert!(small[0] > 0.0 && small[0] < 64.0 * 64.0, "there is sky beside the Moon: {small:?}");
-    assert!(small[1] > 20.0 * small[0] && small[2] >= small[0], "each shaded pixel takes operations and reads a map: {small:?}");
+    assert!(small[1] > 20.0 * small[0] && small[2] >= small[0], "each shaded pixel must take operations and read a map: {small:?}");
     for (of_small, of_large) in small.into_iter().zip(large) {
         assert!((of_large / of_small / 4.0 - 1.0).abs() < 0.1, "{small:?} {large:?}");
     }

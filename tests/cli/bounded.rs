@@ -1,8 +1,8 @@
-//! For each kind of input of at most 1 MB, the most expensive ones end within 15 s of CPU time and 1 GB of memory.
+//! The most expensive inputs of up to 1 MB, of each kind, are processed within 15 s of CPU time and 1 GB of memory.
 //!
-//! The goal is 5 s, and the slowest took 3 s on a quiet machine (docs/reliability.md); tests running in parallel slow a development build down. The limits are the
-//! system's own (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. The limit of address space must be larger than the limit of memory: it is
-//! the address space of the program with a harmless input plus 1 GB.
+//! The goal is 5 s, and the slowest input took 3 s on a quiet machine (docs/reliability.md); tests that run in parallel slow down a
+//! development build. The system enforces the limits (`ulimit -t`, `ulimit -v`): a program that exceeds them is killed, or aborts. The
+//! limit of the address space is the address space of the program with a harmless input plus 1 GB.
 
 use crate::support::sweep;
 use std::cell::Cell;
@@ -11,13 +11,13 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 const MEGABYTE: usize = 1_000_000;
-const SECONDS: u32 = 15;
-/// Kilobytes: the program maps about 0.6 GB at its start, with one thread.
+const CPU_SECONDS: u32 = 15;
+/// With one thread the program maps about 0.6 GB at its start.
 const ADDRESS_SPACE_KB: u32 = 1_600_000;
 
 fn orrery(cache: &Path, args: &[&str], input: &[u8]) -> Output {
     let mut command = Command::new("bash");
-    command.arg("-c").arg(format!("ulimit -c 0; ulimit -t {SECONDS}; ulimit -v {ADDRESS_SPACE_KB}; exec \"$@\"")).arg("bash");
+    command.arg("-c").arg(format!("ulimit -c 0; ulimit -t {CPU_SECONDS}; ulimit -v {ADDRESS_SPACE_KB}; exec \"$@\"")).arg("bash");
     command.arg(crate::support::program::path()).args(["--renderer", "software", "--threads", "1", "--cache"]).arg(cache).args(args);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
@@ -37,7 +37,7 @@ fn assert_terminates(cache: &Path, case: &str, args: &[&str], input: &[u8]) {
     assert!(matches!(out.status.code(), Some(0..=2)) && !stderr_text.contains("panicked"), "{case}: {:?}: {start}", out.status);
 }
 
-/// As many numbered items as fit into a megabyte.
+/// As many items, numbered from 0, as fit into a megabyte.
 fn fill_a_megabyte(item: impl Fn(usize) -> String) -> String {
     let mut text = String::new();
     for k in 0.. {
@@ -50,12 +50,13 @@ fn fill_a_megabyte(item: impl Fn(usize) -> String) -> String {
     text
 }
 
+/// A megabyte of opening and closing brackets, all opening ones first.
 fn nested(open: &str, close: &str) -> String {
     let depth = MEGABYTE / (open.len() + close.len());
     format!("{}{}", open.repeat(depth), close.repeat(depth))
 }
 
-/// A valid body for a catalog.
+/// A valid body of a catalog file.
 fn body(id: usize, parent: &str) -> String {
     format!(
         "[[body]]\nid = {id}\nname = \"B{id}\"\nkind = \"moon\"\nparent = \"{parent}\"\nradii_km = [1, 1, 1]\ngeometric_albedo = 0.1\n\
@@ -64,17 +65,21 @@ fn body(id: usize, parent: &str) -> String {
 }
 
 #[test]
-fn catalogs_of_a_megabyte() {
+fn catalogs_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
-    let first = 2_000_000;
-    let dots = vec!["a"; MEGABYTE / 2].join(".");
+    let first_id = 2_000_000;
+    let dotted_key = vec!["a"; MEGABYTE / 2].join(".");
     let names = fill_a_megabyte(|k| format!("\"n{k}\","));
     let cases = [
         ("nothing", String::new()),
-        ("a chain of parents", fill_a_megabyte(|k| body(first + k, &if k == 0 { "Sun".into() } else { format!("B{}", first + k - 1) }))),
-        ("one long circle", fill_a_megabyte(|k| body(first + k, &format!("B{}", first + (k + 1) % 2500)))),
-        ("bodies without anything", fill_a_megabyte(|k| format!("[[body]]\nid = {}\n", first + k))),
-        ("one body for ever", fill_a_megabyte(|_| "[[body]]\nid = 401\n".into())),
+        (
+            "a chain of parents",
+            fill_a_megabyte(|k| body(first_id + k, &if k == 0 { "Sun".into() } else { format!("B{}", first_id + k - 1) })),
+        ),
+        // Over 2500 bodies fit; the parents of the others are in the circle.
+        ("a circle of 2500 parents", fill_a_megabyte(|k| body(first_id + k, &format!("B{}", first_id + (k + 1) % 2500)))),
+        ("bodies without fields", fill_a_megabyte(|k| format!("[[body]]\nid = {}\n", first_id + k))),
+        ("the same body again and again", fill_a_megabyte(|_| "[[body]]\nid = 401\n".into())),
         (
             "rings of unknown bodies",
             fill_a_megabyte(|k| format!("[[ring]]\nbody = \"mars{k}\"\nname = \"r\"\ninner_km = 4e3\nouter_km = 5e3\ntau_normal = 0.1\n")),
@@ -110,14 +115,14 @@ fn catalogs_of_a_megabyte() {
             }),
         ),
         ("unknown fields", format!("[[body]]\nid = 401\n{}", fill_a_megabyte(|k| format!("x{k} = 1\n")))),
-        ("names", format!("[[body]]\nid = 401\naliases = [{names}]\n")),
-        ("one name", format!("[[body]]\nid = 401\nname = \"{}\"\n", "n".repeat(MEGABYTE))),
+        ("aliases", format!("[[body]]\nid = 401\naliases = [{names}]\n")),
+        ("a long name", format!("[[body]]\nid = 401\nname = \"{}\"\n", "n".repeat(MEGABYTE))),
         ("lists in lists", format!("a = {}", nested("[", "]"))),
         ("tables in tables", format!("a = {}", nested("{a=", "}"))),
-        ("a dotted key", format!("{dots} = 1\n")),
-        ("a dotted head", format!("[{dots}]\n")),
-        ("many heads", fill_a_megabyte(|k| format!("[a{k}.b]\n"))),
-        ("no TOML", "= = =\n".repeat(MEGABYTE / 6)),
+        ("a dotted key", format!("{dotted_key} = 1\n")),
+        ("a dotted table header", format!("[{dotted_key}]\n")),
+        ("table headers", fill_a_megabyte(|k| format!("[a{k}.b]\n"))),
+        ("not TOML", "= = =\n".repeat(MEGABYTE / 6)),
         ("quotes", "\"".repeat(MEGABYTE)),
     ];
     for (k, (case, text)) in cases.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
@@ -135,34 +140,34 @@ fn catalogs_of_a_megabyte() {
         let image = image.to_str().expect("a plain name");
         let view = ["render", "--target", "mars", "--time", "2024-01-01", "--size", "16x16", "--overwrite", "-o", image];
         assert_terminates(folder.path(), case, &[&view[..], &["--catalogs", catalog]].concat(), &[]);
-        // The ephemeris and the list of names must end too.
+        // `doctor` lists all bodies and all errors of the catalog.
         assert_terminates(folder.path(), case, &["doctor", "--catalogs", catalog], &[]);
     }
 }
 
 #[test]
-fn fragments_of_a_megabyte() {
+fn fragments_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let (_, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
-    let inside = |statements: String| text.replace("    return displayed", &format!("{statements}\n    return displayed"));
+    let in_function = |statements: String| text.replace("    return displayed", &format!("{statements}\n    return displayed"));
     let cases = [
         ("nothing", (*text).to_owned()),
-        ("parentheses", inside(format!("let a = {}1{};", "(".repeat(400_000), ")".repeat(400_000)))),
-        ("a sum", inside(format!("let a = 1.0{};", " + 1.0".repeat(150_000)))),
-        ("signs", inside(format!("let a = {}1;", "- ".repeat(400_000)))),
-        ("members", inside(format!("let a = radiance{};", ".x".repeat(400_000)))),
-        ("indices", inside(format!("let a = radiance{};", "[0]".repeat(300_000)))),
-        ("calls", inside(format!("let a = {}1.0{};", "abs(".repeat(200_000), ")".repeat(200_000)))),
-        ("blocks", inside(nested("{", "}"))),
-        ("conditions", inside(nested("if true {", "}"))),
-        ("else", inside(format!("if true {{}}{}", " else if true {}".repeat(60_000)))),
+        ("parentheses", in_function(format!("let a = {}1{};", "(".repeat(400_000), ")".repeat(400_000)))),
+        ("a sum", in_function(format!("let a = 1.0{};", " + 1.0".repeat(150_000)))),
+        ("signs", in_function(format!("let a = {}1;", "- ".repeat(400_000)))),
+        ("members", in_function(format!("let a = radiance{};", ".x".repeat(400_000)))),
+        ("indices", in_function(format!("let a = radiance{};", "[0]".repeat(300_000)))),
+        ("calls", in_function(format!("let a = {}1.0{};", "abs(".repeat(200_000), ")".repeat(200_000)))),
+        ("blocks", in_function(nested("{", "}"))),
+        ("conditions", in_function(nested("if true {", "}"))),
+        ("else", in_function(format!("if true {{}}{}", " else if true {}".repeat(60_000)))),
         ("types", format!("{text}\nalias t = {}f32{};", "array<".repeat(100_000), ">".repeat(100_000))),
-        ("less than", inside(format!("let a = 1{};", " < 1".repeat(200_000)))),
+        ("less than", in_function(format!("let a = 1{};", " < 1".repeat(200_000)))),
         ("comments", format!("{text}\n{}", nested("/*", "*/"))),
         ("alternatives", format!("{text}\n{}", "@if(a) ".repeat(120_000))),
         ("names", format!("{text}\n{}", fill_a_megabyte(|k| format!("const c{k} = 1;\n")))),
         ("functions", format!("{text}\nfn g0() {{}}\n{}", fill_a_megabyte(|k| format!("fn g{}() {{ g{k}(); }}\n", k + 1)))),
-        ("statements", inside(fill_a_megabyte(|k| format!("let a{k} = {k};\n")))),
+        ("statements", in_function(fill_a_megabyte(|k| format!("let a{k} = {k};\n")))),
         ("attributes", format!("{text}\n{}", "@a ".repeat(300_000))),
         ("noise", "\u{0}".repeat(MEGABYTE)),
     ];
@@ -171,13 +176,13 @@ fn fragments_of_a_megabyte() {
         std::fs::create_dir_all(shaders.join("entry")).expect("a folder");
         std::fs::write(shaders.join("entry/tone_map.wesl"), text).expect("a file");
         assert_terminates(folder.path(), case, &["shader", "emit", "tone_map", "--shaders", shaders.to_str().expect("a plain name")], &[]);
-        // Fragments are validated and lowered too.
+        // `shader cost` also lowers the module for the software renderer.
         assert_terminates(folder.path(), case, &["shader", "cost", "tone_map", "--shaders", shaders.to_str().expect("a plain name")], &[]);
     }
 }
 
 #[test]
-fn stars_shapes_kernels_and_images_of_a_megabyte() {
+fn stars_heights_kernels_shapes_and_images_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let write_file = |name: &str, bytes: &[u8]| {
         std::fs::write(folder.path().join(name), bytes).expect("a file");
@@ -187,30 +192,30 @@ fn stars_shapes_kernels_and_images_of_a_megabyte() {
     for (case, text) in [
         ("stars", format!("ra,dec,v\n{}", fill_a_megabyte(|k| format!("{},{},6\n", k % 360, k % 90)))),
         ("stars at one place", format!("ra,dec,v\n{}", "0,0,1\n".repeat(MEGABYTE / 6))),
-        ("columns", format!("ra,dec,v{}\n", ",x".repeat(MEGABYTE / 2))),
+        ("many columns", format!("ra,dec,v{}\n", ",x".repeat(MEGABYTE / 2))),
         ("one long line", ",".repeat(MEGABYTE)),
         ("brackets", "(".repeat(MEGABYTE)),
         ("empty lines", "\n".repeat(MEGABYTE)),
     ] {
         assert_terminates(folder.path(), case, &[&view[..], &["--stars", &write_file("stars.csv", text.as_bytes())]].concat(), &[]);
     }
-    let mut bomb = Vec::new();
-    let mut writer = png::Encoder::new(&mut bomb, 7600, 3800);
+    let mut height_map = Vec::new();
+    let mut writer = png::Encoder::new(&mut height_map, 7600, 3800);
     writer.set_color(png::ColorType::Grayscale);
     writer.set_depth(png::BitDepth::Sixteen);
     writer.write_header().and_then(|mut w| w.write_image_data(&vec![0x4e; 7600 * 3800 * 2])).expect("a PNG");
-    assert!(bomb.len() < MEGABYTE, "{}", bomb.len());
+    assert!(height_map.len() < MEGABYTE, "{}", height_map.len());
     for (case, name, bytes) in [
-        ("heights of 29 million zeros", "moon.png", bomb),
-        ("a label for ever", "moon.lbl", b"^IMAGE = \"a.img\"\n".repeat(MEGABYTE / 20)),
+        ("29 million equal heights", "moon.png", height_map),
+        ("a label that repeats its first line", "moon.lbl", b"^IMAGE = \"a.img\"\n".repeat(MEGABYTE / 20)),
         ("a TIFF of directories", "moon.tif", [b"II*\0\x08\0\0\0".to_vec(), vec![1; MEGABYTE]].concat()),
     ] {
         assert_terminates(folder.path(), case, &[&view[..], &["--lunar-heights", &write_file(name, &bytes)]].concat(), &[]);
     }
     for (case, bytes) in [
         ("a kernel of zeros", vec![0; MEGABYTE]),
-        ("a kernel of its own head", orrery_catalogs::PLUTO_KERNEL[..1024].repeat(MEGABYTE / 1024)),
-        ("a kernel cut short", orrery_catalogs::PLUTO_KERNEL.iter().copied().take(MEGABYTE / 2).collect()),
+        ("a kernel that repeats its file record", orrery_catalogs::PLUTO_KERNEL[..1024].repeat(MEGABYTE / 1024)),
+        ("a truncated kernel", orrery_catalogs::PLUTO_KERNEL.iter().copied().take(MEGABYTE / 2).collect()),
     ] {
         assert_terminates(folder.path(), case, &[&view[..], &["--kernel", &write_file("kernel.bsp", &bytes)]].concat(), &[]);
     }
@@ -259,15 +264,15 @@ fn stars_shapes_kernels_and_images_of_a_megabyte() {
     }
     for (case, bytes) in [
         ("zeros", vec![0; MEGABYTE]),
-        ("a head alone", b"\x89PNG\r\n\x1a\n".repeat(MEGABYTE / 8)),
-        ("markers", b"\xff\xd8\xff\xe0".repeat(MEGABYTE / 4)),
+        ("signatures of PNG", b"\x89PNG\r\n\x1a\n".repeat(MEGABYTE / 8)),
+        ("markers of JPEG", b"\xff\xd8\xff\xe0".repeat(MEGABYTE / 4)),
     ] {
         assert_terminates(folder.path(), case, &["compare", &write_file("b.png", &bytes), &write_file("c.png", &bytes)], &[]);
     }
 }
 
 #[test]
-fn queries_views_and_names_of_a_megabyte() {
+fn queries_views_and_long_arguments_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |text: &str| {
         std::fs::write(folder.path().join("a.json"), text).expect("a file");
@@ -277,9 +282,9 @@ fn queries_views_and_names_of_a_megabyte() {
         ("lists", nested("[", "]")),
         ("objects", nested("{\"a\":", "}")),
         ("fields", format!("{{{}\"z\":0}}", fill_a_megabyte(|k| format!("\"x{k}\":0,")))),
-        ("a name", format!("{{\"body\":\"{0}\",\"center\":\"{0}\",\"time\":\"{0}\"}}", "m".repeat(MEGABYTE / 3))),
-        ("a question", format!("{{\"q\":\"{}\"}}", "sunlight".repeat(MEGABYTE / 8))),
-        ("a number", format!("{{\"q\":{}}}", "1".repeat(MEGABYTE))),
+        ("long names", format!("{{\"body\":\"{0}\",\"center\":\"{0}\",\"time\":\"{0}\"}}", "m".repeat(MEGABYTE / 3))),
+        ("a long question", format!("{{\"q\":\"{}\"}}", "sunlight".repeat(MEGABYTE / 8))),
+        ("a long number", format!("{{\"q\":{}}}", "1".repeat(MEGABYTE))),
         ("lines", "{}\n".repeat(2000)),
     ];
     for (case, text) in &texts {
@@ -292,7 +297,7 @@ fn queries_views_and_names_of_a_megabyte() {
             assert_terminates(folder.path(), case, &["view", "--settings", &path], &[]);
         }
     }
-    // The longest argument that the system allows.
+    // Almost the longest argument that the system allows (128 KiB on Linux).
     for part in ["+rings,", "moon:+rings,moon:-rings,", "m:+rings,", "+eclipse=limb-darkened,", ","] {
         let effects = part.repeat(120_000 / part.len());
         assert_terminates(
@@ -308,22 +313,23 @@ fn queries_views_and_names_of_a_megabyte() {
     assert_terminates(folder.path(), "target", &["explain", "--target", &long, "--time", "2024-01-01"], &[]);
 }
 
-/// An image as a PNG, and the compressed bytes of its one data chunk.
+/// An image of one colour as a PNG, and the compressed bytes of its only data chunk.
 fn blank_png(width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
     let mut bytes = Vec::new();
     let mut writer = png::Encoder::new(&mut bytes, width, height);
     writer.set_color(png::ColorType::Grayscale);
     writer.write_header().and_then(|mut w| w.write_image_data(&vec![0x4e; width as usize * height as usize])).expect("a PNG");
-    let length = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four")) as usize;
-    // After the signature and the head, of 8 and 25 bytes.
-    let data = bytes[41..41 + length(33)].to_vec();
+    let length_at = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four")) as usize;
+    // Signature and IHDR chunk have 33 bytes; IDAT begins with its length and type, of 4 bytes each.
+    let data = bytes[41..41 + length_at(33)].to_vec();
     (bytes, data)
 }
 
-/// A PNG of 16 x 8 pixels with a colour profile: its chunk stands between the head and the data.
-fn png_with_profile(compressed: &[u8]) -> Vec<u8> {
+/// A PNG of 16 x 8 pixels with this compressed colour profile, whose chunk is between IHDR and IDAT.
+fn png_with_profile(compressed_profile: &[u8]) -> Vec<u8> {
     let (small, _) = blank_png(16, 8);
-    let chunk = [&b"iCCPa\0\0"[..], compressed].concat();
+    let chunk = [&b"iCCPa\0\0"[..], compressed_profile].concat();
+    // CRC-32, as in the PNG specification.
     let mut crc = !0_u32;
     for byte in &chunk {
         crc ^= u32::from(*byte);
@@ -333,9 +339,9 @@ fn png_with_profile(compressed: &[u8]) -> Vec<u8> {
     [&small[..33], &length[..], &chunk, &(!crc).to_be_bytes(), &small[33..]].concat()
 }
 
-/// Inputs that once took minutes or gigabytes though each has less than a megabyte.
+/// Inputs that once took minutes or gigabytes, although each is smaller than a megabyte.
 #[test]
-fn maps_lines_shapes_and_surfaces_of_a_megabyte() {
+fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a plain name").to_owned();
     let write = |name: &str, bytes: &[u8]| {
@@ -344,49 +350,50 @@ fn maps_lines_shapes_and_surfaces_of_a_megabyte() {
         std::fs::write(folder.path().join(name), bytes).expect("a file");
     };
     let image = path("a.png");
-    let cases = Cell::new(0);
-    let terminates = |case: &str, target: &str, args: &[&str]| {
-        if !sweep::runs(cases.replace(cases.get() + 1), 4) {
+    let case_count = Cell::new(0);
+    let assert_view_terminates = |case: &str, target: &str, args: &[&str]| {
+        if !sweep::runs(case_count.replace(case_count.get() + 1), 4) {
             return;
         }
         let view = ["render", "--target", target, "--time", "2024-04-08T18:17:16Z", "--size", "32x32", "--overwrite", "-o", &image];
         assert_terminates(folder.path(), case, &[&view[..], args].concat(), &[]);
     };
     write("row/moon.jpg", &blank_png(60_000_000, 1).0);
-    terminates("a map of one row", "moon", &["--textures", &path("row")]);
+    assert_view_terminates("a map of one row", "moon", &["--textures", &path("row")]);
     write("profile/moon.jpg", &png_with_profile(&blank_png(8000, 8000).1));
-    terminates("a colour profile of 64 MB", "moon", &["--textures", &path("profile")]);
+    assert_view_terminates("a colour profile of 64 MB", "moon", &["--textures", &path("profile")]);
     write("sky.png", &blank_png(11_300, 5650).0);
-    terminates("a sky of 64 megapixels", "moon", &["--sky", &path("sky.png")]);
+    assert_view_terminates("a sky of 64 megapixels", "moon", &["--sky", &path("sky.png")]);
     for face in ["px", "nx", "py", "ny", "pz", "nz"] {
         write(&format!("cube/{face}.png"), &blank_png(7000, 7000).0);
     }
-    terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
-    let turns = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
+    assert_view_terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
+    let points = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
     let line =
-        format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", turns[..turns.len() - 100].rsplit_once(",[").expect("a place").0);
+        format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", points[..points.len() - 100].rsplit_once(",[").expect("a place").0);
     write("line/a.toml", b"[[layer]]\nname = \"a\"\nfile = \"a.json\"\nbody = \"Earth\"\n");
     write("line/a.json", line.as_bytes());
-    terminates("a line around the globe for ever", "earth", &["--catalogs", &path("line")]);
+    assert_view_terminates("a line thousands of times around the globe", "earth", &["--catalogs", &path("line")]);
     let layers = fill_a_megabyte(|k| format!("[[layer]]\nname = \"{k}\"\nfile = \"a.csv\"\nbody = \"Earth\"\n"));
     write("layers/a.toml", layers[..layers.len() - 200].rsplit_once("[[layer]]").expect("a layer").0.as_bytes());
     write("layers/a.csv", format!("lat_deg,lon_deg\n{}", "1,2\n".repeat(200_000)).as_bytes());
-    terminates("thousands of layers of one file", "earth", &["--catalogs", &path("layers")]);
+    assert_view_terminates("thousands of layers of one file", "earth", &["--catalogs", &path("layers")]);
+    // Points of a Fibonacci lattice on a sphere, joined in an arbitrary order.
     let corner = |k: usize| {
-        let (a, b) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
-        format!("v {:.2} {:.2} {:.2}\n", 11.0 * b.sin() * a.cos(), 11.0 * b.sin() * a.sin(), 11.0 * b.cos())
+        let (azimuth, polar) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
+        format!("v {:.2} {:.2} {:.2}\n", 11.0 * polar.sin() * azimuth.cos(), 11.0 * polar.sin() * azimuth.sin(), 11.0 * polar.cos())
     };
     let corners: String = (0..3000).map(corner).collect();
     let face = |k: usize| format!("f {} {} {}\n", 1 + k * 7919 % 3000, 1 + k * 104_729 % 3000, 1 + (k * 1299 + 7) % 3000);
     let faces: String = (0..50_000).map(face).collect();
     write("tangle/a.toml", b"[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n");
     write("tangle/a.obj", format!("{corners}{faces}").as_bytes());
-    terminates("a tangle of triangles", "phobos", &["--catalogs", &path("tangle")]);
+    assert_view_terminates("a tangle of triangles", "phobos", &["--catalogs", &path("tangle")]);
     let statements = fill_a_megabyte(|k| format!("a += sin(a + {k}.5);\n"));
     let surface = format!(
         "import package::lib::custom::surface_point::{{CustomSurface, SurfacePoint}};\nfn custom_surface(point: SurfacePoint) -> CustomSurface {{\nvar a = 0.0;\n{}return CustomSurface(vec3f(a), vec3f(0.0)); }}\n",
         &statements[..statements.len() - 1000].rsplit_once('\n').expect("a statement").0.to_owned()
     );
     write("a.wesl", surface.as_bytes());
-    terminates("a surface of statements", "mars", &["--surface", &format!("mars={}", path("a.wesl"))]);
+    assert_view_terminates("a surface of thousands of statements", "mars", &["--surface", &format!("mars={}", path("a.wesl"))]);
 }

@@ -1,4 +1,4 @@
-//! Stereo, domes and warps through the command line: sizes, f64 against f32, directions to pixels (`probe project`), and error messages.
+//! Stereo pairs, domes and warps by command line: image sizes, f64 against f32, pixels of directions (`probe project`), and error messages.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -23,13 +23,13 @@ fn render(args: &[&str], to: &Path) -> Result<image::RgbaImage, String> {
     }
 }
 
-/// Each composition gives an image of the requested size, and in f64 (`--quality reference`) the same as in f32: the mean difference is under 0.3
+/// Each composition has the requested size, and is the same in f64 (`--quality reference`) as in f32: the mean difference is below 0.3
 /// levels of 255.
 #[test]
 fn every_composition_is_drawn_in_both_precisions() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("mesh.data");
-    // Bourke's format: type 2 (planar), columns and rows, then x y u v and brightness of each node.
+    // Bourke's format: mesh type 2, columns and rows, then x y u v and the brightness of each node.
     std::fs::write(&mesh, "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.2 1 0 1 0.5\n1.2 1 1 1 1\n").expect("written");
     let mesh = mesh.to_str().expect("a UTF-8 path");
     for (k, args) in [
@@ -59,12 +59,12 @@ fn every_composition_is_drawn_in_both_precisions() {
 fn wrong_composition_arguments_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let mesh = folder.path().join("fold.data");
-    // The third column lies left of the second.
+    // The third column (x = 0) is left of the second (x = 0.5).
     std::fs::write(&mesh, "2\n3 2\n-1 -1 0 0 1\n0.5 -1 0.5 0 1\n0 -1 1 0 1\n-1 1 0 1 1\n0.5 1 0.5 1 1\n0 1 1 1 1\n").expect("written");
-    let (fold, none) = (mesh.to_str().expect("a UTF-8 path"), folder.path().join("none.data"));
+    let (fold, missing) = (mesh.to_str().expect("a UTF-8 path"), folder.path().join("none.data"));
     for (args, expected_words) in [
         (&["--warp", fold][..], &["fold.data:4: the mesh folds", "row 1, column 2"][..]),
-        (&["--warp", none.to_str().expect("a UTF-8 path")], &["none.data", "--warp takes a text file"]),
+        (&["--warp", missing.to_str().expect("a UTF-8 path")], &["none.data", "--warp takes a text file"]),
         (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo goes with the perspective projection"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], &["more than 0 km"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "1e9"], &["at most"]),
@@ -76,13 +76,12 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     }
     let exr = render(&["--stereo", "anaglyph"], &folder.path().join("x.exr")).expect_err("refused");
     assert!(exr.contains("display values"), "{exr}");
-    // Only the mesh is there.
+    // The folder contains only the mesh.
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
 }
 
-/// `probe project` gives the pixels of directions in fisheye and equirectangular images: compared with formulas in this test.
 #[test]
-fn project_knows_the_projections() {
+fn probe_project_gives_pixels_in_fisheye_and_equirectangular_images() {
     let project = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {
         let question = format!(
             r#"{{"q":"project","view":{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":[0,1,0]}},"up":"celestial"}},"time":"2024-04-08T18:17:16Z","size":[400,200],"projection":"{projection}","ra_deg":{ra},"dec_deg":{dec}}}"#
@@ -94,8 +93,8 @@ fn project_knows_the_projections() {
         let answer = v.get("ok").unwrap_or(v);
         [answer["x"].as_f64().expect("x"), answer["y"].as_f64().expect("y")]
     };
-    // Looking along right ascension 90 degrees, which is the centre: 60 is 30 degrees to its right, 30 is 60. The radius of the fisheye's circle, 100
-    // pixels, is 90 degrees. Aberration moves a direction by 0.006 degrees at most.
+    // The centre of the view is at a right ascension of 90 degrees: 60 is 30 degrees right of it, 30 is 60 degrees right. In the fisheye
+    // image 90 degrees are the circle's radius, 100 pixels. Aberration displaces a direction by at most 0.006 degrees.
     let [x, y] = pixel(&project("equirectangular", 60.0, 45.0));
     assert!((x - (200.0 + 30.0 / 360.0 * 400.0)).abs() < 0.1 && (y - (100.0 - 45.0 / 180.0 * 200.0)).abs() < 0.1, "{x} {y}");
     let [x, y] = pixel(&project("fisheye", 30.0, 0.0));

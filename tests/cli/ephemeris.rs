@@ -1,4 +1,5 @@
-//! Tables of `orrery ephemeris`, and rise and set at a place, against single queries, the horizon and a published almanac.
+//! `orrery ephemeris`: rows of tables against single queries; rise, set and twilight against the Sun's altitude at those instants; error
+//! messages.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -21,9 +22,9 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
-/// Every row equals a single query, in all formats.
+/// In JSON and in CSV; the rows of the text table have equal widths.
 #[test]
-fn rows_are_single_answers() {
+fn rows_of_a_table_equal_single_queries() {
     let span = ["--from", "2016-12-30", "--to", "2017-01-02", "--step", "1d"];
     let kinds: [(&[&str], &str, &str); 4] = [
         (&["--body", "mars", "--center", "sun"], "x_km", "/pos_km/0"),
@@ -34,7 +35,7 @@ fn rows_are_single_answers() {
     for (args, column, pointer) in kinds {
         let rows = json(&[args, &span].concat());
         let rows = rows.as_array().expect("rows");
-        // A leap second lies between the second and the third: the time of day stays.
+        // Every row has the same time of day, although there is a leap second between the second and the third.
         let times: Vec<&str> = rows.iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
         assert_eq!(times, ["2016-12-30T00:00:00Z", "2016-12-31T00:00:00Z", "2017-01-01T00:00:00Z", "2017-01-02T00:00:00Z"]);
         let csv = text(&[args, &span, &["--csv"]].concat());
@@ -42,8 +43,8 @@ fn rows_are_single_answers() {
         assert!(lines.len() == 5 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
         let column_index = lines[0].iter().position(|name| *name == column).expect("the column");
         for (row, line) in rows.iter().zip(&lines[1..]) {
-            let alone = json(&[args, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
-            let (found, expected) = (number(&row[column]), number(alone.pointer(pointer).expect("the same value")));
+            let single = json(&[args, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
+            let (found, expected) = (number(&row[column]), number(single.pointer(pointer).expect("the same value")));
             assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{args:?} {column}: {found} {expected}");
             assert!((line[column_index].parse::<f64>().expect("a number") - found).abs() <= 6e-4, "{csv}");
         }
@@ -54,7 +55,8 @@ fn rows_are_single_answers() {
     }
 }
 
-/// Sun and twilights: the horizontal table has the Sun at those altitudes at those instants, in middle latitudes, in the tropics and beyond the polar circles.
+/// At the instants of rise, set and twilight, a query for that instant has the Sun at the defining altitude: in middle latitudes, near the
+/// equator and beyond the polar circle.
 #[test]
 fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     let altitude = |place: &str, time: &str| number(&json(&["--body", "sun", "--at", place, "--time", time])[0]["altitude_deg"]);
@@ -62,7 +64,8 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     {
         let found = json(&["--rise-set", "--at", place, "--time", day]);
         for name in ["rise", "set"] {
-            // 34 minutes of refraction and 15.7 to 16.3 of the limb; roots are within 0.05 s, which is under 1e-3 degrees, written to the millisecond.
+            // The upper limb is at the horizon: refraction 34', semidiameter 15.7' to 16.3'. An error of 0.05 s in the time is below 1e-3
+            // degrees.
             let sun_altitude_deg = altitude(place, found[name]["time"].as_str().expect("a time"));
             assert!((-50.4 / 60.0..-49.6 / 60.0).contains(&sun_altitude_deg), "{place} {name}: {sun_altitude_deg}");
         }
@@ -78,7 +81,7 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
             }
         }
     }
-    // London in June has no end of astronomical twilight; Tromsø has no night then and no day in December.
+    // In June, astronomical twilight does not end in London, and the Sun does not set in Tromsø, where it does not rise in December.
     let london = json(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
     assert!(london["twilight"]["astronomical"]["dawn"].is_null() && london["twilight"]["nautical"]["dusk"].is_string(), "{london}");
     let tromso = |day: &str| json(&["--rise-set", "--at", "69.65,18.96", "--time", day]);
@@ -88,7 +91,7 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         december["rise"].is_null() && december["up_at_start"] == false && december["twilight"]["civil"]["dawn"].is_string(),
         "{december}"
     );
-    // Other bodies have no twilight; the text has a line for each event.
+    // Only the Sun has twilight. The text has a line for each event.
     assert!(json(&["--body", "moon", "--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"])["twilight"].is_null());
     let lines = text(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
     assert!(lines.lines().count() == 10 && lines.contains("astronomical dawn     none within the day"), "{lines}");

@@ -1,4 +1,5 @@
-//! `render --error` and `compare --error`: each pixel's bound holds against the reference quality, and a smaller bound fails.
+//! `render --error` and `compare --error`: the stated error bound of nearly every pixel holds against the reference quality, and that of
+//! another view does not.
 
 use crate::support::sweep;
 use std::path::Path;
@@ -20,7 +21,7 @@ fn run_successfully(folder: &Path, args: &[&str]) -> Output {
     out
 }
 
-/// Bodies with atmospheres, clouds, rings, an eclipse, craters.
+/// Views with atmospheres, clouds, rings, an eclipse, craters.
 const VIEWS: [(&str, &[&str]); 5] = [
     ("earth", &["--target", "earth", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "3"]),
     ("saturn", &["--target", "saturn", "--time", "2017-05-17T00:00:00Z"]),
@@ -29,30 +30,29 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
-/// Mean bounds that still distinguish a good image from a poor one, in levels of 255.
-const MEAN_OF_STANDARD: f64 = 16.0;
-const MEAN_OF_DRAFT: f64 = 40.0;
+/// Greatest mean of the bounds of an image's pixels, in levels of 255: larger bounds would hold but say nothing.
+const MAX_MEAN_OF_STANDARD: f64 = 16.0;
+const MAX_MEAN_OF_DRAFT: f64 = 40.0;
 
 #[test]
 fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     let mut pixels = 0.0;
-    let mut beyond_bound = 0.0;
-    // The control at the end needs the first two.
+    let mut pixels_beyond_bound = 0.0;
+    // The negative control at the end needs the first two.
     for (name, view) in VIEWS.into_iter().take(if sweep::in_full() { VIEWS.len() } else { 2 }) {
-        let all = [&["render", "--size", "160x160"][..], view].concat();
-        let stops = {
+        let exposure_stops = {
             let out = run_successfully(path, &[&["explain", "--size", "160x160", "--json"][..], view].concat());
             let explained: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
             explained["exposure"]["stops"].as_f64().expect("stops").to_string()
         };
-        let all = [&all[..], &["--exposure", &stops]].concat();
+        let render_args = [&["render", "--size", "160x160"][..], view, &["--exposure", &exposure_stops]].concat();
         let reference = format!("{name}-reference.png");
-        run_successfully(path, &[&all[..], &["--quality", "reference", "-o", &reference]].concat());
+        run_successfully(path, &[&render_args[..], &["--quality", "reference", "-o", &reference]].concat());
         for quality in ["draft", "standard"] {
             let (image, bound) = (format!("{name}-{quality}.png"), format!("{name}-{quality}-bound.png"));
-            run_successfully(path, &[&all[..], &["--quality", quality, "-o", &image, "--error", &bound]].concat());
+            run_successfully(path, &[&render_args[..], &["--quality", quality, "-o", &image, "--error", &bound]].concat());
             let out = run_successfully(path, &["compare", &image, &reference, "--error", &bound, "--json"]);
             let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
             let held_fraction = compared["bound_held"].as_f64().expect("a fraction");
@@ -63,13 +63,13 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
             };
             println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held_fraction);
             pixels += 160.0 * 160.0;
-            beyond_bound += (1.0 - held_fraction) * 160.0 * 160.0;
-            let useful_mean = if quality == "standard" { MEAN_OF_STANDARD } else { MEAN_OF_DRAFT };
-            assert!(mean_bound < useful_mean, "{name} {quality}: a mean bound of {mean_bound} levels is too loose");
+            pixels_beyond_bound += (1.0 - held_fraction) * 160.0 * 160.0;
+            let max_mean = if quality == "standard" { MAX_MEAN_OF_STANDARD } else { MAX_MEAN_OF_DRAFT };
+            assert!(mean_bound < max_mean, "{name} {quality}: a mean bound of {mean_bound} levels is too loose");
         }
     }
-    assert!(beyond_bound <= 1e-4 * pixels, "the bound fails in {beyond_bound} of {pixels} pixels");
-    // Negative control: the Earth's draft with Saturn's bound.
+    assert!(pixels_beyond_bound <= 1e-4 * pixels, "the bound fails in {pixels_beyond_bound} of {pixels} pixels");
+    // Negative control: the draft of the Earth with the bound of Saturn.
     let out =
         run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
     let compared: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
@@ -77,14 +77,14 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
 }
 
 #[test]
-fn the_linear_bound_is_written_and_other_files_are_refused() {
+fn linear_bounds_are_written_and_foreign_or_unsupported_files_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
     let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "moon.png"];
     run_successfully(path, &[&args[..], &["--error", "bound.exr", "--error", "bound.png"]].concat());
     let linear = image::open(path.join("bound.exr")).expect("a bound").to_rgb32f();
     assert!(linear.pixels().all(|p| p.0.iter().all(|v| v.is_finite() && *v >= 0.0)) && linear.pixels().any(|p| p.0[1] > 0.0));
-    // Repeated, it is the same; another view's file is not replaced.
+    // The same command again is accepted; the bound of another view is not overwritten.
     run_successfully(path, &[&args[..], &["--error", "bound.png"]].concat());
     let other =
         ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];

@@ -1,4 +1,5 @@
-//! Files written by the built program's `render`: their provenance, which are kept, which are refused, and that the same request always writes the same bytes.
+//! Files that `orrery render` writes: existing files of the same request are kept, others are refused, and the same request always writes
+//! the same bytes.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -20,7 +21,7 @@ fn path_text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
-/// Every file of a folder by name.
+/// Names and contents of the files in a folder, sorted by name.
 fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut all: Vec<_> = std::fs::read_dir(folder)
         .expect("a folder")
@@ -35,7 +36,7 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 const TIME: &str = "2024-04-08T18:17:16Z";
 const BASE: [&str; 6] = ["--target", "phobos", "--time", TIME, "--size", "12x10"];
 
-/// One option of the request changed at a time: each change alone makes it another request.
+/// One option is changed at a time: each change alone makes another request.
 #[test]
 fn a_file_of_another_request_is_refused_whatever_differs() {
     let folder = tempfile::Builder::new().prefix("frames").tempdir().expect("a folder");
@@ -44,7 +45,6 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let shaders = folder.path().join("shaders");
     [&catalogs, &maps, &shaders].iter().for_each(|f| std::fs::create_dir_all(f).expect("made"));
     std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
-    // A folder without any file of the catalog changes nothing.
     let fragment = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
     std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", fragment("entry/blur.wesl"))).expect("written");
@@ -53,7 +53,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     assert!(first.status.success() && first.stderr.is_empty(), "{}", stderr_text(&first));
     let bytes = std::fs::read(&path).expect("written");
 
-    // The same request in other words, and options that change no image.
+    // The same request written differently, and options that do not change the image; `maps` is an empty folder.
     for same in
         [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", path_text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
@@ -96,7 +96,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
         assert_eq!(std::fs::read(&path).expect("there"), bytes, "{args:?}: a refused file is left as it is");
     }
-    // With --overwrite it is replaced: the bytes are those of a fresh file.
+    // With --overwrite the file is replaced by the same bytes that a new file gets.
     let fresh = folder.path().join("fresh.png");
     for args in [&["--overwrite"][..], &[]] {
         let output = if args.is_empty() { &fresh } else { &path };
@@ -108,7 +108,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
 }
 
 #[test]
-fn a_sequence_resumes_with_its_own_frames_only() {
+fn a_sequence_resumes_only_from_its_own_frames() {
     for kind in ["png", "exr"] {
         let folder = tempfile::tempdir().expect("a folder");
         let path_of = |name: &str| folder.path().join(name);
@@ -117,7 +117,7 @@ fn a_sequence_resumes_with_its_own_frames_only() {
             let args = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", path_text(&pattern)];
             render(&[&args[..], more].concat())
         };
-        // Two machines share the sequence; a third finds it done.
+        // Two shards draw the entire sequence, so another run finds it complete.
         for shard in ["0/2", "1/2"] {
             let out = run("mars", &["--shard", shard]);
             assert!(out.status.success() && out.stderr.is_empty(), "{}", stderr_text(&out));
@@ -126,7 +126,7 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         assert_eq!(all_frames.len(), 4);
         let again = run("mars", &[]);
         assert!(again.status.success() && stderr_text(&again).contains("kept 4 of 4"), "{}", stderr_text(&again));
-        // Another request is refused before it draws anything.
+        // A sequence of another request is refused before anything is drawn.
         let other = run("venus", &[]);
         assert_eq!(other.status.code(), Some(1));
         assert!(
@@ -137,32 +137,32 @@ fn a_sequence_resumes_with_its_own_frames_only() {
         let other = run("venus", &["--shard", "1/2"]);
         assert!(other.status.code() == Some(1) && stderr_text(&other).contains("m-001"), "{}", stderr_text(&other));
         assert_eq!(files(folder.path()), all_frames, "a refused run changes no file");
-        // A missing file is drawn again; a truncated, altered or foreign one is refused, and replaced only with --overwrite.
+        // A missing frame is drawn again; a truncated, altered or foreign file is refused, and replaced only with --overwrite.
         std::fs::remove_file(path_of(&format!("m-002.{kind}"))).expect("removed");
         let out = run("mars", &[]);
         assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{}", stderr_text(&out));
         assert_eq!(files(folder.path()), all_frames);
-        let victim = path_of(&format!("m-001.{kind}"));
-        let good = std::fs::read(&victim).expect("there");
+        let damaged = path_of(&format!("m-001.{kind}"));
+        let good = std::fs::read(&damaged).expect("there");
         let (mut flipped, middle) = (good.clone(), good.len() / 2);
         flipped[middle] ^= 4;
-        for (what, bytes) in
-            [("cut", &good[..good.len() - 9]), ("a flipped bit", &flipped), ("empty", &[]), ("foreign", b"a letter to a friend")]
+        for (damage, bytes) in
+            [("truncated", &good[..good.len() - 9]), ("a flipped bit", &flipped), ("empty", &[]), ("foreign", b"a letter to a friend")]
         {
-            std::fs::write(&victim, bytes).expect("written");
+            std::fs::write(&damaged, bytes).expect("written");
             let out = run("mars", &[]);
             let line = stderr_text(&out);
-            assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {what}: {line}");
-            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {what}: {line}");
+            assert!(out.status.code() == Some(1) && line.contains("m-001") && line.contains("--overwrite"), "{kind}, {damage}: {line}");
+            assert!(line.contains("target Mars") && (line.contains("damaged") || line.contains("unknown")), "{kind}, {damage}: {line}");
             let out = run("mars", &["--overwrite"]);
-            assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{kind}, {what}: {}", stderr_text(&out));
-            assert_eq!(files(folder.path()), all_frames, "{kind}, {what}");
+            assert!(out.status.success() && stderr_text(&out).contains("kept 3 of 4"), "{kind}, {damage}: {}", stderr_text(&out));
+            assert_eq!(files(folder.path()), all_frames, "{kind}, {damage}");
         }
-        // A longer sequence of the same request begins with the frames of the shorter one.
+        // A longer sequence of the same request keeps the frames of the shorter one.
         let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "1h", "-o", path_text(&pattern)];
         let out = render(&args);
         assert!(out.status.success() && stderr_text(&out).contains("kept 4 of 5"), "{}", stderr_text(&out));
-        // Another step: only the first frame is the same image.
+        // With another step only the first frame is the same.
         let args = ["--target", "mars", "--time", TIME, "--size", "12x10", "--frames", "5", "--step", "2h", "-o", path_text(&pattern)];
         let out = render(&args);
         assert!(
@@ -191,15 +191,16 @@ fn write_errors_do_not_name_the_temporary_file() {
             let out = render(&[&BASE[..], overwrite, &["-o", path_text(&path)]].concat());
             let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(message_part), "{path:?}: {line}");
-            assert!(!line.contains(".tmp") && !line.contains("os error 2)") || line.contains("folder"), "{path:?}: {line}");
+            assert!(!line.contains(".orrery-writing") && !line.contains("os error 2)"), "{path:?}: {line}");
         }
     }
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
 }
 
-/// A tour's frames resume where they stopped, end with it, and have their provenance; an error names file, stop and field, and view options beside a tour are refused.
+/// A tour has the frames of its stops and flights, and resumes like a sequence; an error names file, stop and field, and options of a view
+/// beside a tour are refused.
 #[test]
-fn a_tour_is_drawn_frame_by_frame() {
+fn a_tour_is_rendered_as_a_sequence() {
     if !crate::support::program::has_view() {
         return;
     }
@@ -213,14 +214,14 @@ fn a_tour_is_drawn_frame_by_frame() {
     let written = files(folder.path());
     let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).filter(|n| n.ends_with(".png")).collect();
     assert_eq!(names, ["out-00.png", "out-01.png", "out-02.png", "out-03.png", "out-04.png", "out-05.png"]);
-    // Two frames held, two moving, two held: held frames are equal, moving ones are not.
+    // Two frames at the first stop, two of the flight, two at the second stop. Frames at a stop are equal, those of the flight differ.
     let pixels = |k: usize| image::open(folder.path().join(names[k])).expect("an image").to_rgb8().into_raw();
     assert!(pixels(0) == pixels(1) && pixels(4) == pixels(5) && pixels(1) != pixels(3) && pixels(3) != pixels(4));
     let again = render(&args);
     assert!(again.status.success() && stderr_text(&again).contains("kept 6 of 6"), "{}", stderr_text(&again));
     assert_eq!(files(folder.path()), written);
-    let beside = render(&[&args[..], &["--target", "moon"]].concat());
-    assert!(beside.status.code() == Some(2) && stderr_text(&beside).contains("--target"), "{}", stderr_text(&beside));
+    let with_target = render(&[&args[..], &["--target", "moon"]].concat());
+    assert!(with_target.status.code() == Some(2) && stderr_text(&with_target).contains("--target"), "{}", stderr_text(&with_target));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let refused = render(&args);
     assert!(
@@ -230,9 +231,9 @@ fn a_tour_is_drawn_frame_by_frame() {
     );
 }
 
-/// The frames of an animation are those of a sequence; an existing file is kept, and unsupported settings are reported before anything is drawn.
+/// An existing animation is not overwritten without --overwrite, and unsupported settings are reported before anything is drawn.
 #[test]
-fn a_moving_image_has_the_frames_of_a_sequence() {
+fn an_animation_has_the_frames_of_a_sequence() {
     use image::AnimationDecoder;
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
@@ -251,16 +252,16 @@ fn a_moving_image_has_the_frames_of_a_sequence() {
         let out = draw(&path_of(name), &[]);
         assert!(out.status.success(), "{name}: {}", stderr_text(&out));
     }
-    let single = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("an image").to_rgb8();
+    let frame_of_sequence = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("an image").to_rgb8();
     let file = std::io::BufReader::new(std::fs::File::open(path_of("out.apng")).expect("a file"));
     let frames =
         image::codecs::png::PngDecoder::new(file).expect("a PNG").apng().expect("animated").into_frames().collect_frames().expect("frames");
     assert_eq!(frames.len(), 3);
     for (k, frame) in frames.iter().enumerate() {
-        assert_eq!(image::DynamicImage::from(frame.buffer().clone()).to_rgb8(), single(k), "frame {k}");
+        assert_eq!(image::DynamicImage::from(frame.buffer().clone()).to_rgb8(), frame_of_sequence(k), "frame {k}");
         assert_eq!(frame.delay().numer_denom_ms(), (100, 1));
     }
-    assert_ne!(single(0), single(2), "the comparison must be able to fail");
+    assert_ne!(frame_of_sequence(0), frame_of_sequence(2), "the comparison must be able to fail");
     let before = files(folder.path());
     for name in ["out.apng", "out.gif"] {
         let again = draw(&path_of(name), &[]);

@@ -1,10 +1,10 @@
-//! Hostile files and arguments for the built program: an answer in bounded time and memory, on one line that names the file or field.
+//! Hostile files and arguments: the program answers in bounded time and memory, with one line that names the file or field.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-/// Longest time of an error; most take a tenth of a second.
+/// Longest time until the program must have ended; most runs take a tenth of a second.
 const TIMEOUT: Duration = Duration::from_secs(20);
 
 /// The program's output, without a display. A timeout is a failure.
@@ -25,12 +25,12 @@ fn run_with_timeout(mut command: Command) -> Output {
     };
     std::thread::scope(|scope| {
         let (stdout, stderr) = (scope.spawn(|| read(&mut out)), scope.spawn(|| read(&mut err)));
-        let begun = Instant::now();
+        let start = Instant::now();
         let status = loop {
             if let Some(status) = child.try_wait().expect("waits") {
                 break Some(status);
             }
-            if begun.elapsed() > TIMEOUT {
+            if start.elapsed() > TIMEOUT {
                 child.kill().expect("killed");
                 child.wait().expect("ended");
                 break None;
@@ -51,7 +51,7 @@ fn stderr_text(out: &Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()
 }
 
-/// The single line of a failed command.
+/// Asserts that a command failed with a single line, and returns it.
 fn error_line(out: &Output, case: &str) -> String {
     let line = stderr_text(out);
     assert!(matches!(out.status.code(), Some(1 | 2)), "{case}: {:?}: {line}", out.status);
@@ -66,7 +66,7 @@ fn pipe(path: PathBuf) -> PathBuf {
     path
 }
 
-/// A link may come from a web page: 30,000 dotted parts, and as many brackets, once overflowed the stack.
+/// A link may come from a web page. One of 30,000 dotted parts or brackets once overflowed the stack.
 #[test]
 fn a_link_of_any_depth_and_length_is_answered() {
     if !crate::support::program::has_view() {
@@ -76,11 +76,11 @@ fn a_link_of_any_depth_and_length_is_answered() {
     let dotted = format!("orrery://view?{}=1", vec!["a"; 30_000].join("."));
     let brackets = format!("orrery://view?eye={}", "[".repeat(60_000));
     let long = format!("orrery://view?target={}", "x".repeat(100_000));
-    for (link, word) in [(&dotted, "nested one level deep"), (&brackets, "eye"), (&long, "too long for a view")] {
+    for (link, message_part) in [(&dotted, "nested one level deep"), (&brackets, "eye"), (&long, "too long for a view")] {
         let out = orrery(folder.path(), &["view", link]);
-        // The second line says that there is no display.
+        // A second line reports that there is no display.
         let line = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && line.contains(word) && line.lines().count() <= 2, "{word}: {line}");
+        assert!(out.status.code() == Some(1) && line.contains(message_part) && line.lines().count() <= 2, "{message_part}: {line}");
         assert!(line.lines().all(|l| l.chars().count() < 600), "{line}");
     }
     let nested = folder.path().join("view.json");
@@ -88,7 +88,7 @@ fn a_link_of_any_depth_and_length_is_answered() {
     assert!(stderr_text(&orrery(folder.path(), &["view", path_text(&nested)])).contains("recursion limit exceeded"));
 }
 
-/// Every option that names a file: a pipe without a writer, and an endless device.
+/// Options that name files are given a pipe without a writer, and an endless device.
 #[cfg(unix)]
 #[test]
 fn pipes_and_devices_in_the_place_of_files_are_refused() {
@@ -114,7 +114,7 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
         for args in [["explain", "--camera-json", special_path], ["compare", special_path, special_path]] {
             assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
-        // A build without the window reads neither.
+        // A build without the window has no `view`.
         for args in
             [&["view", special_path][..], &["view", "--settings", special_path]].into_iter().filter(|_| crate::support::program::has_view())
         {
@@ -130,7 +130,7 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
     }
 }
 
-/// The shader library, the scattering tables and the decoded maps read entries that another user may have written.
+/// Entries of the shader library, scattering tables and decoded maps are replaced by pipes and links to an endless device.
 #[cfg(unix)]
 #[test]
 fn unusual_file_types_in_the_cache_are_tolerated() {
@@ -143,8 +143,8 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
         (std::fs::read(&image).expect("an image"), stderr_text(&out))
     };
     let (first, _) = render();
-    let entries = |below: &Path| -> Vec<PathBuf> {
-        let mut found: Vec<PathBuf> = std::fs::read_dir(below).expect("a folder").map(|e| e.expect("an entry").path()).collect();
+    let entries = |in_folder: &Path| -> Vec<PathBuf> {
+        let mut found: Vec<PathBuf> = std::fs::read_dir(in_folder).expect("a folder").map(|e| e.expect("an entry").path()).collect();
         found.sort();
         found
     };
@@ -159,11 +159,11 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
         _ => std::os::unix::fs::symlink("/dev/zero", entry).expect("a link"),
     });
     let (again, line) = render();
-    assert!(first == again, "another image");
+    assert!(first == again, "the image differs");
     assert!(line.lines().count() <= 2 && line.contains("not a regular file"), "{line}");
 }
 
-/// In a shared cache, another user's link once made the program overwrite the user's own file.
+/// In a shared cache, another user's link once made the program overwrite a file of its own user.
 #[cfg(unix)]
 #[test]
 fn a_cache_folder_writable_by_others_is_not_used() {
@@ -184,8 +184,8 @@ fn a_cache_folder_writable_by_others_is_not_used() {
         assert_eq!(std::fs::read_dir(&shared).expect("a folder").count(), 0, "{part}: something was written");
         std::fs::remove_dir_all(&cache).expect("removed");
     }
-    // Only the user has access to a folder of the cache that the program makes.
-    let status = orrery(
+    // Cache folders that the program creates are accessible only to its user.
+    let out = orrery(
         &cache,
         &[
             "render",
@@ -200,14 +200,14 @@ fn a_cache_folder_writable_by_others_is_not_used() {
             path_text(&folder.path().join("a.png")),
         ],
     );
-    assert!(status.status.success() && status.stderr.is_empty(), "{}", stderr_text(&status));
+    assert!(out.status.success() && out.stderr.is_empty(), "{}", stderr_text(&out));
     let mode = cache.join("orrery/air").metadata().expect("made").permissions().mode();
     assert_eq!(mode & 0o777, 0o700);
 }
 
-/// Claims of small arguments or files: 100,000 threads, 400 megapixels in a file of 100 bytes, 20,000 wrong fields.
+/// 100,000 threads, a file of 100 bytes that claims 400 megapixels, 20,000 wrong fields.
 #[test]
-fn oversized_counts_in_files_are_refused_with_their_limit() {
+fn oversized_counts_are_refused_or_truncated() {
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
     let (maps, image) = (path_of("maps"), path_of("a.png"));
@@ -220,12 +220,12 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
     std::fs::create_dir(path_of("maps")).expect("a folder");
     let huge = path_of("maps/moon.jpg");
     let file = std::fs::File::create(&huge).expect("a file");
-    let mut head = png::Encoder::new(file, 20_000, 20_000).write_header().expect("a head");
-    head.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).expect("no pixels");
-    drop(head);
+    let mut writer = png::Encoder::new(file, 20_000, 20_000).write_header().expect("a head");
+    writer.write_chunk(png::chunk::IDAT, &[0x78, 0x9c]).expect("no pixels");
+    drop(writer);
     let line = error_line(&orrery(&path_of("cache"), &["compare", path_text(&huge), path_text(&huge)]), "compare");
     assert!(line.contains("20000 x 20000 pixels are 400 megapixels, more than 64; --max-megapixels 400 allows them"), "{line}");
-    // With a higher limit the file's own damage is reported.
+    // With a higher limit the file is read, and its damage reported.
     let line =
         error_line(&orrery(&path_of("cache"), &["compare", path_text(&huge), path_text(&huge), "--max-megapixels", "400"]), "raised");
     assert!(line.contains("not an image that can be read"), "{line}");
@@ -248,7 +248,7 @@ fn oversized_counts_in_files_are_refused_with_their_limit() {
     }
 }
 
-/// Every text of a file or a query that a message quotes, made to control the terminal and to forge lines.
+/// Text that messages quote from files and queries contains terminal control sequences and line breaks.
 #[test]
 fn quotations_of_files_in_messages_stay_on_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -273,7 +273,7 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
         let out = orrery(&path_of("cache"), &["explain", "--target", "moon", "--time", "2024-01-01", "--catalogs", path_text(&catalog)]);
         let lines = stderr_text(&out);
         assert!(out.status.code() == Some(1) && !has_control_characters(&lines), "{text_of_file}: {lines:?}");
-        assert!(lines.lines().all(|l| l.contains("a.toml:")), "{text_of_file}: a line of its own: {lines}");
+        assert!(lines.lines().all(|l| l.contains("a.toml:")), "{text_of_file}: a forged line: {lines}");
     }
     for question in [
         format!("{{\"q\":\"disc-overlap\",\"{control_sequence}\":1}}"),
@@ -286,7 +286,7 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
     let camera = path_of("camera.json");
     std::fs::write(&camera, format!("{{\"{control_sequence}\":1}}")).expect("a file");
     assert!(!has_control_characters(&error_line(&orrery(&path_of("cache"), &["explain", "--camera-json", path_text(&camera)]), "camera")));
-    // A line of a shape model, with raw bytes.
+    // A line of a shape model, with raw control characters.
     let (mesh, image) = (path_of("mesh"), path_of("a.png"));
     std::fs::create_dir(&mesh).expect("a folder");
     std::fs::write(mesh.join("a.toml"), "[[body]]\nid = 401\nmesh = { file = \"a.obj\" }\n").expect("a file");
@@ -301,12 +301,12 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
     );
 }
 
-/// Values that were once accepted and gave a wrong answer or none.
+/// These values were once accepted, and gave a wrong answer or none.
 #[test]
 fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, image) = (folder.path().join("cache"), folder.path().join("a.png"));
-    let none = folder.path().join("none");
+    let missing = folder.path().join("none");
     let cases: [(&[&str], &str); 9] = [
         (&["--at", "91,0"], "--at 91,0"),
         (&["--at=-90.5,0"], "--at -90.5,0"),
@@ -315,7 +315,7 @@ fn meaningless_values_are_refused_by_option_name() {
         (&["--from", "earth", "--at", "91,0"], "--at 91,0"),
         (&["--rate", "0"], "--rate"),
         (&["--frames", "0"], "--frames"),
-        (&["--textures", path_text(&none)], "there is no such folder; --textures"),
+        (&["--textures", path_text(&missing)], "there is no such folder; --textures"),
         (&["--textures", "/dev/null"], "there is no such folder; --textures"),
     ];
     for (args, message_part) in cases {
@@ -327,7 +327,7 @@ fn meaningless_values_are_refused_by_option_name() {
             out.status,
             stderr_text(&out)
         );
-        assert!(!image.exists(), "{args:?}: an image");
+        assert!(!image.exists(), "{args:?}: an image was written");
     }
     let air = |fields: &str| {
         let species = format!(
@@ -342,7 +342,7 @@ fn meaningless_values_are_refused_by_option_name() {
     }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", stderr_text(&out));
-    // An existing but unreadable cache is not an empty one.
+    // A cache that cannot be read is an error, and not reported as empty.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
     std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
@@ -352,28 +352,29 @@ fn meaningless_values_are_refused_by_option_name() {
     }
 }
 
-/// Temporary files of killed processes are removed after a day; a full disk leaves no partial file.
+/// Temporary files of killed processes are removed after a day; a write that fails (here by the limit of file sizes) leaves no partial
+/// file.
 #[cfg(unix)]
 #[test]
 #[expect(clippy::disallowed_methods, reason = "ages of files on disk")]
 fn no_partial_or_stale_file_is_left_behind() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, image, difference) = (folder.path().join("cache"), folder.path().join("a.png"), folder.path().join("d.png"));
-    let temporary_file = |folder: &Path, name: &str, age_s: u64| {
+    let file_of_age = |folder: &Path, name: &str, age_s: u64| {
         std::fs::create_dir_all(folder).expect("a folder");
         let file = std::fs::File::create(folder.join(name)).expect("a file");
         file.set_modified(std::time::SystemTime::now() - Duration::from_secs(age_s)).expect("a time");
         folder.join(name)
     };
-    let old = temporary_file(folder.path(), ".orrery-writing-aaaaaa", 100_000);
-    let young = temporary_file(folder.path(), ".orrery-writing-bbbbbb", 100);
-    let other = temporary_file(folder.path(), ".tmpcccccc", 100_000);
+    let old = file_of_age(folder.path(), ".orrery-writing-aaaaaa", 100_000);
+    let recent = file_of_age(folder.path(), ".orrery-writing-bbbbbb", 100);
+    let foreign = file_of_age(folder.path(), ".tmpcccccc", 100_000);
     let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&image)];
     assert!(orrery(&cache, &args).status.success());
-    assert!(!old.exists() && young.exists() && other.exists());
+    assert!(!old.exists() && recent.exists() && foreign.exists());
     let program = crate::support::program::path();
-    let mut full = Command::new("sh");
-    full.args([
+    let mut limited = Command::new("sh");
+    limited.args([
         "-c",
         "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\"",
         &program,
@@ -383,8 +384,9 @@ fn no_partial_or_stale_file_is_left_behind() {
         "-o",
         path_text(&difference),
     ]);
-    let line = stderr_text(&run_with_timeout(full));
+    let line = stderr_text(&run_with_timeout(limited));
     assert!(line.lines().count() == 1 && line.contains("d.png"), "{line}");
-    let left: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
-    assert!(left.len() == 4 && !difference.exists(), "{left:?}");
+    // What remains: the cache, the image, and two of the three temporary files.
+    let remaining: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
+    assert!(remaining.len() == 4 && !difference.exists(), "{remaining:?}");
 }

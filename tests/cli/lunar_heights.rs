@@ -1,4 +1,4 @@
-//! `--lunar-heights`: results of `eclipse find` with it, and errors for invalid files.
+//! `orrery eclipse find` with `--lunar-heights`: contacts by the Moon's limb profile, and errors for invalid files.
 
 use crate::support::sweep;
 use serde_json::Value;
@@ -27,12 +27,14 @@ fn grey_png(depth: png::BitDepth, width: u32, height: u32, data: &[u8]) -> Vec<u
     bytes
 }
 
-/// Zero heights as PNG of 16 and of 8 bits, by a label and by its image: the mean limb's contacts, with the map's resolution beside them.
+/// Heights of zero, as PNG of 16 and 8 bits and as a PDS image given by its label or by itself: the contacts are those of the mean limb,
+/// and the map's resolution is stated.
 #[test]
 fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
-    let zero: Vec<u8> = 20_000_u16.to_be_bytes().repeat(72 * 36);
-    let sixteen = write_file(folder.path(), "sixteen.png", &grey_png(png::BitDepth::Sixteen, 72, 36, &zero));
+    // 16-bit PNG: half metres above -10 km. 8-bit PNG: from the height of black to that of white.
+    let zero_heights: Vec<u8> = 20_000_u16.to_be_bytes().repeat(72 * 36);
+    let sixteen = write_file(folder.path(), "sixteen.png", &grey_png(png::BitDepth::Sixteen, 72, 36, &zero_heights));
     let eight = write_file(folder.path(), "eight.png", &grey_png(png::BitDepth::Eight, 72, 36, &[51; 72 * 36]));
     write_file(folder.path(), "ldem.img", &[0; 72 * 36 * 2]);
     let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
@@ -54,7 +56,7 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     }
     let out = find(folder.path(), &format!("{eight},-1,9"), false);
     let text = String::from_utf8_lossy(&out.stdout).into_owned();
-    // All heights are a kilometre; the text lists contacts, beads and the range.
+    // Now all heights are 1 km. The text lists contacts, beads and the range of heights.
     assert!(
         text.contains("by the Moon's own limb: C1 ") && text.contains("C2, last bead, ") && text.contains("from 1.00 to 1.00 km"),
         "{text}"
@@ -67,18 +69,18 @@ fn invalid_height_maps_are_refused_in_one_line() {
     let eight = write_file(folder.path(), "eight.png", &grey_png(png::BitDepth::Eight, 8, 4, &[0; 32]));
     let square = write_file(folder.path(), "square.png", &grey_png(png::BitDepth::Eight, 4, 4, &[0; 16]));
     let text = write_file(folder.path(), "heights.txt", b"1 2 3");
-    let lonely = write_file(folder.path(), "lonely.img", &[0; 64]);
-    let climbing = write_file(folder.path(), "climbing.lbl", b"^IMAGE = \"../x.img\"");
-    let none = folder.path().join("none.png");
+    let without_label = write_file(folder.path(), "lonely.img", &[0; 64]);
+    let outside_folder = write_file(folder.path(), "climbing.lbl", b"^IMAGE = \"../x.img\"");
+    let missing = folder.path().join("none.png");
     for (heights, message_part) in [
         (eight.as_str(), "FILE,-9.15,10.76"),
         (&format!("{eight},8,-2"), "below that of white"),
         (&format!("{eight},-900,10"), "row 1, column 1: a height of -900 km"),
         (&format!("{square},0,1"), "twice as wide as high"),
         (&text, "neither PNG nor TIFF"),
-        (&lonely, "the image's label"),
-        (&climbing, "must be in the same folder as its label"),
-        (none.to_str().expect("a plain name"), "No such file"),
+        (&without_label, "the image's label"),
+        (&outside_folder, "must be in the same folder as its label"),
+        (missing.to_str().expect("a plain name"), "No such file"),
     ] {
         let out = find(folder.path(), heights, false);
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();

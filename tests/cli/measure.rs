@@ -1,5 +1,5 @@
-//! `measure` and `stability` for a user: fields, exit statuses, plots; and the default options of the qualities, which follow
-//! from a rule.
+//! `orrery measure` and `orrery stability`: fields, exit statuses, plots; and the rule from which the default options of the qualities
+//! follow.
 
 use crate::support::sweep;
 use serde_json::Value;
@@ -26,7 +26,7 @@ fn json(args: &[&str]) -> Value {
     serde_json::from_str(&text(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
-/// All choices in one run, which also draws the plot: in a process of its own, since other tests share the CPU time of this one.
+/// The rule: docs/trade.md. The program measures its own CPU time, so other tests do not count. The same run draws the plots.
 #[test]
 fn the_defaults_of_every_quality_follow_from_the_rule() {
     if !sweep::in_full() {
@@ -54,7 +54,7 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
 }
 
 #[test]
-fn measure_prints_the_fields_of_the_contract() {
+fn the_json_and_csv_of_measure_have_their_fields() {
     let all = json(&["measure", "--short", "--json", "--choice", "ephemeris"]);
     let rows = all["choices"].as_array().expect("choices");
     assert_eq!(rows.iter().map(|r| r["option"].as_str().expect("a name")).collect::<Vec<_>>(), ["mean", "series", "kernel"]);
@@ -71,7 +71,7 @@ fn measure_prints_the_fields_of_the_contract() {
 }
 
 #[test]
-fn one_view_gets_its_sufficient_quality() {
+fn the_quality_that_suffices_for_a_view_is_named() {
     let view = ["measure", "--short", "--body", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "48x48"];
     let answer = json(&[&view[..], &["--json"]].concat());
     let sufficient = answer["enough"].as_str().expect("a quality");
@@ -96,7 +96,7 @@ fn one_view_gets_its_sufficient_quality() {
 }
 
 #[test]
-fn stability_prints_the_fields_of_the_contract() {
+fn the_json_of_stability_has_its_fields() {
     let all = json(&["stability", "--short", "--json", "--sweep", "shadows", "--sweep", "umbra-exposure"]);
     assert_eq!(all["failed"], 0);
     for row in all["sweeps"].as_array().expect("sweeps") {

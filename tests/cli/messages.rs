@@ -1,4 +1,4 @@
-//! Messages of the built program: one bounded line that names the value and suggestions, whatever the input; help in groups; descriptions of every verb.
+//! Messages: an error is one short line that names the value and suggestions, whatever the input; help is grouped and covers every verb.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-messages-{}", std::process::id())));
 
-/// No display: the window cannot open, which is reported and ends the program.
+/// Runs the program without a display, so `view` reports that and ends.
 fn orrery(args: &[&str]) -> Output {
     let mut command = Command::new(crate::support::program::path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
@@ -40,7 +40,7 @@ fn every_verb_has_an_example_and_its_options_in_groups() {
         let help = String::from_utf8_lossy(&out.stdout).into_owned();
         assert!(out.status.success() && help.contains("Example") && help.contains(&format!("orrery {verb}")), "{verb}: {help}");
         assert!(help.contains("\nCommon options:\n"), "{verb}: {help}");
-        // Only help itself is outside the groups.
+        // Only these options may be outside the groups.
         let ungrouped = help.split("\nOptions:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).unwrap_or_default();
         let options: Vec<_> = ungrouped.lines().filter(|l| l.trim_start().starts_with('-')).collect();
         let allowed = ["--help", "--version", "--json"];
@@ -48,18 +48,19 @@ fn every_verb_has_an_example_and_its_options_in_groups() {
     }
 }
 
-/// Values that no option accepts, too long, or made to control the terminal.
+/// Values that no option accepts: too long, or with terminal control sequences.
 fn hostile() -> [String; 3] {
     ["☃".repeat(5000), "\u{1b}[2J\u{1b}]0;x\u{7}\r\n\u{202e}☃".into(), format!("-{}", "☃".repeat(300))]
 }
 
 #[test]
 fn errors_are_short_and_have_no_control_characters() {
-    let view = ["target", "from", "distance-radii", "at", "camera-json", "time", "fov", "up", "size", "exposure", "tone-map", "effects"];
+    let view_options =
+        ["target", "from", "distance-radii", "at", "camera-json", "time", "fov", "up", "size", "exposure", "tone-map", "effects"];
     let mut cases: Vec<Vec<String>> = Vec::new();
     let owned = |args: &[&str]| args.iter().map(|w| (*w).to_owned()).collect::<Vec<_>>();
     for value in hostile() {
-        for option in view.iter().chain(&["layers", "pixels"]) {
+        for option in view_options.iter().chain(&["layers", "pixels"]) {
             let target: &[&str] = if *option == "target" { &["explain"] } else { &["explain", "--target", "earth"] };
             cases.push([owned(target), vec![format!("--{option}={value}")]].concat());
         }
@@ -97,16 +98,16 @@ fn errors_are_short_and_have_no_control_characters() {
         let line = stderr_text(&out);
         let code = out.status.code();
         assert!(code == Some(1) || code == Some(2), "{short_args:?}: {code:?}, {line}");
-        // The error of the link, and then that there is no display.
-        let lines = if args[0] == "view" { 2 } else { 1 };
-        assert!(code == Some(2) || line.trim().lines().count() <= lines, "{short_args:?}: {line}");
+        // `view` reports the invalid link, and then that there is no display.
+        let max_lines = if args[0] == "view" { 2 } else { 1 };
+        assert!(code == Some(2) || line.trim().lines().count() <= max_lines, "{short_args:?}: {line}");
         assert!(line.matches('☃').count() <= 200, "{short_args:?} is echoed {} times", line.matches('☃').count());
         assert!(!line.chars().any(|c| (c.is_control() && c != '\n') || c == '\u{202e}'), "{short_args:?}: {line:?}");
         assert!(!line.contains("panicked") && out.stdout.is_empty(), "{short_args:?}: {line}");
     }
 }
 
-/// JSON lines are untrusted too: each invalid one gets one bounded line, and processing continues.
+/// Each invalid line gets one short error, and the next line is processed.
 #[test]
 fn invalid_json_lines_get_short_errors_in_order() {
     use std::io::Write;
@@ -122,7 +123,8 @@ fn invalid_json_lines_get_short_errors_in_order() {
         long.clone(),
         r#"{"q":"disc-overlap","k":1,"d":1}"#.into(),
     ];
-    for (verb, good) in [("probe", true), ("ephemeris", false)] {
+    // The last question is one for `probe`.
+    for (verb, last_is_valid) in [("probe", true), ("ephemeris", false)] {
         let mut child = Command::new(crate::support::program::path())
             .args([verb, "--stdin", "--cache", path_text(&CACHE)])
             .stdin(std::process::Stdio::piped())
@@ -137,7 +139,7 @@ fn invalid_json_lines_get_short_errors_in_order() {
         for (answer, line) in answers.iter().zip(&lines) {
             let error = answer["error"].as_str().unwrap_or_default();
             assert!(error.matches('☃').count() <= 200 && error.chars().count() < 700, "{verb}: {error}");
-            assert_eq!(answer.get("ok").is_some(), good && line.len() < 100, "{verb}: {answer}");
+            assert_eq!(answer.get("ok").is_some(), last_is_valid && line.len() < 100, "{verb}: {answer}");
         }
     }
 }
@@ -179,14 +181,14 @@ fn similar_names_are_suggested_everywhere() {
     }
 }
 
-/// The dates in a message are the first and last ones that work.
+/// The dates in a message are the first and the last for which a query succeeds.
 #[test]
 fn the_range_that_a_message_names_is_the_range_that_works() {
     let state_at = |body: &str, time: &str, source: &[&str]| {
         orrery(&[&["ephemeris", "--body", body, "--center", "solar system barycenter", "--time", time, "--json"], source].concat())
     };
     let julian_day = |day: &str| orrery::time::Instant::parse(day).unwrap_or_else(|e| panic!("{e}")).jd_tdb();
-    let all: &[(&str, &[&str])] = &[
+    let bodies_and_sources: &[(&str, &[&str])] = &[
         ("earth", &[]),
         ("moon", &[]),
         ("io", &[]),
@@ -198,7 +200,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         ("titan", &["--source", "kernel"]),
         ("pluto", &["--source", "series"]),
     ];
-    for (body, source) in all {
+    for (body, source) in bodies_and_sources {
         let mut spans = BTreeSet::new();
         for time in ["-9000-01-01", "9000-01-01T12:00:00Z"] {
             let out = state_at(body, time, source);
@@ -212,7 +214,7 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
         }
         let (first, last) = spans.first().cloned().expect("a span");
         assert_eq!(spans.len(), 1, "{body}: one range");
-        // A message names whole days within the range. The range of a chain of bodies is its intersection.
+        // The dates are whole days within the range. If a position is a sum of several states, its range is the intersection of theirs.
         for (day, outward) in [(&first, -1.0), (&last, 1.0)] {
             let jd = |days: f64| format!("jd_tdb:{}", julian_day(day) + days);
             let (inside, outside) = (state_at(body, &jd(-3.0 * outward), source), state_at(body, &jd(3.0 * outward), source));
@@ -224,14 +226,14 @@ fn the_range_that_a_message_names_is_the_range_that_works() {
 
 #[test]
 fn a_distance_beyond_all_sources_names_its_limit() {
-    for power in (1..=300).step_by(23).chain([11, 12, 13, 30]) {
+    for exponent in (1..=300).step_by(23).chain([11, 12, 13, 30]) {
         for target in ["phobos", "sun"] {
-            let distance = format!("1e{power}");
+            let distance = format!("1e{exponent}");
             let out = orrery(&["explain", "--target", target, "--distance-radii", &distance, "--time", "2024-04-08"]);
             let line = stderr_text(&out);
-            // A thousand light years are 9.46e15 km; radii are 13 and 695 700 km.
+            // The limit, a thousand light years, is 9.46e15 km.
             let radius_km = if target == "phobos" { 13.0 } else { 695_700.0 };
-            let km = radius_km * 10_f64.powi(power);
+            let km = radius_km * 10_f64.powi(exponent);
             match out.status.code() {
                 Some(0) => assert!(km < 9.47e15, "{target} {distance}"),
                 code => {
@@ -243,10 +245,10 @@ fn a_distance_beyond_all_sources_names_its_limit() {
 }
 
 #[test]
-fn camera_file_errors_have_a_line_and_plain_words() {
+fn errors_in_camera_files_name_the_line_in_plain_words() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("camera.json");
-    for (camera, line_of, message_part) in [
+    for (camera, line_number, message_part) in [
         ("[]", 1, "expected an object {\"position\""),
         ("3", 1, "expected an object {\"position\""),
         ("\n\n\"a\"", 3, "expected an object {\"position\""),
@@ -263,7 +265,7 @@ fn camera_file_errors_have_a_line_and_plain_words() {
         let out = orrery(&["explain", "--camera-json", path_text(&file)]);
         let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
-        assert!(line.contains(&format!("camera.json:{line_of}:")) && line.contains(message_part), "{camera:?}: {line}");
+        assert!(line.contains(&format!("camera.json:{line_number}:")) && line.contains(message_part), "{camera:?}: {line}");
         assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
     }
 }
@@ -271,7 +273,7 @@ fn camera_file_errors_have_a_line_and_plain_words() {
 #[test]
 fn arguments_without_a_verb_belong_to_view() {
     for (args, code, message_part) in [
-        // There is no display, so the arguments were valid.
+        // Valid arguments: the error is that there is no display.
         (&["--target", "saturn", "--time", "2024-04-08"][..], 1, ""),
         (&["--time", "2024-04-08"], 1, ""),
         (&["orrery://view?target=599&time=2015-01-24T06:45:00Z"], 1, ""),
@@ -333,11 +335,11 @@ fn exported_fragments_override_the_built_in_ones() {
     let edited = std::fs::read_to_string(fragment("lib/photometry/lambert.wesl")).expect("there") + "\n// a line of my own\n";
     std::fs::write(fragment("lib/photometry/lambert.wesl"), &edited).expect("written");
     assert!(String::from_utf8_lossy(&emit(&[]).stdout).contains("a line of my own"));
-    // Another export does not overwrite an edited file.
+    // Another export does not overwrite the edited file.
     let out = orrery(&["shader", "export", path_text(&shaders)]);
     assert!(out.status.code() == Some(1) && stderr_text(&out).contains("lambert.wesl"), "{}", stderr_text(&out));
     assert_eq!(std::fs::read_to_string(fragment("lib/photometry/lambert.wesl")).expect("there"), edited);
-    // A new file is used if a fragment imports it, and reported otherwise, by every verb.
+    // A new file is used if a fragment imports it. Otherwise every verb reports it.
     std::fs::write(fragment("lib/mine.wesl"), "const MINE = 1.0;\n").expect("written");
     let unused_file = emit(&[]);
     assert!(unused_file.status.code() == Some(1) && stderr_text(&unused_file).contains("lib/mine.wesl"), "{}", stderr_text(&unused_file));
@@ -373,7 +375,6 @@ fn exported_fragments_override_the_built_in_ones() {
     }
 }
 
-/// A fragment that darkens everything darkens the image of every verb that draws.
 #[test]
 fn edited_fragments_change_the_image() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -395,9 +396,9 @@ fn edited_fragments_change_the_image() {
     assert!(built_in > 150 && darker < 140, "{built_in} of 255 and {darker}");
 }
 
-/// Bodies that load must have a position: one without any source at any time is reported with file, line and field.
+/// The error names file, line and field.
 #[test]
-fn a_body_without_a_position_source_is_refused_at_load() {
+fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("mine.toml");
     let body = |id: i32, name: &str, parent: &str, motion: &str, rotation: &str| {
@@ -427,7 +428,7 @@ fn a_body_without_a_position_source_is_refused_at_load() {
             ),
             Some((5, "Testa.parent")),
         ),
-        // A known body without its rotation.
+        // Shipped bodies whose rotation is replaced: the text kernel has those of the Earth and Proteus, but not that of Nereid.
         ("[[body]]\nid = 399\nrotation = { model = \"pck\" }\n".into(), None),
         (
             "\n[[body]]\nid = 808\nrotation = { model = \"pck\" }\n[[body]]\nid = 802\nrotation = { model = \"pck\" }\n".into(),
@@ -458,12 +459,11 @@ fn a_body_without_a_position_source_is_refused_at_load() {
         }
         if expected_fault.is_none() && catalog.contains("Testa") {
             let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", path_text(folder.path())]);
-            assert!(out.status.success(), "what loads can be seen: {}", stderr_text(&out));
+            assert!(out.status.success(), "a body that loads must be drawn: {}", stderr_text(&out));
         }
     }
 }
 
-/// The shipped catalog has no such error.
 #[test]
 fn every_shipped_body_has_a_position_source() {
     let catalog = orrery::catalog::Catalog::embedded();
@@ -471,9 +471,9 @@ fn every_shipped_body_has_a_position_source() {
     assert_eq!(ephemeris.faults(&catalog), Vec::new());
 }
 
-/// Without XDG_RUNTIME_DIR, graphics drivers print a line of their own; the program's user must not see it.
+/// Graphics drivers print a line of their own if XDG_RUNTIME_DIR is missing or invalid.
 #[test]
-fn no_line_of_a_driver_library_reaches_the_user() {
+fn no_message_of_a_graphics_driver_reaches_the_user() {
     for folder in [None, Some(""), Some("relative"), Some("/nonexistent")] {
         let mut command = Command::new(crate::support::program::path());
         command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("DISPLAY").args([

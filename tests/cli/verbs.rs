@@ -1,9 +1,9 @@
-//! The command line for a user: exit statuses, JSON fields, one clear line for each invalid argument, reproducible output.
+//! Verbs of the command line: exit statuses, JSON fields, one line for each invalid argument, reproducible output, closed streams.
 
 use serde_json::Value;
 use std::process::{Command, Output};
 
-/// Without XDG_RUNTIME_DIR, as in a container, drivers must stay silent as well.
+/// Runs the program without XDG_RUNTIME_DIR, as in a container, where drivers must not print either.
 fn orrery(args: &[&str]) -> Output {
     let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
     Command::new(crate::support::program::path())
@@ -35,14 +35,15 @@ fn every_verb_has_help_and_an_example() {
     }
 }
 
-/// Invented data are reported where they are shown: by `explain` in its text and as a field, and in the image's metadata; measured maps have no such note.
+/// An invented map that is visible is reported by `explain`, in its text and as a field, and in the image's metadata; a measured map is
+/// not.
 #[test]
 fn invented_maps_are_reported() {
-    let near = ["--distance-radii", "4", "--time", ECLIPSE];
+    let nearby = ["--distance-radii", "4", "--time", ECLIPSE];
     let folder = tempfile::tempdir().expect("a folder");
     for (body, invented) in [("callisto", true), ("iapetus", true), ("triton", true), ("phobos", true), ("moon", false), ("europa", false)]
     {
-        let args = [&["explain", "--target", body], &near[..]].concat();
+        let args = [&["explain", "--target", body], &nearby[..]].concat();
         let text = String::from_utf8(orrery(&args).stdout).expect("text");
         let line = text.lines().find(|l| l.trim_start().starts_with("+ albedo")).unwrap_or_else(|| panic!("{body}: {text}"));
         assert_eq!(line.contains("the map is invented: "), invented, "{line}");
@@ -52,13 +53,13 @@ fn invented_maps_are_reported() {
         let list = explained_body.expect("the body")["invented"].as_array().expect("a list").len();
         assert_eq!(list > 0, invented, "{body}");
         let file = folder.path().join(format!("{body}.png"));
-        let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &near[..]].concat());
+        let out = orrery(&[&["render", "--target", body, "--size", "32x32", "-o", file.to_str().expect("a path")], &nearby[..]].concat());
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         let bytes = std::fs::read(&file).expect("an image");
         let note = format!("invented: {body}.jpg");
         assert_eq!(bytes.windows(note.len()).any(|w| w == note.as_bytes()), invented, "{body}");
     }
-    // Too small to show a map: nothing invented is visible.
+    // The disc is too small to show its map, so nothing invented is visible.
     let from_far = json(&["explain", "--target", "callisto", "--from", "earth", "--fov", "20", "--time", ECLIPSE, "--json"]);
     let callisto = from_far["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "Callisto").expect("Callisto");
     assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
@@ -98,13 +99,14 @@ fn the_same_command_writes_the_same_bytes() {
         assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
         std::fs::read(path).expect("written")
     };
-    // The Earth has all features; the other format only needs an image.
+    // The Earth has the most features; for EXR any image will do.
     for (target, kind) in [("earth", "png"), ("io", "exr")] {
         assert_eq!(draw(target, &format!("a.{kind}")), draw(target, &format!("b.{kind}")), "{kind}");
     }
 }
 
-/// Evaluation in f64 changes fewer than 20 values by more than 12 levels, at edges where texture coordinates are rounded, and 0.3 levels in the mean.
+/// Evaluation in f64 changes fewer than 20 values by more than 12 levels, at edges where texture coordinates are rounded, and the mean
+/// change is below 0.3 levels.
 #[test]
 fn the_reference_quality_draws_the_standard_image() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -131,7 +133,7 @@ fn json_answers_have_their_fields() {
     assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
     let estimate = "albedo 0.434: an estimate, +-50 %: changes brightness by up to 0.75 mag";
     assert!(earth["estimates"].as_array().is_some_and(|e| e.iter().any(|line| line == estimate)), "{earth}");
-    // Each effect with models names the chosen one and its error.
+    // Each effect that has models lists the chosen model and its error.
     for (feature, model) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {
         let found = earth["features"].as_array().and_then(|f| f.iter().find(|f| f["feature"] == feature)).expect(feature);
         assert!(found["tier"]["name"] == model && found["tier"]["at_most"].as_f64().is_some_and(|e| e > 0.0), "{found}");
@@ -154,13 +156,13 @@ fn json_answers_have_their_fields() {
 }
 
 #[test]
-fn a_mesh_is_not_timed_and_says_so() {
+fn the_cost_of_a_mesh_states_that_it_is_not_timed() {
     let out = orrery(&["shader", "cost", "lambert.sun1.mesh"]);
     assert!(String::from_utf8_lossy(&out.stdout).contains("not timed"));
 }
 
 #[test]
-fn compare_reports_differences_and_refuses_other_sizes() {
+fn compare_reports_differences_and_refuses_unequal_sizes() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
     let save = |name: &str, width: u32, level: u8| {
@@ -179,17 +181,17 @@ fn compare_reports_differences_and_refuses_other_sizes() {
         "{compared}"
     );
     assert!((compared["psnr_db"].as_f64().expect("psnr") - 10.0 * (255.0_f64 * 255.0 / 4.0).log10()).abs() < 1e-9, "{compared}");
-    let shown = image::open(path("d.png")).expect("an image").into_rgb8();
-    assert!(shown.get_pixel(0, 0).0 == [255; 3] && shown.get_pixel(5, 5).0 == [0; 3]);
-    let status = |args: &[&str]| orrery(&[&["compare"], args].concat());
-    assert_eq!(status(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
+    let difference = image::open(path("d.png")).expect("an image").into_rgb8();
+    assert!(difference.get_pixel(0, 0).0 == [255; 3] && difference.get_pixel(5, 5).0 == [0; 3]);
+    let compare = |args: &[&str]| orrery(&[&["compare"], args].concat());
+    assert_eq!(compare(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
     for (args, message_part) in [
         (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], "20 levels"),
         (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
         (&[&path("a.png"), &path("none.png")], "none.png"),
         (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
     ] {
-        let out = status(args);
+        let out = compare(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
         assert!(
             out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part),
@@ -199,11 +201,11 @@ fn compare_reports_differences_and_refuses_other_sizes() {
 }
 
 #[test]
-fn a_missing_renderer_is_refused_with_one_line() {
-    let out_file = tempfile::tempdir().expect("a folder");
-    let png = out_file.path().join("x.png");
+fn without_a_driver_the_gpu_is_refused_and_the_default_draws_in_software() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let png = folder.path().join("x.png");
     let png = png.to_str().expect("a path");
-    // No driver of any kind, as on a machine without one.
+    // Paths of Vulkan and EGL drivers that do not exist.
     let no_drivers =
         [("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent"), ("__EGL_VENDOR_LIBRARY_DIRS", "/nonexistent")];
     let without_drivers =
@@ -219,19 +221,19 @@ fn a_missing_renderer_is_refused_with_one_line() {
         assert!(stderr_text.contains("--renderer software"), "{args:?}: {stderr_text}");
         assert!(!std::path::Path::new(png).exists(), "nothing is written");
     }
-    // By default the program draws in software and reports it once.
+    // With the default renderer it draws in software, and a build with the GPU renderer reports that once.
     let out = without_drivers(&render);
     let stderr_text = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success() && std::path::Path::new(png).exists(), "{stderr_text}");
     let expected = if crate::support::program::has_gpu() { 1 } else { 0 };
     assert_eq!(stderr_text.trim().lines().filter(|l| l.contains("drawing in software")).count(), expected, "{stderr_text}");
-    std::fs::remove_file(png).expect("written just now");
+    std::fs::remove_file(png).expect("it exists");
     let drawn = orrery(&["render", "--target", "moon", "--size", "16x16", "-o", png, "--renderer", "software"]);
     assert!(drawn.status.success() && std::path::Path::new(png).exists());
 }
 
 #[test]
-fn a_time_report_adds_up() {
+fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     let folder = tempfile::tempdir().expect("a folder");
     let image = folder.path().join("moon.png");
     let start = std::time::Instant::now();
@@ -239,24 +241,23 @@ fn a_time_report_adds_up() {
     let report = json(&[&args[..], &[image.to_str().expect("a plain name")]].concat());
     let whole_ms = 1e3 * start.elapsed().as_secs_f64();
     let stages = report["stages"].as_object().expect("stages");
-    let before_the_frame: f64 =
-        stages.iter().filter(|(name, _)| *name != "write_ms").map(|(_, ms)| ms.as_f64().expect("milliseconds")).sum();
+    let stages_ms: f64 = stages.iter().filter(|(name, _)| *name != "write_ms").map(|(_, ms)| ms.as_f64().expect("milliseconds")).sum();
     let first_ms = report["first_frame_ms"].as_f64().expect("a frame was drawn");
-    assert!(before_the_frame > 0.0 && stages.contains_key("draw_ms"), "{report}");
-    assert!(before_the_frame <= first_ms && first_ms <= whole_ms, "stages {before_the_frame}, first {first_ms}, whole {whole_ms}");
+    assert!(stages_ms > 0.0 && stages.contains_key("draw_ms"), "{report}");
+    assert!(stages_ms <= first_ms && first_ms <= whole_ms, "stages {stages_ms}, first frame {first_ms}, whole run {whole_ms}");
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// A comparison writes its image, accepts an existing file with equal bytes, and overwrites any other file only with --overwrite.
+/// An existing file with the same bytes is accepted.
 #[test]
-fn compare_overwrites_only_with_overwrite() {
+fn compare_overwrites_another_file_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();
     for (name, level) in [("a.png", 40), ("b.png", 60)] {
         image::RgbImage::from_pixel(4, 4, image::Rgb([level; 3])).save(path(name)).expect("saved");
     }
     let compare = |more: &[&str]| orrery(&[&["compare", &*path("a.png"), &*path("b.png"), "-o", &*path("d.png")], more].concat());
-    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "an existing file with the same bytes is accepted");
+    assert!(compare(&[]).status.success() && compare(&[]).status.success(), "an existing file with the same bytes must be accepted");
     let difference = std::fs::read(path("d.png")).expect("an image");
     std::fs::write(path("d.png"), "mine").expect("a file");
     let refused = compare(&[]);
@@ -271,7 +272,7 @@ fn compare_overwrites_only_with_overwrite() {
     assert_eq!(std::fs::read(path("d.png")).expect("an image"), difference);
 }
 
-/// Each verb that prints, with its output or messages closed: it ends without a panic, and a closed pipe is no failure.
+/// Verbs that print end without a panic if standard output or standard error is closed, and a closed pipe is not a failure.
 #[test]
 fn closed_streams_end_every_verb_quietly() {
     use std::process::Stdio;
@@ -320,7 +321,7 @@ fn closed_streams_end_every_verb_quietly() {
         let code = run(args, closed(), closed()).status.code();
         assert!(matches!(code, Some(1 | 2)), "{args:?}: {code:?}");
     }
-    // A full device is a failure, and reported.
+    // Output to a full device fails, with an error.
     for args in [&["man"][..], &["--help"], &["--version"], &["render", "--help"], &["help", "render"]] {
         let Ok(full) = std::fs::File::options().write(true).open("/dev/full") else { continue };
         let done = run(args, full.into(), Stdio::piped());

@@ -1,5 +1,5 @@
-//! A limb with antialiased edge in front of another: the Sun's light in an image is the fraction of its disc that nearer bodies leave visible. Tested for a disc, for
-//! the point that replaces a small disc, and for the transition between them; a hidden disc gives no light.
+//! Antialiased limbs in front of the Sun's disc: its light in an image is that of the part that nearer bodies leave visible. Tested for a
+//! disc, for the point that replaces a small disc, and for sizes near the transition; a hidden Sun gives no light.
 
 use crate::support::session::{SESSION, session_over};
 use glam::DVec3;
@@ -16,7 +16,7 @@ use std::sync::LazyLock;
 
 static RENDERER: LazyLock<SoftwareRenderer> = LazyLock::new(|| SoftwareRenderer::new(Options::default()).expect("a renderer"));
 
-/// The same sky with the hiding bodies shrunk to a metre, so that nothing is in front of the Sun.
+/// A session in which the occluders are shrunk to a radius of 1 m, so that nothing hides the Sun.
 static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
     let folder = std::env::temp_dir().join(format!("orrery-limbs-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -27,17 +27,17 @@ static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
 
 const OCCLUDERS: [(i32, &str); 4] = [(301, "Moon"), (501, "Io"), (499, "Mars"), (299, "Venus")];
 
-/// A camera behind a body whose disc appears `k` times as large as the Sun's, with its centre `d` solar radii from the Sun's at a position angle. The Sun is in
-/// the middle of the image, with radius `radius_px`.
+/// A camera behind a body whose disc appears approximately `k` times as large as the Sun's. Its centre is `d` solar radii from the Sun's,
+/// at a position angle in radians. The Sun is in the middle of the image, with a radius of `radius_px`.
 fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f64, size: u32) -> ViewRequest {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
     let id = NaifId(body);
     let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("the Sun").state.pos_km;
-    let [radius_km, sun_km] = [id, NaifId::SUN].map(|id| SESSION.catalog().body(id).expect("a body").radii_km.x);
+    let [radius_km, sun_radius_km] = [id, NaifId::SUN].map(|id| SESSION.catalog().body(id).expect("a body").radii_km.x);
     let sun_direction = to_sun.normalize();
-    // Approximately: radius / x = k sun / (x + distance).
-    let distance_km = radius_km * to_sun.length() / (k * sun_km - radius_km);
-    let sun_angle = sun_km / (to_sun.length() + distance_km);
+    // From radius_km / distance_km = k * sun_radius_km / (distance_km + distance from the body to the Sun).
+    let distance_km = radius_km * to_sun.length() / (k * sun_radius_km - radius_km);
+    let sun_angle = sun_radius_km / (to_sun.length() + distance_km);
     let sideways = sun_direction.any_orthonormal_vector();
     let sideways = sideways * position_angle.cos() + sun_direction.cross(sideways) * position_angle.sin();
     let offset_km = -sun_direction * distance_km + sideways * (d * sun_angle * distance_km);
@@ -55,47 +55,47 @@ fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f
     }
 }
 
-/// Sum of the image per channel, and the image.
+/// The sum of an image's pixels per channel, and the image.
 fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Vec<[f32; 4]>) {
     let (_, plan) = session.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let hdr = RENDERER.render(&plan, session.library(), true).expect("drawn").0.hdr;
     ([0, 1, 2].map(|c| hdr.iter().map(|p| f64::from(p[c])).sum()), hdr)
 }
 
-/// The apparent geometry: radius of the nearer body and distance of the centres, in solar radii.
+/// Apparent radius of the occluder and distance of the centres (k and d), in solar radii.
 fn apparent_geometry(request: &ViewRequest, body: i32) -> (f64, f64) {
     let scene = SESSION.scene(request).expect("a scene");
-    let [sun, near] = [NaifId::SUN, NaifId(body)].map(|id| scene.body(id).expect("a body"));
+    let [sun, occluder] = [NaifId::SUN, NaifId(body)].map(|id| scene.body(id).expect("a body"));
     let angular_radius = |b: &orrery::scene::BodyInView| (b.placement.radii_km.x / b.distance_km).asin();
-    let separation = near.placement.centre_km.normalize().cross(sun.placement.centre_km.normalize()).length().asin();
-    (angular_radius(near) / angular_radius(sun), separation / angular_radius(sun))
+    let separation = occluder.placement.centre_km.normalize().cross(sun.placement.centre_km.normalize()).length().asin();
+    (angular_radius(occluder) / angular_radius(sun), separation / angular_radius(sun))
 }
 
-/// Fraction of the light that a disc leaves, per channel of the catalog's Sun, from the closed form that eclipses use.
-fn fraction_left(k: f64, d: f64) -> [f64; 3] {
+/// Fraction of the Sun's light, per channel, that an occluding disc leaves visible: the disc overlap that eclipses use.
+fn visible_fraction(k: f64, d: f64) -> [f64; 3] {
     let prober = Prober { session: &SESSION, renderer: &RENDERER };
     let orrery::catalog::Photometry::Emissive { u1, u2 } = SESSION.catalog().body(NaifId::SUN).expect("the Sun").photometry else {
         panic!("the Sun must be emissive")
     };
     [0, 1, 2].map(|c| {
-        let q = json!({"q": "disc-overlap", "k": k, "d": d, "u1": u1[c], "u2": u2[c], "model": "limb-darkened"});
-        1.0 - prober.answer(&q.to_string()).expect("an answer")["blocked"].as_f64().expect("a number")
+        let question = json!({"q": "disc-overlap", "k": k, "d": d, "u1": u1[c], "u2": u2[c], "model": "limb-darkened"});
+        1.0 - prober.answer(&question.to_string()).expect("an answer")["blocked"].as_f64().expect("a number")
     })
 }
 
 #[test]
 fn the_suns_light_in_an_image_equals_its_visible_fraction() {
     let (mut dark, mut partial, mut worst_disc, mut worst_point) = (0, 0, 0.0_f64, 0.0_f64);
-    // Total, annular, equal discs, and a planet's disc; from before first contact to the middle.
+    // Discs larger than the Sun, smaller, nearly equal, and a planet's; from before first contact to totality or annularity.
     for (body, k) in [(301, 1.03), (301, 0.94), (301, 1.6), (301, 1.003), (299, 0.3), (301, 8.0)] {
         for (radius_px, size) in [(0.3, 24), (0.8, 24), (1.4, 24), (2.2, 24), (5.0, 24), (14.0, 48), (40.0, 100)] {
-            // The centres' distance as a fraction of the way from inner to outer contact; 0 stands for 2 % inside the inner contact.
+            // Distance of the centres: 0 at the inner contact, 1 at the outer one; 0 itself is moved inside the inner contact by 2 %.
             for (n, fraction) in [1.02, 0.98, 0.8, 0.5, 0.2, 0.04, 0.0].into_iter().enumerate() {
                 let inner = f64::abs(k - 1.0);
                 let d = inner + fraction * (1.0 + k - inner) - if fraction == 0.0 { 0.02 * inner } else { 0.0 };
                 let request = view_from_behind(body, k, d, 0.7 + n as f64, radius_px, size);
                 let (k, d) = apparent_geometry(&request, body);
-                let expected = fraction_left(k, d);
+                let expected = visible_fraction(k, d);
                 let unobstructed = light(&UNOBSTRUCTED, &request, 1).0;
                 for samples in [1, 4] {
                     let (sum, hdr) = light(&SESSION, &request, samples);
@@ -108,8 +108,8 @@ fn the_suns_light_in_an_image_equals_its_visible_fraction() {
                         continue;
                     }
                     let error = (0..3).map(|c| (found[c] - expected[c]).abs()).fold(0.0, f64::max);
-                    // The light of a point comes from the closed form for spheres. A disc is sampled once per pixel, where its limb and the nearer limb are approximated
-                    // by straight lines.
+                    // A point's light comes from the disc overlap. A disc is sampled pixel by pixel, with both limbs approximated by
+                    // straight lines.
                     let is_point = radius_px <= 1.0;
                     let bound = if is_point { 5e-3 } else { 0.06 / radius_px + 0.003 };
                     assert!(error < bound, "{description}: off by {error:.5}");
@@ -124,7 +124,7 @@ fn the_suns_light_in_an_image_equals_its_visible_fraction() {
     assert!(dark > 20 && partial > 300, "{dark} dark, {partial} partial");
 }
 
-/// The eclipse of 2024 from Dallas, from a telescope's field of view to a fisheye's: no sunlight in totality, some half an hour before.
+/// The eclipse of 8 April 2024 from Dallas, in fields of view from 0.7 to 120 degrees: no sunlight in totality, some half an hour before.
 #[test]
 fn totality_is_dark_at_any_field_of_view() {
     for (time, is_total) in [("2024-04-08T18:42:38Z", true), ("2024-04-08T18:10:00Z", false)] {
@@ -140,30 +140,30 @@ fn totality_is_dark_at_any_field_of_view() {
                     ..ViewRequest::of(NaifId::SUN, Instant::parse(time).expect("a time"))
                 };
                 let (_, hdr) = light(&SESSION, &request, samples);
-                let near = |k: usize| (k % 160).abs_diff(80) < 80 && (k / 160).abs_diff(80) < 30;
-                let brightest = hdr.iter().enumerate().filter(|(k, _)| near(*k)).map(|(_, p)| p[1]).fold(0.0, f32::max);
+                let in_middle_rows = |k: usize| (k % 160).abs_diff(80) < 80 && (k / 160).abs_diff(80) < 30;
+                let brightest = hdr.iter().enumerate().filter(|(k, _)| in_middle_rows(*k)).map(|(_, p)| p[1]).fold(0.0, f32::max);
                 assert_eq!(brightest < 0.01, is_total, "{time}, {fov_deg} degrees, {samples} samples: {brightest}");
             }
         }
     }
 }
 
-/// The Sun at the horizon of an airless body, from entirely below to entirely above: no light at first, and never less as it rises.
+/// From entirely below the horizon to entirely above it: no light at first, and then never less than before.
 #[test]
-fn the_sun_sets_behind_a_horizon() {
+fn the_sun_rises_smoothly_over_an_airless_horizon() {
     let time = Instant::parse("2024-04-16T18:00:00Z").expect("a time");
-    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon").radii_km.x;
-    let sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::MOON, time, None).expect("the Sun").state.pos_km;
-    let (towards, sideways) = (sun.normalize(), sun.normalize().any_orthonormal_vector());
-    let radius = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x / sun.length();
+    let moon_radius_km = SESSION.catalog().body(NaifId::MOON).expect("the Moon").radii_km.x;
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::MOON, time, None).expect("the Sun").state.pos_km;
+    let (sun_direction, sideways) = (to_sun.normalize(), to_sun.normalize().any_orthonormal_vector());
+    let sun_radius = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x / to_sun.length();
     for height_km in [0.05, 20.0, 2000.0] {
-        let limb = (moon / (moon + height_km)).asin();
+        let limb_angle = (moon_radius_km / (moon_radius_km + height_km)).asin();
         let mut before = f64::MAX;
         for step in -6..=6 {
-            // Angle of the Sun's centre above the limb.
-            let altitude = f64::from(step) * 0.25 * radius;
-            let angle = limb + altitude;
-            let offset_km: DVec3 = (-towards * angle.cos() + sideways * angle.sin()) * (moon + height_km);
+            // Of the Sun's centre above the limb, in radians.
+            let altitude = f64::from(step) * 0.25 * sun_radius;
+            let angle = limb_angle + altitude;
+            let offset_km: DVec3 = (-sun_direction * angle.cos() + sideways * angle.sin()) * (moon_radius_km + height_km);
             let request = ViewRequest {
                 position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf },
                 ..view_from_behind(301, 1.5, 0.0, 0.0, 12.0, 48)

@@ -1,4 +1,4 @@
-//! Eclipses as the emitted modules compute them, against tables made outside this program (tests/data/README.md) and against geometry.
+//! Eclipses by the emitted modules, against tables made outside this program (tests/data/README.md), geometry and observations.
 
 use crate::support::session::SESSION;
 use crate::support::sweep;
@@ -53,9 +53,9 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
     v[name].as_array().unwrap_or_else(|| panic!("{name}"))
 }
 
-/// The number named `answer` in the answer to a probe question.
-fn ask(prober: &Prober<'_>, question: &Value, answer: &str) -> f64 {
-    number(&prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}")), answer)
+/// A number from the answer to a probe question.
+fn ask(prober: &Prober<'_>, question: &Value, field: &str) -> f64 {
+    number(&prober.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}")), field)
 }
 
 fn instant(text: &str) -> Instant {
@@ -63,17 +63,17 @@ fn instant(text: &str) -> Instant {
 }
 
 #[test]
-fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
+fn light_blocked_by_circles_and_ellipses_agrees_with_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
-    // Bounds for circles and ellipses in f32 and f64; measured 3e-7, 1.3e-4, 1.8e-7, 1.3e-4 with limb darkening.
+    // Bounds for circles and ellipses. Measured with limb darkening: 3e-7 and 1.3e-4 in f32, 1.8e-7 and 1.3e-4 in f64.
     let stated = stated_errors::of_eclipse(EclipseModel::LimbDarkened).expect("a stated error").max_error;
-    for (prober, circles, ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
+    for (prober, max_of_circles, max_of_ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
             let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
             for row in list(&table, "circles") {
                 let q = json!({"q": "disc-overlap", "k": row["k"], "d": row["d"], "u1": 0.4, "u2": 0.26, "model": model});
                 let error = ask(&prober, &q, "blocked") - number(row, blocked);
-                assert!(error.abs() < circles, "{q}: off by {error:e}");
+                assert!(error.abs() < max_of_circles, "{q}: off by {error:e}");
             }
             for row in list(&table, "ellipses") {
                 let mut q = json!({"q": "disc-overlap", "u1": 0.4, "u2": 0.26, "model": model});
@@ -81,14 +81,14 @@ fn discs_and_ellipses_block_the_fraction_of_forty_digit_integrals() {
                     q[field] = row[field].clone();
                 }
                 let error = ask(&prober, &q, "blocked") - number(row, blocked);
-                assert!(error.abs() < ellipses, "{q}: off by {error:e}");
+                assert!(error.abs() < max_of_ellipses, "{q}: off by {error:e}");
             }
         }
     }
 }
 
 #[test]
-fn the_ramp_is_exact_only_at_the_contacts() {
+fn the_linear_model_interpolates_between_the_contacts() {
     let prober = single();
     let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
     for k in [0.3, 1.0, 4.0] {
@@ -162,7 +162,7 @@ fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
     let mut checked = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         let greatest = &eclipse["greatest_eclipse"];
-        // The light at the centre is least when the shadow axis passes nearest to it; beyond half a radius the penumbra misses the centre.
+        // The light at the centre is least when the axis is nearest. With a greater gamma the penumbra, half as wide as the Earth, misses it.
         if number(greatest, "gamma").abs() > 0.52 {
             continue;
         }
@@ -180,7 +180,7 @@ fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
 
 #[test]
 fn the_moon_crosses_the_earths_shadow_as_in_de440() {
-    // The table assumes a spherical Earth.
+    // The table is for a spherical Earth.
     let folder = std::env::temp_dir().join(format!("orrery-eclipse-catalog-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a folder");
     std::fs::write(folder.join("round.toml"), "[[body]]\nid = 399\nname = \"Earth\"\nradii_km = [6378.137, 6378.137, 6378.137]\n")
@@ -190,7 +190,7 @@ fn the_moon_crosses_the_earths_shadow_as_in_de440() {
     let table = table(include_str!("../data/eclipses_public.json"));
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "lunar") {
         for track in list(eclipse, "track") {
-            // The table's times are when the light reaches the Earth.
+            // The table gives the times when the light reaches the Earth.
             let seen = Instant::from_tdb_seconds_past_j2000(number(track, "tdb_s_past_j2000"));
             let state = prober.ephemeris().state(NaifId::MOON, NaifId::EARTH, seen, None).expect("the Moon").state;
             let time = seen.plus_seconds(-state.pos_km.length() / SPEED_OF_LIGHT_KM_S);
@@ -202,19 +202,19 @@ fn the_moon_crosses_the_earths_shadow_as_in_de440() {
     }
 }
 
-/// Points of the ground in a square of the given half width around a position, with their distances north and east of it, km.
-fn square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, half_km: f64, steps: i32) -> Vec<(f64, f64, DVec3)> {
+/// Points of the ground in a square around a place: distances north and east of it in km, and position in equatorial radii.
+fn ground_square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, half_width_km: f64, steps: i32) -> Vec<(f64, f64, DVec3)> {
     let km_per_deg = body_radii_km.x.to_radians();
-    let mut all = Vec::new();
+    let mut points = Vec::new();
     for i in -steps..=steps {
         for j in -steps..=steps {
-            let [north, east] = [i, j].map(|k| f64::from(k) * half_km / f64::from(steps));
+            let [north, east] = [i, j].map(|k| f64::from(k) * half_width_km / f64::from(steps));
             let lat = latitude_deg + north / km_per_deg;
             let lon = longitude_deg + east / km_per_deg / lat.to_radians().cos();
-            all.push((north, east, ground_point_km(body_radii_km, lat, lon, 0.0).0 / body_radii_km.x));
+            points.push((north, east, ground_point_km(body_radii_km, lat, lon, 0.0).0 / body_radii_km.x));
         }
     }
-    all
+    points
 }
 
 #[test]
@@ -224,10 +224,11 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
     let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    let ground = square(earth.radii_km, 3.49, -11.67, 60.0, 30);
+    let ground = ground_square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
     let light = sky.sunlight(&sky.occluders, &points, None).expect("answers");
     let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
+    // The least extent of the dark points over all directions.
     let width_km = (0..36)
         .map(|k| {
             let (sin, cos) = (f64::from(k) * 5.0).to_radians().sin_cos();
@@ -242,7 +243,7 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
 fn shadows_move_continuously_from_second_to_second() {
     // (body, time, greatest change per second): the Moon's shadow moves at up to 10 km/s near the edge of the Earth and has a penumbra of 3400 km;
     // the Moon moves through the Earth's shadow at 1 km/s.
-    for (body, time, at_most) in [(NaifId::EARTH, "2006-03-29T12:17:51Z", 3e-3), (NaifId::MOON, "2022-05-16T06:22:36Z", 6e-4)] {
+    for (body, time, max_change) in [(NaifId::EARTH, "2006-03-29T12:17:51Z", 3e-3), (NaifId::MOON, "2022-05-16T06:22:36Z", 6e-4)] {
         let prober = single();
         let body = SESSION.catalog().body(body).expect("a body");
         let points: Vec<_> = (0..40)
@@ -254,21 +255,21 @@ fn shadows_move_continuously_from_second_to_second() {
             let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Best).expect("a sky");
             sky.sunlight(&sky.occluders, &points, None).expect("answers")
         };
-        let seconds: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
-        for (before, after) in seconds.iter().zip(&seconds[1..]) {
+        let by_second: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
+        for (before, after) in by_second.iter().zip(&by_second[1..]) {
             let worst = before.iter().zip(after).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f64::max);
-            assert!(worst < at_most, "{}: {worst:e}", body.name);
+            assert!(worst < max_change, "{}: {worst:e}", body.name);
             assert!(worst > 0.0, "{}: nothing moves", body.name);
         }
     }
 }
 
-/// Mean light over the Moon's face as seen from the Earth, per channel, relative to the full Moon's.
-fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
+/// Mean light over the Moon's near side, per channel, relative to that outside the shadow.
+fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
     let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Best).expect("a sky");
-    // The full Moon is nearly as bright at the limb as in the middle, so the points are uniform over the disc, which faces +x.
+    // Uniform over the disc, as the full Moon is nearly as bright at the limb as in the middle. The Moon's +x axis faces the Earth.
     let points: Vec<_> = (0..400)
         .map(|k| {
             let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
@@ -280,11 +281,11 @@ fn light_on_the_face(prober: &Prober<'_>, time: &str) -> [f64; 3] {
 }
 
 #[test]
-fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
-    // (greatest eclipse, umbral magnitude U). H. de Carvalho Vital's fit to eclipses without volcanic ash, r2 = 0.998: the Moon's visual magnitude
-    // at mid-eclipse is -(U (2.08 U - 10.34) + 11.7); the full Moon's is -12.7. The clouds of a given day change it by half a magnitude.
+fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
+    // Greatest eclipse and umbral magnitude U. H. de Carvalho Vital's fit to eclipses without volcanic ash (r2 = 0.998): the Moon's magnitude
+    // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a particular day change it by half a magnitude.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
-        let rgb = light_on_the_face(&single(), time);
+        let rgb = light_on_near_side(&single(), time);
         let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
         let magnitude = -12.7 - 2.5 * luminance.log10();
         let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
@@ -300,7 +301,7 @@ fn the_earths_air_leaves_the_eclipsed_moon_as_bright_as_observed_and_red() {
     assert!(sky.sunlight(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
-/// Uniforms for a Sun of the given angular radius far away on +z and round occluders given by (x, y, z, radius), in the receiver's radii.
+/// Uniforms of a Sun on +z (`tan_sun`: of its angular radius) and round occluders (x, y, z, radius), in the receiver's radii.
 fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
@@ -317,10 +318,10 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
 }
 
-/// Fraction of the Sun's light left by discs (x, y, radius in solar radii), from a fine grid over the Sun's disc.
-fn fraction_left_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
+/// Fraction of the Sun's light that discs (x, y, radius in solar radii) leave visible, from a fine grid over the Sun's disc.
+fn visible_fraction_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
     let n = 1200;
-    let (mut all, mut left) = (0.0, 0.0);
+    let (mut total, mut visible) = (0.0, 0.0);
     for i in 0..n {
         for j in 0..n {
             let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n) * 2.0 - 1.0);
@@ -328,18 +329,18 @@ fn fraction_left_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
             if r2 < 1.0 {
                 let mu = (1.0 - r2).sqrt();
                 let light = 1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2);
-                all += light;
-                left += if discs.iter().any(|d| (x - d[0]).hypot(y - d[1]) < d[2]) { 0.0 } else { light };
+                total += light;
+                visible += if discs.iter().any(|d| (x - d[0]).hypot(y - d[1]) < d[2]) { 0.0 } else { light };
             }
         }
     }
-    left / all
+    visible / total
 }
 
 #[test]
 fn overlapping_occluders_block_the_union_of_their_discs() {
-    // Occluders at a common distance of 100 radii in front of a Sun whose angular radius there is one radius, so lengths are in solar radii.
-    let sky = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
+    // Occluders at a common distance of 100, where the Sun's disc has a projected radius of 1: lengths across are in solar radii.
+    let occluders = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
         &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],
         &[[0.3, 0.1, 0.5], [-0.2, 0.2, 0.4]],
@@ -351,17 +352,17 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
     for discs in cases {
         let mut product = 1.0;
         for disc in discs {
-            product *= fraction_left_by_grid(std::slice::from_ref(disc), 0.4, 0.26);
+            product *= visible_fraction_by_grid(std::slice::from_ref(disc), 0.4, 0.26);
         }
-        let exact = fraction_left_by_grid(discs, 0.4, 0.26);
-        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::LimbDarkened);
-        let left = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
-        assert!((left - exact).abs() < 1e-3, "{discs:?}: {left}, the grid says {exact}");
+        let exact = visible_fraction_by_grid(discs, 0.4, 0.26);
+        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &occluders(discs), EclipseModel::LimbDarkened);
+        let found = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
+        assert!((found - exact).abs() < 1e-3, "{discs:?}: {found}, the grid says {exact}");
         assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass as well");
-        // The ramp is a rough model, but it does not multiply either: two equal discs hide no more than one.
-        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &sky(discs), EclipseModel::Linear);
-        let ramp = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
-        assert!((ramp - exact).abs() < 0.15, "{discs:?}: ramp {ramp}, the grid says {exact}");
+        // `linear` is a rough model, but does not multiply the fractions either: two equal discs hide no more than one.
+        let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &occluders(discs), EclipseModel::Linear);
+        let linear = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
+        assert!((linear - exact).abs() < 0.15, "{discs:?}: linear {linear}, the grid says {exact}");
     }
 }
 
@@ -380,9 +381,9 @@ fn bodies_behind_the_lit_point_do_not_darken_it() {
 }
 
 #[test]
-fn single_precision_suffices_out_to_neptune() {
-    // (Sun's distance and size, occluder's distance and size) in the receiver's radii: Earth and Moon, Io on Jupiter, Jupiter on Io, Titan on
-    // Saturn, Saturn on Titan, Neptune on Triton, Neptune on Proteus.
+fn f32_suffices_out_to_neptune() {
+    // Distance and radius of the Sun, then of the occluder, in the receiver's radii: the shadow of the Moon on the Earth, Io on Jupiter,
+    // Jupiter on Io, Titan on Saturn, Saturn on Titan, Neptune on Triton, Neptune on Proteus.
     let cases = [
         (23_455.0, 109.1, 60.3, 0.2725),
         (10_890.0, 9.73, 5.9, 0.0255),
@@ -396,15 +397,15 @@ fn single_precision_suffices_out_to_neptune() {
     for (sun_distance, sun_radius, distance, radius) in cases {
         let tan_sun = sun_radius / sun_distance;
         for k in (0..400).filter(|k| sweep::runs(*k as usize, 4)) {
-            // From the shadow's axis to beyond the penumbra of an occluder that is displaced by two of its radii.
-            let miss = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * distance);
+            // From the axis to beyond the edge of the penumbra.
+            let axis_distance = f64::from(k) / 400.0 * (radius + 1.2 * tan_sun * distance);
             let (eclipse, eclipse_uniforms) =
-                uniforms(sun_distance, tan_sun, &[[miss, 0.1 * miss, distance, radius]], EclipseModel::LimbDarkened);
+                uniforms(sun_distance, tan_sun, &[[axis_distance, 0.1 * axis_distance, distance, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
-            let [a, b] =
+            let [in_f32, in_f64] =
                 [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
-            for (x, y) in a.iter().zip(&b) {
-                let error = (x[1] - y[1]).abs();
+            for (a, b) in in_f32.iter().zip(&in_f64) {
+                let error = (a[1] - b[1]).abs();
                 if error > worst.0 {
                     worst = (error, sun_distance);
                 }
@@ -450,7 +451,7 @@ fn the_scene_has_an_eclipse_feature_where_an_eclipse_occurs() {
     assert_eq!(eclipse(earth, "2024-04-22T18:17:00Z", "", standard), Eclipse::default());
     assert_eq!(eclipse(moon, "2022-11-08T10:59:00Z", "", standard), eclipse_by(1, EclipseModel::Refracted));
     assert_eq!(eclipse(moon, "2022-11-01T10:59:00Z", "", standard), Eclipse::default());
-    // The rare triple transit that was visible from the Earth from 06:27 to 06:52 UT. The light took 36 minutes to arrive.
+    // From 06:27 to 06:52 UT, as seen from the Earth, three moons cast shadows on Jupiter.
     let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", standard) };
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
     let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
@@ -459,9 +460,9 @@ fn the_scene_has_an_eclipse_feature_where_an_eclipse_occurs() {
     assert!(!reason.contains("Ganymede"), "{reason}");
 }
 
-/// Resources that provide layouts of the session's modules and no maps.
-struct Layouts;
-impl ResourceProvider for Layouts {
+/// Resources of the session without maps.
+struct WithoutMaps;
+impl ResourceProvider for WithoutMaps {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError> {
         SESSION.library().get(module).map(|m| m.layout.clone()).map_err(|e| PlanError::Module(e.to_string()))
     }
@@ -480,7 +481,7 @@ impl ResourceProvider for Layouts {
 }
 
 #[test]
-fn an_occluder_beside_the_sun_changes_no_bit() {
+fn an_occluder_that_hides_nothing_changes_no_bit_of_the_image() {
     let draw = |effects: &str| {
         let request = view(NaifId::EARTH, "2024-04-08T18:17:00Z", effects, Quality::Draft);
         let mut scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
@@ -488,7 +489,7 @@ fn an_occluder_beside_the_sun_changes_no_bit() {
         for draw in &mut scene.draws {
             draw.uniforms.eclipse.occluder_positions.iter_mut().for_each(|p| p.x += 50.0);
         }
-        let plan = plan(&scene, &Layouts, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+        let plan = plan(&scene, &WithoutMaps, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         SINGLE.render(&plan, SESSION.library(), true).expect("an image").0
     };
     const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";

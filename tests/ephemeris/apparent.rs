@@ -8,14 +8,14 @@ use orrery::time::Instant;
 use orrery::units::RAD_PER_ARCSEC;
 use serde_json::Value;
 
-/// Tolerance; it includes the error of the shipped kernel.
+/// Tolerance of apparent places, which includes the error of the shipped kernel.
 const APPARENT_ARCSEC: f64 = 0.02;
-/// The reference uses barycentres as the positions of planets: for Saturn, 320 km at 8 au are 1.5e-5
-/// degrees.
+/// Tolerance of sub-points. The reference uses barycentres as the positions of planets, a difference of 1.5e-5 degrees for Saturn (320 km
+/// at 8 au).
 const SUB_POINT_DEG: f64 = 0.002;
 
 fn ephemeris() -> Ephemeris {
-    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped tables are whole")
+    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped ephemeris")
 }
 
 fn direction(place: RaDec) -> DVec3 {
@@ -23,7 +23,8 @@ fn direction(place: RaDec) -> DVec3 {
     DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
 }
 
-fn arcsec(a: RaDec, b: RaDec) -> f64 {
+/// Angle between two directions.
+fn separation_arcsec(a: RaDec, b: RaDec) -> f64 {
     2.0 * (0.5 * (direction(a) - direction(b)).length()).asin() / RAD_PER_ARCSEC
 }
 
@@ -35,9 +36,10 @@ fn number(v: &Value, field: &str) -> f64 {
 fn apparent_places_agree_with_skyfield() {
     let ephemeris = ephemeris();
     let table: Value = serde_json::from_str(include_str!("../data/ephemeris_public.json")).expect("the reference is JSON");
-    let (mut compared, mut worst_gcrs, mut worst_date, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
+    let (mut compared, mut worst_gcrs, mut worst_of_date, mut worst_km) = (0, 0.0_f64, 0.0_f64, 0.0_f64);
     for epoch in table["apparent_places"].as_array().expect("epochs") {
         let jd_tt = number(epoch, "jd_tt");
+        // The span of the shipped kernel, 1900 to 2100.
         if !(2_415_020.5..2_488_069.5).contains(&jd_tt) {
             continue;
         }
@@ -61,21 +63,24 @@ fn apparent_places_agree_with_skyfield() {
                 ra_deg: number(reference, &format!("apparent_{kind}_ra_deg")),
                 dec_deg: number(reference, &format!("apparent_{kind}_dec_deg")),
             };
-            let (gcrs, date) = (arcsec(place.gcrs, apparent("gcrs")), arcsec(place.true_of_date, apparent("date")));
+            let gcrs_arcsec = separation_arcsec(place.gcrs, apparent("gcrs"));
+            let of_date_arcsec = separation_arcsec(place.true_of_date, apparent("date"));
             let error_km = (place.distance_km - number(reference, "lighttime_distance_km")).abs();
-            (worst_gcrs, worst_date, worst_km, compared) =
-                (worst_gcrs.max(gcrs), worst_date.max(date), worst_km.max(error_km), compared + 1);
-            assert!(gcrs < APPARENT_ARCSEC && date < APPARENT_ARCSEC, "{jd_tt} {name}: {gcrs} and {date} arcsec");
+            (worst_gcrs, worst_of_date, worst_km, compared) =
+                (worst_gcrs.max(gcrs_arcsec), worst_of_date.max(of_date_arcsec), worst_km.max(error_km), compared + 1);
+            assert!(
+                gcrs_arcsec < APPARENT_ARCSEC && of_date_arcsec < APPARENT_ARCSEC,
+                "{jd_tt} {name}: {gcrs_arcsec} and {of_date_arcsec} arcsec"
+            );
             assert!(error_km < 10.0, "{jd_tt} {name}: {error_km} km");
             assert!((place.light_time_s - number(reference, "light_time_s")).abs() < 1e-4);
-            // The apparent place differs from the place in the axes of date (precession) and from
-            // the geometric place.
-            assert!(arcsec(place.gcrs, apparent("date")) > APPARENT_ARCSEC);
+            // Negative controls: the place in the axes of date (precession), and the geometric place.
+            assert!(separation_arcsec(place.gcrs, apparent("date")) > APPARENT_ARCSEC);
             let geometric = ephemeris.state(NaifId(id), NaifId::EARTH, t, None).expect("a place").state.pos_km;
-            assert!(arcsec(RaDec::of(geometric), apparent("gcrs")) > APPARENT_ARCSEC, "{name}");
+            assert!(separation_arcsec(RaDec::of(geometric), apparent("gcrs")) > APPARENT_ARCSEC, "{name}");
         }
     }
-    println!("{compared} places: {worst_gcrs} arcsec GCRS, {worst_date} arcsec of date, {worst_km} km");
+    println!("{compared} places: {worst_gcrs} arcsec GCRS, {worst_of_date} arcsec of date, {worst_km} km");
     assert!(compared >= 20, "only {compared} places in the kernel's span");
 }
 
@@ -95,7 +100,7 @@ fn sub_points_agree_with_cspice() {
                 (points.sub_observer, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 (sun, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
-                let error_deg = arcsec(
+                let error_deg = separation_arcsec(
                     RaDec { ra_deg: p.lon_east_deg, dec_deg: p.lat_centric_deg },
                     RaDec { ra_deg: number(expected, lon), dec_deg: number(expected, lat) },
                 ) / 3600.0;
@@ -105,8 +110,8 @@ fn sub_points_agree_with_cspice() {
             let phase_deg = points.phase_angle_deg.expect("a planet has one");
             assert!((phase_deg - number(expected, "phase_angle_deg")).abs() < SUB_POINT_DEG, "{name}: phase {phase_deg}");
             assert!((points.light_time_s - number(expected, "light_time_s")).abs() < 0.01);
-            // Without light time the planet would have rotated farther; for the Moon, 1.3 s away,
-            // the difference is too small.
+            // Negative control: without light time the planet would have rotated further. For the Moon, 1.3 s away, the difference is too
+            // small.
             if points.light_time_s > 60.0 {
                 assert!(
                     (points.sub_observer.lon_east_deg - number(&reference["geometric"], "sub_earth_lon_east_deg")).abs() > SUB_POINT_DEG

@@ -1,4 +1,4 @@
-//! The sky above a location against the reference tables and almanacs.
+//! Altitudes, rise and set, and local circumstances of eclipses, against reference tables and almanacs.
 
 use orrery::catalog::{Catalog, EclipseRadii, NaifId};
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -10,7 +10,7 @@ fn number(v: &Value, field: &str) -> f64 {
     v[field].as_f64().unwrap_or_else(|| panic!("{field} in {v}"))
 }
 
-/// At every sample of the public solar eclipses, altitudes agree with DE440 within 0.0065 degrees (aberration is left out) and separations within 0.0005 degrees.
+/// At every sample of the solar eclipses in the table.
 #[test]
 fn altitudes_and_separations_agree_with_the_reference() {
     let catalog = Catalog::embedded();
@@ -39,7 +39,7 @@ fn altitudes_and_separations_agree_with_the_reference() {
         }
     }
     assert!(compared >= 100, "{compared} samples");
-    // Aberration, which the airless altitude leaves out, is at most 0.0057 degrees.
+    // Aberration, which the program's altitudes leave out, is at most 0.0057 degrees.
     assert!(worst_altitude < 0.0065, "{worst_altitude} degrees");
     assert!(worst_separation < 0.0005, "{worst_separation} degrees");
     assert!(worst_separation > 0.0, "an error of exactly 0 means that nothing was compared");
@@ -60,19 +60,19 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert!(seconds_apart(sun_times.rise.expect("a sunrise"), "2024-06-20T03:43:00Z").abs() < 60.0);
     assert!(seconds_apart(sun_times.set.expect("a sunset"), "2024-06-20T20:21:00Z").abs() < 75.0);
     let (noon, altitude_deg) = sun_times.transit.expect("noon");
-    // 90 - latitude + obliquity; the equation of time is -1 min 50 s.
+    // At noon: 90 degrees - latitude + obliquity. The equation of time is -1 min 50 s.
     assert!((altitude_deg - (90.0 - 51.4769 + 23.437)).abs() < 0.02, "{altitude_deg}");
     assert!(seconds_apart(noon, "2024-06-20T12:01:50Z").abs() < 40.0);
     assert!(!sun_times.up_at_start);
     // Beyond the polar circle the Sun does not set.
-    let north = ObserverSky { place: Observer { latitude_deg: 78.0, ..place }, ..sky };
-    let polar = north.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
-    assert_eq!((polar.rise, polar.set, polar.up_at_start), (None, None, true));
+    let arctic = ObserverSky { place: Observer { latitude_deg: 78.0, ..place }, ..sky };
+    let polar_day = arctic.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
+    assert_eq!((polar_day.rise, polar_day.set, polar_day.up_at_start), (None, None, true));
 }
 
-/// Dallas, 2024-04-08: NASA's table gives 12:23, 13:40, 13:42, 13:44, 15:02 CDT (truncated to the minute).
+/// NASA's table gives 12:23, 13:40, 13:42, 13:44 and 15:02 CDT, truncated to the minute; each is compared at its half minute.
 #[test]
-fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
+fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
     let place = Observer { body: NaifId::EARTH, latitude_deg: 32.7767, longitude_deg: -96.797, height_km: 0.13 };
@@ -90,13 +90,14 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas() {
         assert!(seconds_apart(found, minute).abs() < 40.0, "{} against {minute}", found.to_utc_iso());
     }
     assert!(passage.magnitude > 1.0 && passage.altitude_deg > 60.0, "{passage:?}");
-    // In the preceding month there is no eclipse.
+    // At the preceding new moon there is no eclipse.
     let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);
 }
 
-/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, from NASA's Five Millennium Canon (F. Espenak and J. Meeus; its pages
-/// of Besselian elements, read in the copy of the package astronomy-bundle-php): k = 0.272281 for the umbra. Positions are rounded to 0.1 degrees, durations to 1 s.
+/// Greatest eclipse: time (UT), latitude, east longitude, magnitude, central duration in seconds, from NASA's Five Millennium Canon (F.
+/// Espenak and J. Meeus; its pages of Besselian elements, read in the copy of the package astronomy-bundle-php). Its k is 0.272281 for the
+/// umbra. Positions are rounded to 0.1 degrees, durations to 1 s.
 const CANON: [(&str, f64, f64, f64, f64); 7] = [
     ("1991-07-11T19:06:03Z", 22.0, -105.2, 1.0800, 413.0),
     ("2009-07-22T02:35:18Z", 24.2, 144.1, 1.0799, 399.0),
@@ -107,7 +108,8 @@ const CANON: [(&str, f64, f64, f64, f64); 7] = [
     ("2024-04-08T18:17:15Z", 25.3, -104.1, 1.0566, 268.0),
 ];
 
-/// Magnitude and longest central duration near a position: the canon's positions are rounded, and the duration peaks on the central line.
+/// Magnitude and duration in seconds of the longest central phase near a position, as the canon's positions are rounded and the duration is
+/// longest on the central line.
 fn longest_central_duration(catalog: &Catalog, ephemeris: &Ephemeris, start: Instant, latitude_deg: f64, longitude_deg: f64) -> (f64, f64) {
     let offsets = [-0.05, 0.0, 0.05];
     let places = offsets.iter().flat_map(|north| offsets.map(|east| (latitude_deg + north, longitude_deg + east)));
@@ -137,7 +139,7 @@ fn almanac_radii_give_the_canons_magnitudes_and_durations() {
         if (by_almanac.0 - magnitude).abs() > 2e-4 || (by_almanac.1 - duration_s).abs() > 1.5 {
             failures.push(format!("{greatest}: {by_almanac:?}, the canon has {magnitude}, {duration_s} s"));
         }
-        // The IAU's Moon is larger: totality is longer by seconds, an annular phase shorter.
+        // With the IAU's Moon, which is larger, totality is longer by seconds, and annularity shorter.
         let longer_s = (by_iau.1 - by_almanac.1) * (magnitude - 1.0).signum();
         assert!((2.5..12.0).contains(&longer_s), "{greatest}: {longer_s} s");
         assert!((6e-4..12e-4).contains(&(by_iau.0 - by_almanac.0)), "{greatest}");

@@ -6,12 +6,12 @@ use orrery::ephemeris::{Ephemeris, orientation};
 use orrery::time::Instant;
 use serde_json::Value;
 
-/// The IAU models are closed formulas, so only rounding may differ. Degrees of rotation between two matrices.
+/// Tolerance of IAU models, as the angle of rotation between two matrices: they are closed formulas, so only rounding may differ.
 const IAU_TOLERANCE_DEG: f64 = 1e-7;
-/// Tolerance for the Earth with the reference's Delta T: polar motion is left out on both sides.
-const EARTH_DEG: f64 = 1e-6;
-/// Tolerance for sub-points with light time. The shipped kernel's error, and the difference between planets' centres and the
-/// reference's barycentres (200 km of 4 au for Jupiter's own light time), are smaller.
+/// Tolerance of the Earth with the reference's Delta T; polar motion is left out on both sides.
+const EARTH_TOLERANCE_DEG: f64 = 1e-6;
+/// Tolerance of sub-points with light time. The error of the shipped kernel is smaller, and so is the difference between the planets'
+/// centres and the barycentres that the reference uses (200 km at 4 au for Jupiter).
 const SUB_POINT_DEG: f64 = 0.002;
 
 fn reference() -> Value {
@@ -27,7 +27,7 @@ fn matrix(v: &Value) -> DMat3 {
     DMat3::from_cols(rows[0], rows[1], rows[2]).transpose()
 }
 
-/// Angle in degrees of the rotation from one matrix to the other; from the antisymmetric part, which preserves small angles.
+/// Angle of the rotation from one matrix to the other, by the antisymmetric part, which keeps small angles accurate.
 fn rotation_between_deg(a: &DMat3, b: &DMat3) -> f64 {
     let d = *a * b.transpose();
     let axis = DVec3::new(d.y_axis.z - d.z_axis.y, d.z_axis.x - d.x_axis.z, d.x_axis.y - d.y_axis.x);
@@ -63,16 +63,17 @@ fn the_earths_rotation_agrees_with_erfa() {
     for epoch in reference()["epochs"].as_array().expect("epochs") {
         let Some(earth) = epoch.get("earth_erfa") else { continue };
         let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        // Frame bias, precession and nutation.
         let bpn = orientation::true_of_date_from_gcrs(t);
-        assert!(rotation_between_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_DEG, "{}", t.jd_tdb());
-        // Our Delta T differs from the assumed one: that is a rotation about the pole, 15 arcsec per second of time.
+        assert!(rotation_between_deg(&bpn, &matrix(&earth["bpn_gcrs_to_true_of_date"])) < EARTH_TOLERANCE_DEG, "{}", t.jd_tdb());
+        // The program's Delta T differs from the reference's: a rotation about the pole by 15 arcsec per second of time.
         let itrs_from_gcrs = orientation::earth_itrs_from_gcrs(t);
         let delta_t_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0;
         let delta_t_difference_s = delta_t_s - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
         let to_assumed_delta_t = DMat3::from_rotation_z(-(delta_t_difference_s * 360.985_647 / 86_400.0).to_radians());
         let deg = rotation_between_deg(&(to_assumed_delta_t * itrs_from_gcrs), &matrix(&earth["gcrs_to_itrs_no_polar_motion"]));
         // A Julian date in a single f64 has a resolution of 40 microseconds, 1.7e-7 degrees of rotation.
-        assert!(deg < EARTH_DEG, "{}: {deg:.3e} degrees, Delta T {delta_t_s}", t.jd_tdb());
+        assert!(deg < EARTH_TOLERANCE_DEG, "{}: {deg:.3e} degrees, Delta T {delta_t_s}", t.jd_tdb());
         count += 1;
     }
     assert!(count >= 3, "{count}");
@@ -94,7 +95,7 @@ fn arc_deg(a: (f64, f64), b: (f64, f64)) -> f64 {
 }
 
 #[test]
-fn sub_points_include_light_time() {
+fn sub_points_with_light_time_agree_with_cspice() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped data reads");
     let (mut count, mut failures) = (0, Vec::new());
@@ -109,14 +110,14 @@ fn sub_points_include_light_time() {
             let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).expect("reads");
             let body_from_icrf = pck.pole_and_meridian(id, emitted.tdb_seconds_past_j2000()).expect("the PCK has it").body_from_icrf();
             let (sun, _) = ephemeris.light_time_position(NaifId::SUN, pos, emitted).expect("light time");
-            for (what, direction, lon, lat) in [
+            for (point, direction, lon, lat) in [
                 ("sub-earth", earth - pos, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 ("sub-solar", sun - pos, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
                 let deg = arc_deg(lon_lat(body_from_icrf * direction), (number(&expected[lon]), number(&expected[lat])));
                 count += 1;
                 if deg > SUB_POINT_DEG {
-                    failures.push(format!("{name} {what} at {}: {deg:.2e} degrees", t.jd_tdb()));
+                    failures.push(format!("{name} {point} at {}: {deg:.2e} degrees", t.jd_tdb()));
                 }
             }
         }

@@ -1,4 +1,5 @@
-//! Moons against JPL's satellite solution, another program's TASS, and the IAU's rotation of tidally locked moons; and the planets' centres.
+//! Positions of moons against JPL's satellite solution, another program's TASS, and the IAU's rotation of tidally locked moons; and of
+//! planets' centres about barycentres.
 
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
@@ -11,7 +12,7 @@ const JUPITER: NaifId = NaifId(599);
 const SATURN: NaifId = NaifId(699);
 
 fn ephemeris() -> Ephemeris {
-    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped tables are whole")
+    Ephemeris::embedded(&Catalog::embedded()).expect("the shipped ephemeris")
 }
 
 fn table() -> Value {
@@ -48,9 +49,9 @@ fn galilean_moons_keep_their_stated_error_against_jup365() {
         let entry = worst.entry(id.0).or_insert((0.0_f64, 0.0_f64));
         *entry = (entry.0.max(deviation_km), entry.1.max(deviation_km_s));
         assert!(deviation_km < answer.error_km, "{} {}: {deviation_km} km, stated {}", id.0, t.jd_tdb(), answer.error_km);
-        // A displacement along the orbit turns the velocity by the same angle.
+        // A displacement along the orbit rotates the velocity by the same angle.
         assert!(deviation_km_s < 1.5 * answer.error_km * vel_km_s.length() / pos_km.length(), "{}: {deviation_km_s} km/s", id.0);
-        // An error of five minutes exceeds the stated error.
+        // Negative control: the motion of five minutes exceeds the stated error.
         let late = ephemeris.state(id, JUPITER, t.plus_seconds(300.0), None).expect("a moon").state;
         assert!((late.pos_km - pos_km).length() > answer.error_km);
     }
@@ -69,7 +70,7 @@ fn saturns_moons_agree_with_another_program_on_the_same_theory() {
         let deviation_km = (answer.state.pos_km - vector(&reference["pos_km"])).length();
         let deviation_km_s = (answer.state.vel_km_s - vector(&reference["vel_km_s"])).length();
         assert!(deviation_km < answer.error_km);
-        // Dates are rounded to at most a millisecond: 15 m for Mimas.
+        // The table's dates are rounded to a millisecond, in which Mimas moves 15 m.
         assert!(deviation_km < 0.02 && deviation_km_s < 2e-5, "{} {}: {deviation_km} km, {deviation_km_s} km/s", id.0, t.jd_tt());
         let late = ephemeris.state(id, SATURN, t.plus_seconds(1.0), None).expect("a moon").state;
         assert!((late.pos_km - vector(&reference["pos_km"])).length() > 0.5);
@@ -89,7 +90,7 @@ fn velocity_is_the_slope_of_position() {
                 ephemeris.state(NaifId(moon), NaifId(planet), t, None).expect("a moon").state
             };
             let slope = (state_at(30.0).pos_km - state_at(-30.0).pos_km) / 60.0;
-            // At a time one hour different, the slope differs.
+            // Negative control: the velocity an hour later differs.
             assert!((slope - state_at(3600.0).vel_km_s).length() / slope.length() > 1e-3);
             worst = worst.max((slope - state_at(0.0).vel_km_s).length() / slope.length());
         }
@@ -99,7 +100,8 @@ fn velocity_is_the_slope_of_position() {
     }
 }
 
-/// Angle in degrees from a locked moon's prime meridian to its planet, along the moon's equator.
+/// Angle in degrees from a locked moon's prime meridian to its planet, along the moon's equator. The position is taken `offset_s` after the
+/// rotation.
 fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, offset_s: f64) -> f64 {
     let to_moon = ephemeris.state(moon, planet, t.plus_seconds(offset_s), None).expect("a moon").state.pos_km;
     let planet_in_body = ephemeris.body_from_icrf(moon, t).expect("a rotation") * -to_moon;
@@ -112,9 +114,10 @@ fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, offset_s: f64
     (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s).abs()).fold(0.0, f64::max)
 }
 
-/// Moons that rotate once per orbit in the IAU's model, and the largest angle allowed, degrees. An orbit's eccentricity e makes the planet's direction librate by 2e
-/// radians (Titan and Iapetus 3.3); the IAU defines some longitudes by craters that are off the mean meridian (Enceladus 4, Rhea and Ganymede 2.5, Mimas
-/// 6); mean elements add a degree or two. Small moons close to their planets drift and are left out.
+/// Moons that rotate once per orbit in the IAU's model, their planets, and the largest angle of [`facing_deg`] allowed. An orbit's
+/// eccentricity e makes the planet's direction librate by 2e radians (3.3 degrees for Titan and Iapetus). The IAU defines some longitudes
+/// by a crater, so that the planet is not at longitude 0 in the mean (4 degrees for Enceladus, 2.5 for Rhea and Ganymede, 6 for Mimas).
+/// Mean elements add a degree or two. Small moons near their planets drift and are left out.
 const LOCKED: &[(i32, i32, f64)] = &[
     (401, 499, 4.5),
     (402, 499, 1.0),
@@ -140,7 +143,7 @@ const LOCKED: &[(i32, i32, f64)] = &[
 ];
 
 #[test]
-fn locked_moons_face_their_planets_by_the_iau_meridian() {
+fn the_iau_meridians_of_locked_moons_face_their_planets() {
     let ephemeris = ephemeris();
     let mut failures = Vec::new();
     for &(moon, planet, allowed_deg) in LOCKED {
@@ -151,13 +154,13 @@ fn locked_moons_face_their_planets_by_the_iau_meridian() {
         }
     }
     assert!(failures.is_empty(), "{failures:?}");
-    // Two hours are 17 degrees for Io.
+    // Negative control: in two hours Io moves by 17 degrees.
     assert!(worst_facing_deg(&ephemeris, 501, 599, 7200.0) > 10.0);
 }
 
 #[test]
 fn mean_motions_of_moons_match_their_rotation_for_a_century() {
-    // The meridian's offset and the libration cancel in the difference of two long means; the remainder is a difference of mean motions.
+    // In the difference of two means over 14 years, the meridian's offset and the libration cancel; a difference of mean motions remains.
     let ephemeris = ephemeris();
     let mean_deg = |moon: i32, planet: i32, from_jd: f64, offset_s: f64| {
         let instant = |i: i32| Instant::from_jd_tdb(from_jd + 12.473 * f64::from(i));
@@ -169,7 +172,7 @@ fn mean_motions_of_moons_match_their_rotation_for_a_century() {
         println!("{moon}: {drift_deg:.3} degrees in 123 years");
         assert!(drift_deg.abs() < 0.5, "{moon}: {drift_deg}");
     }
-    // A shift of one hour in that time would be detected: 8.5 degrees for Io.
+    // Negative control: an hour, in which Io moves by 8.5 degrees.
     assert!((mean_deg(501, 599, 2_472_000.0, 3600.0) - mean_deg(501, 599, 2_427_000.0, 0.0)).abs() > 0.5);
 }
 
@@ -177,7 +180,8 @@ fn mean_motions_of_moons_match_their_rotation_for_a_century() {
 fn the_planets_and_their_moons_balance_on_the_barycentre() {
     let (ephemeris, catalog) = (ephemeris(), Catalog::embedded());
     let gm = |id| catalog.body(NaifId(id)).and_then(|b| b.gm_km3_s2).expect("a GM");
-    // Largest offsets: the sum over the moons of GM ratio times distance.
+    // Planet, its massive moons, and the greatest distance of its centre from the barycentre: the sum over the moons of GM ratio times
+    // distance.
     for (planet, moons, max_km) in [
         (599, &[501, 502, 503, 504][..], 250.0),
         (699, &[606, 608, 605, 604, 603][..], 340.0),
@@ -189,29 +193,29 @@ fn the_planets_and_their_moons_balance_on_the_barycentre() {
         let barycentre = NaifId(planet / 100);
         let from_barycentre = |id| ephemeris.state(NaifId(id), barycentre, t, None).expect("a place").state.pos_km;
         let centre = ephemeris.state(NaifId(planet), barycentre, t, None).expect("a planet");
-        let moment = from_barycentre(planet) * gm(planet) + moons.iter().map(|&m| from_barycentre(m) * gm(m)).sum::<DVec3>();
-        let remainder_km = moment.length() / gm(planet);
+        let mass_moment = from_barycentre(planet) * gm(planet) + moons.iter().map(|&m| from_barycentre(m) * gm(m)).sum::<DVec3>();
+        let remainder_km = mass_moment.length() / gm(planet);
         println!("{planet}: {:.3} km, stated {:.3}", centre.state.pos_km.length(), centre.error_km);
-        // Moons that this sum leaves out may change the balance by a hundred metres.
+        // The moons that this sum leaves out displace the planet by less than 100 m.
         assert!(remainder_km < 0.1, "{planet}: {remainder_km} km");
         assert!(centre.state.pos_km.length() > 1.0 && centre.state.pos_km.length() < max_km, "{planet}: {}", centre.state.pos_km);
         assert!(centre.error_km < 50.0 && centre.source < Source::Kernel);
-        // Without the moons, the planet alone is off the barycentre.
+        // Negative control: without the moons the sum is not zero.
         assert!((from_barycentre(planet) * gm(planet)).length() / gm(planet) > 0.1);
     }
 }
 
-/// Mean angle in degrees from a locked moon's prime meridian to its planet over 14 years around a year.
+/// Mean of [`facing_deg`] over 14 years around a year.
 fn mean_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, year: f64, offset_s: f64) -> f64 {
     let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 365.25 * (year - 2000.0) + 12.473 * f64::from(i - 200));
     (0..400).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s)).sum::<f64>() / 400.0
 }
 
-/// Tidal acceleration changes a mean motion, so the longitude has a term quadratic in time. The IAU's meridian includes it for Phobos (12.72 degrees per
-/// century squared, MAR097). Every other locked moon must stay aligned without such a term: the second difference of its angle over two centuries shows
-/// a missing one.
+/// Tidal acceleration changes a mean motion, so the longitude has a term quadratic in time. The IAU's meridian includes it for Phobos
+/// (12.72 degrees per century squared, MAR097). The second difference of [`mean_facing_deg`] over two centuries shows a term that the orbit
+/// or the meridian lacks. Mimas is left out: the resonance with Tethys makes its longitude librate over 71 years.
 #[test]
-fn no_moon_lacks_a_tidal_acceleration_of_the_iau_meridian() {
+fn orbits_and_iau_meridians_have_the_same_tidal_accelerations() {
     let ephemeris = ephemeris();
     let mut failures = Vec::new();
     for &(moon, planet, _) in LOCKED.iter().filter(|(moon, ..)| *moon != 601) {
@@ -230,18 +234,20 @@ const MAX_QUADRATIC_DEG_CY2: f64 = 0.5;
 
 #[test]
 fn phobos_follows_the_iau_meridian_from_1880_to_2100() {
-    // An orbit takes 7 h 39 min, so 0.1 degrees are 7.7 seconds. The meridian is fitted to the same orbit (MAR097), so on average it faces Mars.
+    // An orbit takes 7 h 39 min, so 0.05 degrees are 4 seconds. The meridian is that of the same solution (MAR097), so on average it faces
+    // Mars.
     let ephemeris = ephemeris();
     for year in [1880.0, 1905.0, 1930.0, 1950.0, 1977.0, 2000.0, 2013.6, 2040.0, 2070.0, 2095.0] {
         let mean = mean_facing_deg(&ephemeris, 401, 499, year, 0.0);
         println!("{year}: {mean:.4} degrees");
         assert!(mean.abs() < 0.05, "{year}: {mean} degrees");
     }
-    // A former error of one minute in 2013 would be detected.
+    // Negative control: a former error of one minute in 2013.
     assert!(mean_facing_deg(&ephemeris, 401, 499, 2013.6, 61.0).abs() > 0.5);
 }
 
-/// Moons on mean ellipses that the IAU's meridian follows; the drift of the other moons exceeds half a rotation in a few decades.
+/// Locked moons on mean ellipses, and their planets. Other moons on mean ellipses drift by over half a rotation from the IAU's meridian
+/// within a few decades.
 const MEAN_LOCKED: &[(i32, i32)] = &[
     (401, 499),
     (402, 499),
@@ -259,13 +265,13 @@ const MEAN_LOCKED: &[(i32, i32)] = &[
 ];
 
 #[test]
-fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
+fn moons_on_mean_ellipses_keep_their_stated_error_against_the_iau_meridian() {
     let ephemeris = ephemeris();
     let mut beyond_a_third = 0;
     for &(moon, planet) in MEAN_LOCKED {
-        // The meridian's own offset: libration and longitude system, as in LOCKED.
+        // Offset of the meridian itself: libration and definition of longitude, as for LOCKED.
         let offset_deg = match moon {
-            // Eccentricity causes a libration of 1.73 degrees, and the forced libration adds 1.14 in the opposite sense (pck00011).
+            // Phobos: 1.73 degrees by eccentricity, and 1.14 by the forced libration, of opposite sense (pck00011).
             401 => 2.9,
             _ if planet == 799 || planet == 599 => 4.5,
             _ => 1.0,
@@ -277,7 +283,7 @@ fn mean_moons_keep_their_stated_error_by_the_iau_meridian_over_two_centuries() {
             let deviation_deg = facing_deg(&ephemeris, NaifId(moon), NaifId(planet), t, 0.0).abs();
             let stated_deg = (answer.error_km / answer.state.pos_km.length()).to_degrees();
             assert!(deviation_deg < stated_deg + offset_deg, "{moon} {jd}: {deviation_deg} degrees, stated {stated_deg}");
-            // The stated errors are not too generous: a third of them would be exceeded.
+            // The stated errors are not too generous: a third is exceeded somewhere.
             beyond_a_third += i32::from(deviation_deg > stated_deg / 3.0 + offset_deg);
         }
     }
@@ -307,11 +313,10 @@ fn stated_errors_of_moons_grow_with_time_up_to_the_orbits_width() {
         }
         growing += i32::from(before_km > state_in(2013.0).error_km);
     }
-    // Janus and Epimetheus have the largest error, anywhere on their orbit, from the start.
+    // Janus and Epimetheus may be anywhere on their orbits from the start, so their errors do not grow.
     assert!(moons > 30 && growing >= moons - 2, "{growing} of {moons}");
 }
 
-/// The shipped kernel's errors are not stated for a kernel that the user supplies.
 #[test]
 fn a_users_kernel_has_no_known_error() {
     let t = Instant::from_jd_tdb(2_451_545.0);

@@ -1,4 +1,5 @@
-//! Counts, types and series of two centuries against NASA's Five Millennium Canons (F. Espenak and J. Meeus).
+//! Numbers, types, Saros series and magnitudes of the eclipses of two centuries against NASA's Five Millennium Canons (F. Espenak and J.
+//! Meeus).
 
 use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Catalog;
@@ -37,8 +38,8 @@ fn counts(catalog: &Catalog, from: &str, to: &str) -> Counts {
     )
 }
 
-/// The canons' numbers for the 20th and 21st centuries: 228 solar and 229 lunar eclipses, 224 and 228. Those of the Moon in 2001-2100
-/// were read from NASA's catalog (LEcat5/LE2001-2100); the others are quoted from memory.
+/// The canons' numbers for the 20th century (228 solar and 229 lunar eclipses) and the 21st (224 and 228). Those of the lunar eclipses of
+/// 2001-2100 were read from NASA's catalog (LEcat5/LE2001-2100); the others are quoted from memory.
 const TWENTIETH: Counts = ([78, 73, 71, 6], [83, 65, 81]);
 const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
 
@@ -46,7 +47,8 @@ const TWENTY_FIRST: Counts = ([77, 72, 68, 7], [86, 57, 85]);
 fn each_century_has_the_canons_eclipses_of_every_type() {
     assert_eq!(counts(&ALMANAC, "1901-01-01", "2001-01-01"), TWENTIETH);
     assert_eq!(counts(&ALMANAC, "2001-01-01", "2101-01-01"), TWENTY_FIRST);
-    // A larger Moon gives more hybrid eclipses, and an umbra without the Earth's air gives fewer lunar ones.
+    // With the IAU's radii the Moon is larger, which makes more eclipses hybrid, and the umbra is not enlarged by the Earth's air, so there
+    // are fewer lunar eclipses.
     let (solar, lunar) = counts(&IAU, "1901-01-01", "2001-01-01");
     assert_eq!(solar.iter().sum::<usize>(), 228);
     assert!(solar[3] > 6 && lunar.iter().sum::<usize>() < 229, "{solar:?} {lunar:?}");
@@ -55,7 +57,7 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
 #[test]
 fn known_eclipses_have_their_type_and_series() {
     use SolarType::{Annular, Hybrid, Partial, Total};
-    // (day, type, central, series, member if known).
+    // Day, type, whether central, Saros series, number in the series if known.
     for (day, class, central, saros, member) in [
         ("1919-05-29", Total, true, 136, Some(32)),
         ("1967-11-02", Total, false, 152, None),
@@ -75,6 +77,7 @@ fn known_eclipses_have_their_type_and_series() {
         assert_eq!((e.class, e.central, e.saros), (class, central, saros), "{day}");
         assert!(member.is_none() || e.saros_member == member, "{day}: member {:?}", e.saros_member);
     }
+    // Day, type, Saros series, number in the series if known.
     for (day, class, saros, member) in [
         ("2018-07-27", LunarType::Total, 129, Some(38)),
         ("2020-11-30", LunarType::Penumbral, 116, None),
@@ -100,9 +103,9 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
     ] {
         let eclipse_in = |found: &'static Eclipses| found.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
         let (e, by_iau) = (eclipse_in(&BY_ALMANAC), eclipse_in(&BY_IAU));
-        let duration = e.duration_s.expect("central");
+        let duration_found_s = e.duration_s.expect("central");
         assert!((e.magnitude - magnitude).abs() < 1e-4, "{day}: {}", e.magnitude);
-        assert!((duration - duration_s).abs() < 1.0, "{day}: {duration} s");
+        assert!((duration_found_s - duration_s).abs() < 1.0, "{day}: {duration_found_s} s");
         assert!(
             (e.place.latitude_deg - latitude_deg).abs() < 0.06 && (e.place.longitude_deg - longitude_deg).abs() < 0.1,
             "{day}: {:?}",
@@ -113,7 +116,7 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
 }
 
 #[test]
-fn contacts_come_in_order_around_the_greatest() {
+fn contacts_are_in_order_and_durations_and_gammas_in_range() {
     let in_order = |contacts: &[(&'static str, orrery::Instant)], greatest| {
         let times: Vec<_> = contacts.iter().map(|c| seconds_after(c.1, greatest)).collect();
         times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0
@@ -125,6 +128,7 @@ fn contacts_come_in_order_around_the_greatest() {
         assert!(last - first < 6.3 * 3600.0, "{}", e.greatest.to_utc_iso());
         assert_eq!(e.contacts.len() == 4, e.class != SolarType::Partial);
         assert_eq!(e.duration_s.is_some(), e.central || e.class != SolarType::Partial && e.magnitude > 0.9 && e.duration_s.is_some());
+        // The axis of a central eclipse meets the Earth; because of the flattening the limit of gamma is near 0.9972.
         assert!(e.gamma.abs() < 1.58 && (e.central == (e.gamma.abs() < 0.9972) || (e.gamma.abs() - 0.9972).abs() < 2e-3), "{}", e.gamma);
         assert!(e.place.latitude_deg * e.gamma > 0.0 || e.gamma.abs() < 0.5, "{e:?}");
     }

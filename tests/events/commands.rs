@@ -1,4 +1,4 @@
-//! `orrery eclipse find` for a user: fields, files, and one clear line for each invalid argument.
+//! `orrery eclipse find`: fields, files, and one line for each invalid argument.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -16,7 +16,7 @@ fn json(args: &[&str]) -> Value {
 const APRIL_2024: [&str; 4] = ["--from", "2024-04-01", "--to", "2024-05-01"];
 
 #[test]
-fn json_has_the_fields_of_the_contract() {
+fn the_json_of_every_kind_has_its_fields() {
     for (kind, from, to) in [
         ("solar", "2024-04-01", "2024-05-01"),
         ("lunar", "2025-03-01", "2025-04-01"),
@@ -43,11 +43,13 @@ fn json_has_the_fields_of_the_contract() {
 }
 
 #[test]
-fn places_and_paths_are_reported() {
-    let seen = json(&[&APRIL_2024[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
-    assert_eq!(seen[0]["local"]["visible"], true);
+fn local_circumstances_and_paths_are_reported() {
+    let from_dallas = json(&[&APRIL_2024[..], &["--kind", "solar", "--at", "32.7767,-96.797,130"]].concat());
+    assert_eq!(from_dallas[0]["local"]["visible"], true);
     for contact in ["C1", "C2", "C3", "C4"] {
-        assert!(seen[0]["contacts"][contact].is_string() && seen[0]["local"]["contacts"][contact]["altitude_deg"].is_number());
+        assert!(
+            from_dallas[0]["contacts"][contact].is_string() && from_dallas[0]["local"]["contacts"][contact]["altitude_deg"].is_number()
+        );
     }
     assert_eq!(json(&[&APRIL_2024[..], &["--kind", "solar", "--at", "-30,150"]].concat())[0]["local"]["visible"], false);
     let text = String::from_utf8(find(&[&APRIL_2024[..], &["--at", "-30,150"]].concat()).stdout).expect("text");

@@ -1,7 +1,8 @@
-//! The Moon's limb profile: contacts and beads against rays followed over the same heights, and against rendered pixels.
+//! The Moon's limb profile: contacts and beads against rays traced over the same heights, and against rendered pixels.
 //!
-//! The reference shares only positions with the program: its map, interpolation and rays are its own. It follows a ray from the location to a point of the Sun's limb
-//! through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked, annularity when none is.
+//! The reference shares only positions with the program; map, interpolation and rays are its own. It traces rays from the place to points
+//! of the Sun's limb, through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked,
+//! annularity when none is.
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::sweep;
@@ -21,32 +22,35 @@ use std::sync::LazyLock;
 
 const COLUMNS: usize = 1440;
 const ROWS: usize = 720;
+/// Radius of the sphere above which heights are given.
 const SPHERE_KM: f64 = 1737.4;
 const LOWEST_KM: f64 = -3.5;
 const HIGHEST_KM: f64 = 6.0;
 
-/// Heights in half metres: hills and valleys of several sizes, and deep valleys, narrow in latitude, every 12 degrees along both limbs, which run across the limb.
+/// Heights in half metres: hills and valleys of several sizes, summits, and every 12 degrees of latitude a deep valley along the parallel,
+/// which crosses the limb.
 static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
-    let mut all = Vec::new();
+    let mut heights = Vec::new();
     for row in 0..ROWS {
         for column in 0..COLUMNS {
+            // Colatitude and longitude.
             let (y, x) = ((row as f64 + 0.5) * PI / ROWS as f64, (column as f64 + 0.5) * TAU / COLUMNS as f64);
             let waves =
                 0.9 * (7.0 * x).sin() * (9.0 * y).sin() + 0.5 * (31.0 * x + 5.0 * y).sin() * y.sin() + 0.3 * (57.0 * y - 3.0 * x).cos();
             let valley = (0.5 + 0.5 * (30.0 * y).cos()).powi(12);
             let summit = (0.5 + 0.5 * (23.0 * y + 0.7).cos()).powi(20) * (0.5 + 0.5 * (19.0 * x).cos()).powi(6);
-            all.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LOWEST_KM, HIGHEST_KM)).round() as i16);
+            heights.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LOWEST_KM, HIGHEST_KM)).round() as i16);
         }
     }
-    all
+    heights
 });
 
-fn map() -> HeightMap {
+fn height_map() -> HeightMap {
     let km = HALF_METRES.iter().map(|h| f32::from(*h) * 5e-4).collect();
     HeightMap::new("made", COLUMNS, km, 0.0, SPHERE_KM).expect("a map")
 }
 
-/// Height above the sphere in kilometres, with this test's own interpolation.
+/// Height above the sphere at a position in the Moon's axes, interpolated by this test.
 fn height_km(at: DVec3) -> f64 {
     let latitude = (at.z / at.length()).asin();
     let (y, x) = ((PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5, at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5);
@@ -60,8 +64,8 @@ fn height_km(at: DVec3) -> f64 {
     interpolate_row(row) * (1.0 - fraction_y) + interpolate_row(row + 1) * fraction_y
 }
 
-/// The Sun and the Moon from a location, ICRF km, without aberration, and the rotation to the Moon's axes.
-fn sky(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
+/// Vectors from a place to the Sun and the Moon, ICRF km, with light time and without aberration, and the rotation to the Moon's axes.
+fn sun_and_moon(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
     let (point_km, _) = ground_point_km(radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
@@ -74,33 +78,34 @@ fn sky(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
 /// Number of rays to the Sun's limb that the Moon's ground blocks, and number of rays.
 fn blocked_rays(place: GeodeticPosition, t: Instant) -> (usize, usize) {
     const RAYS: usize = 7200;
-    let (sun_km, moon_km, moon_from_icrf) = sky(place, t);
-    let radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
-    let towards = sun_km.normalize();
-    let (x, y) = towards.any_orthonormal_pair();
-    let from = moon_from_icrf * -moon_km;
+    let (sun_km, moon_km, moon_from_icrf) = sun_and_moon(place, t);
+    let sun_radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
+    let sun_direction = sun_km.normalize();
+    let (x, y) = sun_direction.any_orthonormal_pair();
+    let place_in_moon_axes = moon_from_icrf * -moon_km;
     let is_blocked = |k: usize| {
         let (sin, cos) = (TAU * k as f64 / RAYS as f64).sin_cos();
-        let ray = moon_from_icrf * (towards * radius.cos() + (x * cos + y * sin) * radius.sin());
-        let nearest = -from.dot(ray);
-        let perigee_km = (from + ray * nearest).length();
-        if perigee_km <= SPHERE_KM + LOWEST_KM {
+        let ray = moon_from_icrf * (sun_direction * sun_radius.cos() + (x * cos + y * sin) * sun_radius.sin());
+        // The ray's point closest to the Moon's centre: its position along the ray, and its distance from the centre.
+        let closest_at_km = -place_in_moon_axes.dot(ray);
+        let closest_km = (place_in_moon_axes + ray * closest_at_km).length();
+        if closest_km <= SPHERE_KM + LOWEST_KM {
             return true;
         }
-        if perigee_km > SPHERE_KM + HIGHEST_KM {
+        if closest_km > SPHERE_KM + HIGHEST_KM {
             return false;
         }
-        let half_chord = ((SPHERE_KM + HIGHEST_KM).powi(2) - perigee_km * perigee_km).sqrt();
-        let steps = (2.0 * half_chord / 0.2).ceil();
+        let half_chord_km = ((SPHERE_KM + HIGHEST_KM).powi(2) - closest_km * closest_km).sqrt();
+        let steps = (2.0 * half_chord_km / 0.2).ceil();
         (0..=steps as usize).any(|n| {
-            let p = from + ray * (nearest - half_chord + 2.0 * half_chord * n as f64 / steps);
+            let p = place_in_moon_axes + ray * (closest_at_km - half_chord_km + 2.0 * half_chord_km * n as f64 / steps);
             p.length() <= SPHERE_KM + height_km(p)
         })
     };
     ((0..RAYS).filter(|k| is_blocked(*k)).count(), RAYS)
 }
 
-fn eclipse(day: &str) -> SolarEclipse {
+fn eclipse_on(day: &str) -> SolarEclipse {
     solar_eclipses(&IAU, &EPHEMERIS, parse_time(day), parse_time(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
 }
 
@@ -111,14 +116,14 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
 const DALLAS: GeodeticPosition = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
 const ALBUQUERQUE: GeodeticPosition = GeodeticPosition { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
-/// The last and the first bead are within 0.3 s of an independent computation with the same heights.
+/// Second and third contact (in a total eclipse the last and the first bead) agree within 0.3 s.
 #[test]
 fn beads_agree_with_rays_over_the_same_heights() {
-    let map = map();
+    let map = height_map();
     let mut mean_limb_error_s: f64 = 0.0;
     let eclipses = [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)];
     for (_, (day, place, is_total)) in eclipses.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
-        let eclipse = eclipse(day);
+        let eclipse = eclipse_on(day);
         let mean = eclipse.seen_from(place).expect("an eclipse");
         let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon's orientation");
         assert_eq!(found.iter().map(|c| c.name).collect::<Vec<_>>(), ["C1", "C2", "C3", "C4"], "{day}");
@@ -147,16 +152,16 @@ fn beads_agree_with_rays_over_the_same_heights() {
             mean_limb_error_s = mean_limb_error_s.max(seconds_after(mean_limb_time, reference).abs());
         }
     }
-    // The comparison must be able to fail: the mean limb's contacts do.
+    // Negative control: the contacts of the mean limb are off by more than a second.
     assert!(mean_limb_error_s > 1.0, "{mean_limb_error_s} s");
 }
 
-/// Level ground: at height 0 the contacts are those of the mean limb to 0.05 s; 2 km higher, totality begins and ends 1.5 to 4.5 s earlier and later; 19 km lower, its
-/// beginning is delayed by more than 20 s.
+/// At height 0 the contacts are those of the mean limb to 0.05 s. 2 km higher, totality begins 1.5 to 4.5 s earlier and ends as much later.
+/// 19 km lower, it begins more than 20 s later.
 #[test]
 fn level_ground_shifts_contacts_like_a_larger_moon() {
     let level_map = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
-    let eclipse = eclipse("2024-04-08");
+    let eclipse = eclipse_on("2024-04-08");
     let mean = eclipse.seen_from(DALLAS).expect("an eclipse");
     let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(0.0)).expect("an orientation");
     for c in &at_zero {
@@ -167,11 +172,11 @@ fn level_ground_shifts_contacts_like_a_larger_moon() {
     let delay_s = |name: &str| seconds_after(contact(&higher, name).time, contact(&at_zero, name).time);
     // Two kilometres are 1.1 arcsec, and the Moon moves by 0.4 to 0.6 arcsec per second.
     assert!((-4.5..-1.5).contains(&delay_s("C2")) && (1.5..4.5).contains(&delay_s("C3")), "{} {}", delay_s("C2"), delay_s("C3"));
-    let deep = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(-19.0)).expect("an orientation");
-    assert!(contact(&deep, "C2").delay_s > 20.0);
+    let lower = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(-19.0)).expect("an orientation");
+    assert!(contact(&lower, "C2").delay_s > 20.0);
 }
 
-/// The rendered Sun goes dark with the last bead and lights up with the first: there is light half a second outside totality and none half a second inside.
+/// There is light half a second outside totality, and none half a second inside.
 #[test]
 fn the_rendered_sun_goes_dark_with_the_last_bead() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -182,9 +187,9 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
     std::fs::write(folder.path().join("MADE.LBL"), label).expect("written");
     std::fs::write(folder.path().join("MADE.IMG"), HALF_METRES.iter().flat_map(|h| h.to_le_bytes()).collect::<Vec<_>>()).expect("written");
     let sources = Sources { lunar_heights: Some(folder.path().join("MADE.LBL").into_os_string()), ..crate::support::session::sources() };
-    let with = Session::open(&sources, |_| ()).expect("opens");
-    let found = eclipse("2024-04-08").limb_contacts(DALLAS, &EPHEMERIS, &map()).expect("an orientation");
-    let sun_light = |session: &Session, t: Instant, threshold: f64| {
+    let session = Session::open(&sources, |_| ()).expect("opens");
+    let found = eclipse_on("2024-04-08").limb_contacts(DALLAS, &EPHEMERIS, &height_map()).expect("an orientation");
+    let sunlight = |t: Instant, threshold: f64| {
         let request = ViewRequest {
             width: 900,
             height: 900,
@@ -201,16 +206,16 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
             ..ViewRequest::of(NaifId::MOON, t)
         };
         let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("draws").frame;
-        // Exclude the dark Moon, which has some earthshine.
+        // The threshold excludes earthshine on the Moon.
         frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > threshold).sum::<f64>()
     };
     for (name, outward) in [("C2", -1.0), ("C3", 1.0)] {
         let bead = contact(&found, name).time;
-        let bright = sun_light(&with, bead.plus_seconds(outward * 60.0), 0.0);
-        // A bead that covers a thousandth of a pixel still has the radiance of the Sun's surface.
+        let a_minute_outside = sunlight(bead.plus_seconds(outward * 60.0), 0.0);
+        // Less than the light of a pixel of which a bead covers a thousandth.
         let threshold = 1e-3;
-        let [before, after] = [0.5, -0.5].map(|s| sun_light(&with, bead.plus_seconds(outward * s), threshold));
-        assert!(bright > 0.0 && before > 0.0, "{name}: {bright} {before}");
-        assert_eq!(after, 0.0, "{name}");
+        let [outside, inside] = [0.5, -0.5].map(|s| sunlight(bead.plus_seconds(outward * s), threshold));
+        assert!(a_minute_outside > 0.0 && outside > 0.0, "{name}: {a_minute_outside} {outside}");
+        assert_eq!(inside, 0.0, "{name}");
     }
 }

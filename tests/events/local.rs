@@ -1,4 +1,5 @@
-//! Local circumstances: contacts against a topocentric search with discs, known totalities, eclipses cut off by sunrise, paths on the ground.
+//! Local circumstances: contacts against a topocentric search with discs, a published totality, eclipses cut off by sunrise or moonrise,
+//! paths on the ground.
 
 use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Catalog;
@@ -22,14 +23,14 @@ fn sky(place: GeodeticPosition) -> ObserverSky<'static> {
 }
 
 #[test]
-fn local_contacts_agree_with_the_disc_search() {
-    // (day, locations inside and outside the path): the disc search is independent of the Earth's frame and polynomials.
+fn local_contacts_agree_with_a_topocentric_search() {
+    // Day, and places inside and outside the path. The topocentric search shares neither frame nor polynomials with the events.
     let cases = [
         ("2024-04-08", [(32.7767, -96.797), (25.2897, -104.1477), (45.0, -60.0), (10.0, -110.0)]),
         ("2020-06-21", [(30.5194, 79.6652), (0.0, 60.0), (20.0, 100.0), (40.0, 30.0)]),
         ("2021-12-04", [(-76.777, -46.216), (-70.0, 0.0), (-80.0, 120.0), (-55.0, -60.0)]),
     ];
-    let mut central = 0;
+    let mut central_count = 0;
     for (day, places) in cases {
         let e = eclipse_of(&IAU, day);
         for (lat, lon) in places {
@@ -42,15 +43,14 @@ fn local_contacts_agree_with_the_disc_search() {
             let mut expected = vec![by_discs.begins, by_discs.ends];
             expected.splice(1..1, by_discs.inner.into_iter().flat_map(|(a, b)| [a, b]));
             assert_eq!(circumstances.contacts.len(), expected.len(), "{day} {lat} {lon}");
-            central += usize::from(by_discs.inner.is_some());
+            central_count += usize::from(by_discs.inner.is_some());
             for (contact, t) in circumstances.contacts.iter().zip(expected) {
                 let error_s = seconds_after(contact.time, t);
                 assert!(error_s.abs() < 0.2, "{day} {lat} {lon} {}: {error_s} s", contact.name);
-                assert!(seconds_after(contact.time, t.plus_seconds(30.0)).abs() > 1.0);
             }
         }
     }
-    assert!(central >= 3, "{central} of the places are in a path");
+    assert!(central_count >= 3, "{central_count} of the places are in a path");
 }
 
 /// Prediction for Longyearbyen (78.22 N, 15.65 E) by svalbard2015.no: totality from 10:10:42.8 to 10:13:10.2 UT, altitude 11.2 to 11.3 degrees.
@@ -78,36 +78,36 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
 }
 
 #[test]
-fn at_sunrise_only_the_rest_of_the_eclipse_is_visible() {
+fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
     let new_york = place(40.71, -74.01);
     let e = eclipse_of(&IAU, "2021-06-10");
     let circumstances = e.seen_from(new_york).expect("an eclipse");
     let rise = circumstances.rise.expect("a sunrise");
-    // 5:24 to 5:25 local time; the search for risings defines the horizon differently, without aberration.
-    let by_almanac = sky(new_york).day(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
-    assert!(seconds_after(rise, by_almanac).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
-    assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "first contact is before sunrise");
+    // The search for risings leaves out aberration.
+    let by_search = sky(new_york).day(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
+    assert!(seconds_after(rise, by_search).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
+    assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "only first contact must be before sunrise");
     assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.visible);
     assert!((circumstances.magnitude - 0.80).abs() < 0.01, "{}", circumstances.magnitude);
-    // Farther west the greatest phase is before sunrise, so the largest visible phase is at sunrise.
+    // Further west the greatest phase is before sunrise, so the greatest visible phase is at sunrise.
     let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
     assert!(west.visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
     assert!(west.magnitude < e.seen_from(new_york).expect("an eclipse").magnitude);
     // Where the Sun rises after last contact, the eclipse is not visible.
-    let farther_west = e.seen_from(place(40.71, -110.0));
-    assert!(farther_west.is_none_or(|circumstances| !circumstances.visible));
+    let far_west = e.seen_from(place(40.71, -110.0));
+    assert!(far_west.is_none_or(|circumstances| !circumstances.visible));
 }
 
 #[test]
-fn the_moon_rises_eclipsed_or_not_at_all() {
+fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
     let from = parse_time("2018-07-27");
     let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let berlin = e.seen_from(place(52.52, 13.4));
-    // The Moon rises in the partial phase; the search for risings uses its true semidiameter, the events 16 arcmin.
+    // The Moon rises in the partial phase. The search for risings uses its true semidiameter, the events use 16 arcmin.
     let rise = berlin.rise.expect("a moonrise");
-    let by_almanac =
+    let by_search =
         sky(place(52.52, 13.4)).day(NaifId::MOON, parse_time("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
-    assert!(seconds_after(rise, by_almanac).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_almanac.to_utc_iso());
+    assert!(seconds_after(rise, by_search).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(seconds_after(rise, e.contacts[1].1) > 0.0 && seconds_after(rise, e.contacts[2].1) < 0.0);
     assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
     assert!((berlin.magnitude - e.umbral_magnitude).abs() < 1e-6);
@@ -118,8 +118,8 @@ fn the_moon_rises_eclipsed_or_not_at_all() {
 
 #[test]
 fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
+    // Widths at greatest eclipse from the canon, with its radii.
     for (day, width_km) in [("2024-04-08", 198.0), ("2017-08-21", 115.0)] {
-        // The canon's widths at greatest eclipse, with its radii.
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);

@@ -13,8 +13,7 @@ use orrery::catalog::EclipseRadii;
 use orrery::{Catalog, Ephemeris, Instant};
 use std::sync::LazyLock;
 
-/// Catalogs with the IAU's radii and with those of almanacs; and the ephemeris, which does not
-/// depend on the radii.
+/// Catalogs with the IAU's radii and with those of almanacs, and the ephemeris, which does not depend on radii.
 static IAU: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
 static ALMANAC: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
 static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU).expect("the shipped ephemeris"));

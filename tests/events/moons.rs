@@ -15,7 +15,7 @@ fn contact(e: &MoonEvent, name: &str) -> Instant {
     e.contacts.iter().find(|c| c.0 == name).unwrap_or_else(|| panic!("{name} of {e:?}")).1
 }
 
-/// Times for the night of three shadows, UT to the minute: Callisto's shadow from 3:11 to 8:00, Io's from 4:35 to 6:52, Europa's from 6:28 to 9:22
+/// Published times, UT to the minute: Callisto's shadow from 3:11 to 8:00, Io's from 4:35 to 6:52, Europa's from 6:28 to 9:22
 /// (B. King, Sky & Telescope, January 2015, in CST; the end of Callisto's is quoted from memory).
 #[test]
 fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
@@ -27,9 +27,8 @@ fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
         for (name, published) in [("begin", begin), ("end", end)] {
             let error_s = seconds_after(contact(shadow(moon), name), parse_time(&format!("2015-01-24T{published}:00Z")));
             println!("{moon} {name}: {error_s:.0} s");
+            // This fails without the light time from Jupiter, 36 minutes.
             assert!(error_s.abs() < 150.0, "{moon} {name}: {error_s} s");
-            // The light from Jupiter takes 36 minutes.
-            assert!((error_s - 36.0 * 60.0).abs() > 150.0);
         }
     }
     let all_three_s = seconds_after(contact(shadow(501), "end"), contact(shadow(502), "begin"));
@@ -45,17 +44,18 @@ fn contacts_come_in_order_and_every_orbit_has_its_events() {
         assert!(times.windows(2).all(|w| w[0] < w[1]), "{e:?}");
         assert!(times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
     }
-    // Io takes 1.769 days: 17 or 18 of each in 31 days.
+    // An orbit of Io takes 1.769 days, so there are 17 or 18 events of each type in 31 days.
     for class in [MoonEventType::Transit, MoonEventType::Occultation, MoonEventType::ShadowTransit, MoonEventType::Eclipse] {
         let count = found.iter().filter(|e| e.class == class && e.moon == NaifId(501)).count();
         assert!((17..=18).contains(&count), "{class:?}: {count}");
     }
 }
 
-/// In most years the Sun is high above Saturn's rings, so Titan's shadow misses the planet.
+/// In most years the Sun's elevation above the ring plane is so large that Titan's shadow misses Saturn.
 #[test]
 fn titans_shadow_meets_saturn_only_near_the_equinox() {
-    // After the years of open rings Titan first enters Saturn's shadow; its own shadow meets the planet half an orbit later.
+    // As the Sun approaches the ring plane, the first event of Titan is its entry into Saturn's shadow; half an orbit later its own shadow
+    // meets the planet.
     let titan_events = events("2024-07-01", "2024-11-10")
         .into_iter()
         .filter(|e| e.moon == NaifId(606) && matches!(e.class, MoonEventType::Eclipse | MoonEventType::ShadowTransit));
@@ -79,23 +79,25 @@ fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
         let points = sub_points(&EPHEMERIS, saturn, NaifId::EARTH, t).expect("points");
         [points.sub_observer.lat_centric_deg, points.sub_solar.expect("the Sun's").lat_centric_deg]
     };
-    for (body_index, day, sense) in [(0, "2009-09-04", 1.0), (0, "2025-03-23", -1.0), (1, "2009-08-11", 1.0), (1, "2025-05-06", -1.0)] {
-        let [before, after] = [0.0, 86_400.0].map(|s| sense * elevations_deg(parse_time(day).plus_seconds(s))[body_index]);
+    // 0: the Earth, 1: the Sun; and the sign of the elevation after the crossing.
+    for (body_index, day, sign) in [(0, "2009-09-04", 1.0), (0, "2025-03-23", -1.0), (1, "2009-08-11", 1.0), (1, "2025-05-06", -1.0)] {
+        let [before, after] = [0.0, 86_400.0].map(|s| sign * elevations_deg(parse_time(day).plus_seconds(s))[body_index]);
         assert!(before < 0.0 && after > 0.0, "{day}: {before} to {after} degrees");
-        let next = sense * elevations_deg(parse_time(day).plus_seconds(2.0 * 86_400.0))[body_index];
-        assert!(next > after, "{day}: the next day must not pass too");
+        let day_after = sign * elevations_deg(parse_time(day).plus_seconds(2.0 * 86_400.0))[body_index];
+        assert!(day_after > after, "{day}: the elevation must keep growing");
     }
 }
 
-/// Position of a moon as seen from the Earth's centre, km, with light time to the moon.
+/// Vector from the Earth's centre to a moon, with light time.
 fn apparent_km(moon: NaifId, t: Instant) -> glam::DVec3 {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     EPHEMERIS.light_time_position(moon, earth_km, t).expect("a moon").0 - earth_km
 }
 
-/// Mutual events in the season of 2015 (IMCCE's campaigns PHEMU), and none in 2018, when the Earth and the Sun are far from the plane of Jupiter's equator.
+/// There are mutual events in the season of 2015 (IMCCE's campaigns PHEMU), and none in 2018, when the Earth and the Sun are far from the
+/// plane of Jupiter's equator.
 #[test]
-fn mutual_events_occur_in_their_seasons_at_the_observed_geometry() {
+fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
     assert!(mutual_events(&IAU, &EPHEMERIS, parse_time("2018-01-01"), parse_time("2018-04-01")).expect("events").is_empty());
     let found = mutual_events(&IAU, &EPHEMERIS, parse_time("2015-01-15"), parse_time("2015-02-15")).expect("events");
     let (occultations, eclipses): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
@@ -105,11 +107,11 @@ fn mutual_events_occur_in_their_seasons_at_the_observed_geometry() {
         let front = e.by.expect("another moon");
         // Separation of the limbs in degrees: negative where the discs overlap.
         let limb_separation_deg = |t: Instant| {
-            let (far, near) = (apparent_km(e.moon, t), apparent_km(front, t));
-            assert!(near.length() < far.length());
-            (angle_rad(far, near) - radius_km(e.moon) / far.length() - radius_km(front) / near.length()).to_degrees()
+            let (rear_km, front_km) = (apparent_km(e.moon, t), apparent_km(front, t));
+            assert!(front_km.length() < rear_km.length());
+            (angle_rad(rear_km, front_km) - radius_km(e.moon) / rear_km.length() - radius_km(front) / front_km.length()).to_degrees()
         };
-        // A disc is 2e-4 degrees wide.
+        // The discs are about 3e-4 degrees wide.
         for name in ["I", "IV"] {
             assert!(limb_separation_deg(contact(e, name)).abs() < 3e-7, "{name} of {e:?}: {}", limb_separation_deg(contact(e, name)));
             assert!(limb_separation_deg(contact(e, name).plus_seconds(60.0)).abs() > 3e-7, "{name} of {e:?}");

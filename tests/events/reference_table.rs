@@ -1,4 +1,4 @@
-//! Every eclipse of `eclipses_public.json` (JPL DE440, ERFA; tests/data/README.md).
+//! Eclipses against every row of tests/data/eclipses_public.json (JPL DE440, ERFA).
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::Instant;
@@ -13,7 +13,7 @@ fn instant(v: &Value, path: &str) -> Instant {
     Instant::from_tdb_seconds_past_j2000(number(v, path))
 }
 
-/// The table's rows of one kind, each with the start and the end of its day.
+/// Rows of a kind, each with the start and the end of its day.
 fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("JSON");
     let of_kind = table["eclipses"].as_array().expect("a list").iter().filter(|e| e["kind"] == kind);
@@ -44,14 +44,14 @@ fn solar_eclipses_agree_with_the_reference() {
         assert!((e.place.latitude_deg - number(&row, "/sub_axis_point/lat_deg")).abs() < 0.001, "{id}: {:?}", e.place);
         assert!((e.place.longitude_deg - number(&row, "/sub_axis_point/lon_east_deg")).abs() < 0.001, "{id}: {:?}", e.place);
         assert!((e.sun_altitude_deg - number(&row, "/sub_axis_point/sun_altitude_deg")).abs() < 0.002, "{id}");
-        // Without light time the eclipse is half a minute late.
-        let without_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
-        assert!(without_s < -30.0, "{id}: {without_s} s");
+        // Negative control: without light time the eclipse is half a minute later.
+        let geometric_error_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        assert!(geometric_error_s < -30.0, "{id}: {geometric_error_s} s");
     }
 }
 
-/// The shadow's axis is computed from light that passed the Earth, so it is up to 0.25 s ahead of the almanacs' axis; the reference's check by rays
-/// confirms this.
+/// The program's shadow consists of rays that have passed the Earth, so greatest eclipse differs by up to 0.25 s from that of almanacs. The
+/// table also gives it by rays.
 #[test]
 fn lunar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("lunar") {
@@ -73,7 +73,7 @@ fn lunar_eclipses_agree_with_the_reference() {
         assert!((e.umbral_magnitude - number(&row, "/shadow/umbral_magnitude")).abs() < 2e-5, "{id}: {}", e.umbral_magnitude);
         assert!((e.penumbral_magnitude - number(&row, "/shadow/penumbral_magnitude")).abs() < 2e-5, "{id}");
         assert!((e.place.longitude_deg - number(&row, "/sublunar_point/lon_east_deg")).abs() < 0.002, "{id}");
-        let without_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
-        assert!(without_s < -30.0, "{id}: {without_s} s");
+        let geometric_error_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        assert!(geometric_error_s < -30.0, "{id}: {geometric_error_s} s");
     }
 }

@@ -1,7 +1,7 @@
-//! An eclipse in pixels: from the Sun's light in images taken on the ground follow the contacts and the magnitude, which agree with the geometry of discs.
+//! Contacts and magnitude of eclipses, measured from the Sun's light in images drawn from the ground, against the geometry of discs.
 //!
-//! The overlap of a limb-darkened disc, integrated here, converts the light of an image into a distance between the discs' centres; distances before and after a
-//! contact give its instant. Air, glare, corona and map are off, because the overlap does not include their light.
+//! The overlap of a disc with the limb-darkened Sun, integrated here, converts the light of an image into the distance of the centres;
+//! distances near a contact give its instant. Air, glare, corona and map are off, because the overlap does not include their light.
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::session::SESSION;
@@ -23,8 +23,8 @@ fn limb_darkening() -> [f64; 2] {
     [u1[1], u2[1]]
 }
 
-/// The fraction of the Sun's light that a disc of radius `k` hides when its centre is at distance `s`, in solar radii.
-fn hidden_fraction(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
+/// Fraction of the Sun's light hidden by a disc of radius `k` with its centre at this distance from the Sun's, both in solar radii.
+fn hidden_fraction(k: f64, distance: f64, [u1, u2]: [f64; 2]) -> f64 {
     const RINGS: u32 = 4000;
     let (mut total, mut hidden) = (0.0, 0.0);
     for ring in 0..RINGS {
@@ -32,15 +32,15 @@ fn hidden_fraction(k: f64, s: f64, [u1, u2]: [f64; 2]) -> f64 {
         let mu = (f64::from(ring) + 0.5) / f64::from(RINGS);
         let r = (1.0 - mu * mu).sqrt();
         let light = mu * (1.0 - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2));
-        let cosine = (r * r + s * s - k * k) / (2.0 * r * s).max(1e-300);
+        let cosine = (r * r + distance * distance - k * k) / (2.0 * r * distance).max(1e-300);
         total += light;
         hidden += light * cosine.clamp(-1.0, 1.0).acos() / PI;
     }
     hidden / total
 }
 
-/// The distance, between `near` and `far`, at which the given fraction is hidden.
-fn distance_of(fraction: f64, k: f64, (mut near, mut far): (f64, f64), darkening: [f64; 2]) -> f64 {
+/// The distance of the centres, between `near` and `far`, at which this fraction is hidden.
+fn distance_for(fraction: f64, k: f64, (mut near, mut far): (f64, f64), darkening: [f64; 2]) -> f64 {
     for _ in 0..50 {
         let middle = 0.5 * (near + far);
         if hidden_fraction(k, middle, darkening) > fraction { near = middle } else { far = middle }
@@ -51,9 +51,9 @@ fn distance_of(fraction: f64, k: f64, (mut near, mut far): (f64, f64), darkening
 /// Effects that leave the Sun and the Moon as plain discs.
 const DISCS_ONLY: &str = "-atmosphere,-glow,-corona,-albedo,-points";
 
-/// The Sun's green light in an image from a location, divided by the square of the Sun's angular radius (which changes by 1e-4 from first to last contact), and
-/// the ratio of the Moon's angular radius to the Sun's.
-fn seen_from(place: GeodeticPosition, time: Instant, effects: &str) -> (f64, f64) {
+/// The Sun's green light in an image drawn from a place, divided by the square of the Sun's angular radius (which changes by 1e-4 from
+/// first to last contact); and the ratio of the Moon's angular radius to the Sun's.
+fn light_and_radius_ratio(place: GeodeticPosition, time: Instant, effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 480,
         height: 480,
@@ -70,12 +70,12 @@ fn seen_from(place: GeodeticPosition, time: Instant, effects: &str) -> (f64, f64
         ..ViewRequest::of(NaifId::SUN, time)
     };
     let drawn = SESSION.draw(&request, SAMPLING, true).expect("draws");
-    let radius = |body: NaifId| {
+    let angular_radius = |body: NaifId| {
         let b = drawn.scene.body(body).expect("a body");
         (b.placement.radii_km.x / b.distance_km).asin()
     };
     let light: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).sum();
-    (light / radius(NaifId::SUN).powi(2), radius(NaifId::MOON) / radius(NaifId::SUN))
+    (light / angular_radius(NaifId::SUN).powi(2), angular_radius(NaifId::MOON) / angular_radius(NaifId::SUN))
 }
 
 fn circumstances(day: &str, place: GeodeticPosition) -> LocalCircumstances {
@@ -84,27 +84,29 @@ fn circumstances(day: &str, place: GeodeticPosition) -> LocalCircumstances {
     eclipses[0].seen_from(place).expect("an eclipse")
 }
 
-/// Seconds from a contact to each image, on the side where part of the Sun is hidden. A pixel is 4.5 arcseconds, and the Moon moves by one pixel in ten seconds.
-const IMAGES_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
+/// Times of the images near a contact, as seconds from it on the side of the partial phase. A pixel is 4.5 arcseconds; the Moon moves by a
+/// pixel in ten seconds.
+const IMAGE_OFFSETS_S: [f64; 4] = [40.0, 60.0, 80.0, 100.0];
 
-/// Measures an eclipse at a location from images.
-struct Images {
+/// Measures an eclipse from images drawn from a place.
+struct EclipseImages {
     place: GeodeticPosition,
     darkening: [f64; 2],
     /// The Sun's light before the first contact.
     unobscured: f64,
 }
 
-impl Images {
+impl EclipseImages {
     /// Distance of the centres and the Moon's radius at an instant, both in solar radii.
     fn distance(&self, time: Instant) -> (f64, f64) {
-        let (light, k) = seen_from(self.place, time, DISCS_ONLY);
-        (distance_of(1.0 - light / self.unobscured, k, ((k - 1.0).abs(), 1.0 + k), self.darkening), k)
+        let (light, k) = light_and_radius_ratio(self.place, time, DISCS_ONLY);
+        (distance_for(1.0 - light / self.unobscured, k, ((k - 1.0).abs(), 1.0 + k), self.darkening), k)
     }
 
-    /// Measured delay of an outer contact after `time`, in seconds, for a Moon whose radius is larger by `enlargement`: a straight line fitted to the distances.
-    fn outer_contact_s(&self, time: Instant, side: f64, enlargement: f64) -> f64 {
-        let points = IMAGES_S.map(|s| {
+    /// Seconds from an outer contact's expected time to its measured time, by a straight line fitted to the distances. `side`: 1 if the
+    /// partial phase follows, -1 if it precedes. `enlargement`: added to the Moon's radius, in solar radii.
+    fn outer_contact_error_s(&self, time: Instant, side: f64, enlargement: f64) -> f64 {
+        let points = IMAGE_OFFSETS_S.map(|s| {
             let (distance, k) = self.distance(time.plus_seconds(side * s));
             (side * s, distance - (1.0 + k + enlargement))
         });
@@ -115,30 +117,31 @@ impl Images {
         mean_t - mean_distance / slope
     }
 
-    /// The same for second and third contact. Between them the distance has a minimum, but its square is smooth: nearly a parabola, which the turning Earth skews. A cubic is
-    /// fitted by least squares to images before and after.
-    fn inner_contacts_s(&self, [second, third]: [Instant; 2], enlargement: f64) -> [f64; 2] {
-        let half = 0.5 * seconds_after(third, second);
-        let middle = second.plus_seconds(half);
-        let (mut normal, mut right_side, mut radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
-        for t in IMAGES_S.into_iter().flat_map(|s| [-half - s, half + s]) {
+    /// The same for second and third contact. Between them the distance has a sharp minimum, but its square is smooth: nearly a parabola,
+    /// skewed by the Earth's rotation. A cubic is fitted to it, by least squares, from images before second and after third contact.
+    fn inner_contact_errors_s(&self, [second, third]: [Instant; 2], enlargement: f64) -> [f64; 2] {
+        let half_s = 0.5 * seconds_after(third, second);
+        let middle = second.plus_seconds(half_s);
+        // The normal equations.
+        let (mut matrix, mut right_side, mut moon_radius) = (DMat4::ZERO, DVec4::ZERO, 0.0);
+        for t in IMAGE_OFFSETS_S.into_iter().flat_map(|s| [-half_s - s, half_s + s]) {
             let (distance, k) = self.distance(middle.plus_seconds(t));
-            let x = t / half;
+            let x = t / half_s;
             let powers = DVec4::new(1.0, x, x * x, x * x * x);
-            normal += DMat4::from_cols(powers, powers * x, powers * x * x, powers * x * x * x);
+            matrix += DMat4::from_cols(powers, powers * x, powers * x * x, powers * x * x * x);
             right_side += powers * distance * distance;
-            radius = k;
+            moon_radius = k;
         }
-        let coefficients = normal.inverse() * right_side;
-        let squared_at_contact = ((radius - 1.0).abs() + enlargement).powi(2);
+        let coefficients = matrix.inverse() * right_side;
+        let squared_at_contact = ((moon_radius - 1.0).abs() + enlargement).powi(2);
         [-1.0_f64, 1.0].map(|contact| {
-            // Newton's method from the geometry's contact.
+            // Newton's method from the expected contact, at -1 or 1.
             let mut x = contact;
             for _ in 0..20 {
                 let value = coefficients.dot(DVec4::new(1.0, x, x * x, x * x * x)) - squared_at_contact;
                 x -= value / coefficients.dot(DVec4::new(0.0, 1.0, 2.0 * x, 3.0 * x * x));
             }
-            half * (x - contact)
+            half_s * (x - contact)
         })
     }
 }
@@ -153,17 +156,19 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
         let expected = circumstances(day, place);
         let contact = |name: &str| expected.contacts.iter().find(|c| c.name == name).map(|c| c.time);
         let [first, last] = ["C1", "C4"].map(|name| contact(name).expect("an eclipse"));
-        let images = Images { place, darkening, unobscured: seen_from(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
-        // The comparison must be able to fail: a Moon that is 0.4 % larger meets the Sun seconds earlier.
+        let images =
+            EclipseImages { place, darkening, unobscured: light_and_radius_ratio(place, first.plus_seconds(-120.0), DISCS_ONLY).0 };
+        // Negative control: a Moon whose radius is larger by 0.4 % of the Sun's meets the Sun seconds earlier.
         for (enlargement, agrees) in [(0.0, true), (0.004, false)] {
-            let mut errors_s = vec![images.outer_contact_s(first, 1.0, enlargement), images.outer_contact_s(last, -1.0, enlargement)];
+            let mut errors_s =
+                vec![images.outer_contact_error_s(first, 1.0, enlargement), images.outer_contact_error_s(last, -1.0, enlargement)];
             if let (Some(second), Some(third)) = (contact("C2"), contact("C3")) {
-                errors_s.extend(images.inner_contacts_s([second, third], enlargement));
+                errors_s.extend(images.inner_contact_errors_s([second, third], enlargement));
             }
             println!("{day} {place:?} {enlargement}: {errors_s:.2?} s");
             assert!(errors_s.iter().all(|s| (s.abs() < 1.0) == agrees), "{day} {enlargement}: {errors_s:?} s");
         }
-        let (light, k) = seen_from(place, expected.maximum.time, DISCS_ONLY);
+        let (light, k) = light_and_radius_ratio(place, expected.maximum.time, DISCS_ONLY);
         if expected.contacts.len() == 2 {
             let magnitude = 0.5 * (1.0 + k - images.distance(expected.maximum.time).0);
             assert!((magnitude - expected.magnitude).abs() < 1e-3, "{day}: {magnitude} for {}", expected.magnitude);
@@ -174,21 +179,22 @@ fn contacts_and_magnitude_from_pixels_agree_with_the_geometry() {
                 "{day}: the Moon is {k} times as wide as the Sun, by the geometry {}",
                 expected.magnitude
             );
-            // In totality there is no light; in annularity the remaining light depends only a little on the Moon's position inside the Sun's disc.
-            let (middle, limb) = (1.0 - hidden_fraction(k, 1e-9, darkening), 1.0 - hidden_fraction(k, (k - 1.0).abs(), darkening));
-            let light_left = light / images.unobscured;
-            assert!(if k > 1.0 { light == 0.0 } else { (middle - 1e-3..limb + 1e-3).contains(&light_left) }, "{day}: {light_left}");
+            // In totality there is no light. In annularity it is least if the discs are concentric, and a little more if the limbs touch.
+            let (concentric, at_limb) = (1.0 - hidden_fraction(k, 1e-9, darkening), 1.0 - hidden_fraction(k, (k - 1.0).abs(), darkening));
+            let visible = light / images.unobscured;
+            assert!(if k > 1.0 { light == 0.0 } else { (concentric - 1e-3..at_limb + 1e-3).contains(&visible) }, "{day}: {visible}");
         }
     }
 }
 
-/// Without air the Sun's disc is equally bright at any altitude, from two hours before the eclipse to its first contact. With air its light increases as it rises.
+/// From two hours before first contact to a minute before it, while the Sun rises higher: without air its light is constant, with air it
+/// increases.
 #[test]
-fn the_sun_keeps_its_light_where_the_air_is_switched_off() {
+fn without_air_the_suns_light_does_not_depend_on_its_altitude() {
     let place = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
     let first = circumstances("2024-04-08", place).contacts[0].time;
     let relative_change = |effects: &str| {
-        let [early, late] = [-7200.0, -60.0].map(|s| seen_from(place, first.plus_seconds(s), effects).0);
+        let [early, late] = [-7200.0, -60.0].map(|s| light_and_radius_ratio(place, first.plus_seconds(s), effects).0);
         late / early - 1.0
     };
     let (without_air, with_air) = (relative_change(DISCS_ONLY), relative_change("+atmosphere,-glow,-corona,-albedo,-points"));

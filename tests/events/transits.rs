@@ -1,5 +1,6 @@
-//! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of 2012 was
-//! confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as minutes or as a disagreement between the contacts of one transit.
+//! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of
+//! 2012 was confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as an error of minutes, or as a disagreement between the
+//! contacts of one transit.
 
 use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
 use orrery::catalog::NaifId;
@@ -12,7 +13,8 @@ fn transit_on(day: &str) -> Transit {
     transits(&ALMANAC, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("transits").remove(0)
 }
 
-/// (day of the greatest, body, I, II, greatest, III, IV, least distance of the centres in arcseconds).
+/// Day of greatest transit; planet; times of contacts I and II, greatest transit, contacts III and IV; least distance of the centres in
+/// arcseconds.
 const TABLE: [(&str, i32, [&str; 5], f64); 5] = [
     (
         "2004-06-08",
@@ -61,15 +63,16 @@ fn contacts_agree_with_the_published_tables() {
         assert!((e.separation_arcsec - separation_arcsec).abs() < 0.15, "{day}: {}", e.separation_arcsec);
     }
     println!("worst {worst_s:.1} s");
-    // From geometric positions, without the light time of 2.4 minutes for Venus and 8.3 for the Sun, the same transit is off by minutes.
+    // Negative control: from geometric positions, without the light times of 2.4 minutes for Venus and 8.3 for the Sun, the transit is off
+    // by minutes.
     let published = parse_time("2012-06-06T01:29:36Z");
     let separation = |seconds: i32| {
-        let to =
+        let geometric_km =
             |body| EPHEMERIS.state(body, NaifId::EARTH, published.plus_seconds(f64::from(seconds)), None).expect("a place").state.pos_km;
-        angle_rad(to(NaifId::SUN), to(NaifId(299)))
+        angle_rad(geometric_km(NaifId::SUN), geometric_km(NaifId(299)))
     };
-    let nearest = (-180..180).map(|i| i * 10).min_by(|a, b| separation(*a).total_cmp(&separation(*b))).expect("instants");
-    assert!(nearest.abs() > 60, "{nearest} s");
+    let least_at_s = (-180..180).map(|i| i * 10).min_by(|a, b| separation(*a).total_cmp(&separation(*b))).expect("instants");
+    assert!(least_at_s.abs() > 60, "{least_at_s} s");
 }
 
 #[test]
@@ -94,9 +97,9 @@ fn two_centuries_have_the_known_transits() {
     assert!(transits(&IAU, &EPHEMERIS, parse_time("1937-05-01"), parse_time("1937-06-01")).expect("transits").is_empty());
 }
 
-/// Halley's method: different locations see the transit at different times, by up to seven minutes.
+/// Places see contacts at times that differ by minutes, on which Halley's method is based.
 #[test]
-fn the_transit_of_venus_is_shifted_by_parallax() {
+fn parallax_shifts_the_contacts_of_the_transit_of_venus() {
     let found = transits(&IAU, &EPHEMERIS, parse_time("2012-06-05"), parse_time("2012-06-07")).expect("transits");
     let e = &found[0];
     let mut first_contact_shifts_s = Vec::new();
@@ -114,11 +117,12 @@ fn the_transit_of_venus_is_shifted_by_parallax() {
                 contact.name,
                 seconds_after(contact.time, expected)
             );
-            assert!(contact.is_up(), "the Sun is up over the Pacific");
+            assert!(contact.is_up(), "the Sun must be up");
         }
         first_contact_shifts_s.push(seconds_after(circumstances.contacts[0].time, e.contacts[0].1));
     }
-    // No place sees first contact more than eight minutes from the Earth's centre's, and one sees it more than a minute earlier or later.
+    // At each place first contact is within eight minutes of that for the Earth's centre, and at one of them at least it is off by more
+    // than a minute.
     assert!(
         first_contact_shifts_s.iter().all(|s| s.abs() < 480.0) && first_contact_shifts_s.iter().any(|s| s.abs() > 60.0),
         "{first_contact_shifts_s:?}"

@@ -1,4 +1,4 @@
-//! The coarse image of the air on the GPU, where half floats store it, against the software renderer.
+//! The coarse image of the air on the GPU, which stores it as half floats, against the software renderer.
 
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
@@ -28,16 +28,16 @@ fn both_renderers_interpolate_the_same_air() {
             ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
         };
         let (_, plan) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
-        assert!(plan.passes.iter().any(|p| p.name == "coarse air"), "{time}: the air has passes of its own");
+        assert!(plan.passes.iter().any(|p| p.name == "coarse air"), "{time}: the plan must have a coarse image");
         let (on_gpu, _) = gpu.render(&plan, session.library(), false).expect("drawn");
         let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
         let difference = image(soft).difference(&image(on_gpu.clone())).expect("one size");
         println!("{time}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
         assert!(difference.mean < 0.3 && difference.p999 <= 3, "{time}: mean {:.3}, 99.9 % {}", difference.mean, difference.p999);
-        // The GPU's own evaluation in each pixel differs by the interpolation alone.
+        // Against the air evaluated in each pixel on the GPU: only the interpolation differs.
         let request = ViewRequest { coarse_air: false, ..request };
-        let (_, exact) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
-        let (exact, _) = gpu.render(&exact, session.library(), false).expect("drawn");
+        let (_, exact_plan) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
+        let (exact, _) = gpu.render(&exact_plan, session.library(), false).expect("drawn");
         let difference = image(exact).difference(&image(on_gpu)).expect("one size");
         println!("{time}: against each pixel: mean {:.4}, greatest {}", difference.mean, difference.max);
         assert!(difference.max <= 2 && difference.p999 <= 1, "{time}: greatest {}, 99.9 % {}", difference.max, difference.p999);

@@ -1,13 +1,14 @@
 //! The GPU renderer against the software renderer, plan by plan, on any adapter, including software drivers.
 //!
-//! Without a driver each test is skipped with a message, or fails (tests/support/gpu.rs). Bounds, in levels of 255, and why they are not 0:
+//! Without a driver each test is skipped with a message, or fails (tests/support/gpu.rs). Bounds of the difference in levels of 255, and
+//! why it is not 0:
 //!
 //! | what | mean | 99.9 % | greatest | why |
 //! |---|---|---|---|---|
 //! | golden views | 0.3 | 3 | 14 | hardware samplers interpolate with 8-bit weights and round differently; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
 //! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
 //!
-//! Both filter elongated footprints by the module's own taps (shaders/lib/filtered_map.wesl), so that default quality is compared.
+//! Anisotropic filtering is part of the module (shaders/lib/filtered_map.wesl), so both renderers can be compared at the default quality.
 
 use crate::support::gpu::{gpu, or_skipped};
 use crate::support::session::SESSION;
@@ -52,7 +53,7 @@ fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > MAX_LEVELS
 }
 
-/// The golden views, and two with every kind of draw: a planet with its moons, and the solar system, beyond the depth range of GL.
+/// The golden views, and two with all layers: a planet with its moons, and the solar system, which exceeds the depth range of GL.
 fn compared_views() -> Vec<(&'static str, ViewRequest)> {
     let layers = Layers::ALL;
     let moons = views().into_iter().find(|(name, _)| *name == "jupiter-moons").expect("in the table").1;
@@ -63,27 +64,27 @@ fn compared_views() -> Vec<(&'static str, ViewRequest)> {
 }
 
 #[test]
-fn golden_views_equal_the_software_renderers() {
+fn golden_views_match_the_software_renderer() {
     let Some(gpu) = gpu() else { return };
-    assert_views_equal_the_software_renderers(&gpu);
+    assert_views_match_the_software_renderer(&gpu);
 }
 
 #[test]
-fn golden_views_equal_the_software_renderers_on_gl() {
+fn golden_views_match_the_software_renderer_on_gl() {
     let Some(gpu) = or_skipped(GpuRenderer::open_gl()) else { return };
     println!("on {}", gpu.facts());
     assert_eq!(gpu.facts().backend, "gl");
-    assert_views_equal_the_software_renderers(&gpu);
+    assert_views_match_the_software_renderer(&gpu);
 }
 
-fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
+fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
     let session = &*SESSION;
     let mut failures = Vec::new();
-    // "moon" is the negative control's.
+    // "moon" always runs, for the negative control.
     for (_, (name, request)) in compared_views().into_iter().enumerate().filter(|(k, (name, _))| *name == "moon" || sweep::runs(*k, 4)) {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), false) {
-            // GL cannot blend 32-bit floats on this machine; the session then draws in software.
+            // A GL driver that cannot blend 32-bit floats refuses these views; a session then draws them in software.
             Err(GpuError::NotDrawn(why))
                 if ["night-sky", "halley", "milky-way", "dome-dusk"].contains(&name) && gpu.facts().backend == "gl" =>
             {
@@ -113,11 +114,12 @@ fn assert_views_equal_the_software_renderers(gpu: &GpuRenderer) {
 }
 
 #[test]
-fn every_pair_of_key_values_equals_the_software_renderers() {
+fn pairs_of_key_values_match_the_software_renderer() {
     let Some(gpu) = gpu() else { return };
     let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
-    // Every fifth key of the covering set of pairs in a full run, every sixtieth otherwise: a driver compiles each for a second or more.
+    // Every fifth key of the covering set of pairs in a full run, every sixtieth otherwise: a driver takes a second or more to compile
+    // each.
     let step = if sweep::in_full() { 5 } else { 60 };
     let keys: Vec<_> = covering(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
     assert!(keys.len() * step > 50);
@@ -160,8 +162,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         PresenterChoice::Unchanged,
         "a window would wait for the pipelines of its frames"
     );
-    // These pipelines are compiled while the window's image is drawn. If llvmpipe presented, a window would wait for each image, so that device presents only on
-    // request.
+    // The pipelines of a window's frame are compiled while the software renderer draws it.
     session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
     let mut polls = 0;
     while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
@@ -170,7 +171,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         assert!(polls < 10_000, "the device never became ready for windows");
     }
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::OtherGpu);
-    // By itself a window takes a hardware GPU, but no software driver.
+    // Automatically a window uses a hardware GPU, but not a software driver (llvmpipe), for which it would wait at each image.
     let is_software = renderer.facts().kind == AdapterKind::Software;
     let automatic = if is_software { PresenterChoice::Unchanged } else { PresenterChoice::OtherGpu };
     assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), automatic);
@@ -178,7 +179,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.by.renderer, "software");
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device draws");
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device is left");
     let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
     assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
     draw();
@@ -222,12 +223,12 @@ fn a_window_never_waits_for_background_images() {
         frames += 1;
         assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
     }
-    // Several views without compiled pipelines, so that the driver needs time to compile.
+    // Views whose pipelines are not compiled, so that the driver needs time.
     let background: Vec<ViewRequest> = views().into_iter().skip(1).map(|(_, view)| ViewRequest { width: 64, height: 64, ..view }).collect();
     for view in &background {
         session.plan(view, SAMPLING).expect("planned");
     }
-    // Number of the image that is being drawn in the background, from 1; 0 between two of them.
+    // Number, from 1, of the image that is drawn in the background; 0 between images.
     let in_progress = AtomicUsize::new(0);
     let window_images = std::thread::scope(|scope| {
         let drawing = scope.spawn(|| {
@@ -237,7 +238,7 @@ fn a_window_never_waits_for_background_images() {
                 in_progress.store(0, SeqCst);
             }
         });
-        // Window images that began and ended while one and the same background image was drawn. A window that waits for it has none.
+        // Window images that began and ended while the same background image was drawn; none if the window waits for background images.
         let mut window_images = 0;
         while !drawing.is_finished() {
             let before = in_progress.load(SeqCst);
@@ -269,7 +270,7 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     assert_eq!(session.readiness(), Readiness::Settled);
     session.set_renderer_preference(RendererPreference::Software);
     assert_eq!(renderer_used(&session), "software");
-    // A session that is dropped while a driver compiles waits for the driver.
+    // Dropping a session while a driver compiles waits for the driver.
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software");
     drop(session);
@@ -294,7 +295,7 @@ fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
         || -> Vec<u64> { plans.iter().map(|plan| gpu.render(plan, session.library(), false).expect("drawn").1.sent_bytes).collect() };
     let first = upload_bytes();
     let resources = gpu.resource_use();
-    assert!(first[0] > 0, "the first frame sends its maps");
+    assert!(first[0] > 0, "the first frame must upload its maps");
     assert!(plans[0].passes[0].draws.iter().any(|d| d.textures.iter().any(|t| matches!(t.source, TextureSource::Image(_)))));
     // The scenes differ in time and effects, but all their resources are on the GPU already.
     for repetition in 0..4 {
@@ -327,7 +328,7 @@ fn resident_bytes() -> Option<u64> {
     Some(4096 * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }
 
-/// Takes minutes: `cargo test --test main ten_thousand -- --ignored --nocapture`.
+/// Run it with `cargo test --test main ten_thousand -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes"]
 fn ten_thousand_frames_grow_no_memory() {

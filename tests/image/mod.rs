@@ -1,4 +1,4 @@
-//! The shipped maps, and what is kept of them between runs.
+//! The shipped maps, and decoded maps stored between runs.
 
 mod poles;
 mod shipped_maps;

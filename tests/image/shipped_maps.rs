@@ -1,15 +1,16 @@
-//! The shipped maps: total size within the budget, resolution as stated, orientation checked at known features, colours as published.
+//! The shipped maps: total size, resolution as stated, known features at their positions, colours as published, sources.
 
 use orrery::catalog::{Catalog, InventedRelief, NaifId};
 use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
 
-/// Mean over a square around a position, `half` degrees to each side; longitude 0 is at the map's centre and east to the right; `decode` converts bytes.
-fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
+/// Mean over a square around a position (degrees), `half_deg` to each side. Longitude 0 is at the map's centre, and east to the right.
+/// `decode` converts bytes.
+fn mean_of(map: &Texture, lat: f64, lon: f64, half_deg: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
     let level = &map.levels[0];
     let (w, h) = (f64::from(level.width), f64::from(level.height));
     let lon = (lon + 180.0).rem_euclid(360.0) - 180.0;
     let (x, y) = ((0.5 + lon / 360.0) * w, (0.5 - lat / 180.0) * h);
-    let half_px = (half / 180.0 * h).max(0.5);
+    let half_px = (half_deg / 180.0 * h).max(0.5);
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for row in (y - half_px) as i64..=(y + half_px) as i64 {
         for column in (x - half_px) as i64..=(x + half_px) as i64 {
@@ -25,20 +26,20 @@ fn mean_of(map: &Texture, lat: f64, lon: f64, half: f64, decode: impl Fn(u8) -> 
 }
 
 /// Mean linear colour of a colour map.
-fn mean_colour(map: &Texture, lat: f64, lon: f64, half: f64) -> [f64; 3] {
-    mean_of(map, lat, lon, half, |b| {
+fn mean_colour(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> [f64; 3] {
+    mean_of(map, lat, lon, half_deg, |b| {
         let v = f64::from(b) / 255.0;
         if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
     })
 }
 
-fn brightness(map: &Texture, lat: f64, lon: f64, half: f64) -> f64 {
-    mean_colour(map, lat, lon, half).iter().sum::<f64>() / 3.0
+fn brightness(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> f64 {
+    mean_colour(map, lat, lon, half_deg).iter().sum::<f64>() / 3.0
 }
 
-/// Mean slope of a normal map: east and north.
-fn slope(map: &Texture, lat: f64, lon: f64, half: f64) -> [f64; 2] {
-    let [east, north, _] = mean_of(map, lat, lon, half, |b| f64::from(b) / 127.5 - 1.0);
+/// Mean of a normal map's normals: the components to the east and to the north.
+fn slope(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> [f64; 2] {
+    let [east, north, _] = mean_of(map, lat, lon, half_deg, |b| f64::from(b) / 127.5 - 1.0);
     [east, north]
 }
 
@@ -58,7 +59,7 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
             assert_eq!(store.origin(&m.file), MapOrigin::Embedded, "{}: {}", b.name, m.file);
         }
     }
-    // The widths in the catalog equal those of the files; they determine where procedural detail begins.
+    // Widths in the catalog are those of the files. They determine where procedural detail begins.
     let mut stated_widths = 0;
     for b in Catalog::embedded().bodies() {
         let cloud_map = b.clouds.as_ref().map(|c| &c.map);
@@ -90,26 +91,26 @@ fn gains_bring_each_map_to_its_published_colour() {
     }
     let mercury = Catalog::embedded().body(NaifId(199)).unwrap().clone();
     let raw = map("mercury.jpg").mean_over_sphere();
-    assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "the raw map is stylised: without its gain this test must fail");
+    assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "without its gain, the stylised raw map must fail this test");
 }
 
-/// Mean of eight squares on a circle of `r` degrees around a position.
-fn around(m: &Texture, lat: f64, lon: f64, r: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
+/// Mean of a value at eight points on a circle around a position.
+fn around(m: &Texture, lat: f64, lon: f64, radius_deg: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
     let ring = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
-    ring.map(|a| value(m, lat + r * a.sin(), lon + r * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
+    ring.map(|a| value(m, lat + radius_deg * a.sin(), lon + radius_deg * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
 }
 
-/// Ratio of two colour channels in a square of three degrees.
+/// Ratio of two colour channels in a square 3 degrees wide.
 fn ratio(m: &Texture, lat: f64, lon: f64, channels: [usize; 2]) -> f64 {
     let c = mean_colour(m, lat, lon, 1.5);
     c[channels[0]] / c[channels[1]]
 }
 
-/// Asserts that `holds` is true at the position, and false wherever a mirrored or rotated map would show the feature.
-fn assert_only_here(lat: f64, lon: f64, what: &str, holds: impl Fn(f64, f64) -> bool) {
-    assert!(holds(lat, lon), "{what} is missing at {lat} N, {lon} E");
+/// Asserts that a feature is at a position, and not where a mirrored or rotated map would show it.
+fn assert_only_here(lat: f64, lon: f64, feature: &str, is_at: impl Fn(f64, f64) -> bool) {
+    assert!(is_at(lat, lon), "{feature} is missing at {lat} N, {lon} E");
     for (y, x) in [(lat, -lon), (-lat, lon), (lat, lon + 180.0)] {
-        assert!(!holds(y, x), "{what} is visible at {y} N, {x} E too");
+        assert!(!is_at(y, x), "{feature} is visible at {y} N, {x} E too");
     }
 }
 
@@ -125,15 +126,15 @@ fn the_moon_shows_tycho_and_mare_crisium() {
 fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
     let mars = map("mars.jpg");
     let bright = |m: &Texture, y, x| brightness(m, y, x, 1.0);
-    // Dust on the summit, a darker ring of lava and aureole deposits at 350 to 550 km.
+    // The dusty summit against the darker lava and aureole deposits 410 km away.
     assert_only_here(18.65, 226.2, "Olympus Mons", |y, x| brightness(&mars, y, x, 1.2) > 1.25 * around(&mars, y, x, 7.0, bright));
-    // A trough 1000 km long from west to east: the north wall slopes to the south, the south wall to the north.
+    // A trough from west to east, here over 8 degrees: its north wall slopes to the south, its south wall to the north.
     let normal = linear_map("mars_normal.jpg");
     assert_only_here(-13.0, 300.0, "Valles Marineris", |y, x| {
         let wall = |side: f64| (-4..=4).map(|k| slope(&normal, y + 1.5 * side, x + f64::from(k), 0.4)[1]).sum::<f64>() / 9.0;
         wall(1.0) - wall(-1.0) < -0.06
     });
-    // Dark basalt, grey-brown and not blue; bright dust. Bell et al. 1990: 0.10 to 0.15 in red, 0.04 to 0.06 in blue.
+    // Dark basalt is grey-brown, not blue (Bell et al. 1990: 0.10 to 0.15 in red, 0.04 to 0.06 in blue); dust is bright.
     let gain = Catalog::embedded().body(NaifId(499)).unwrap().maps.albedo.as_ref().unwrap().gain;
     let reflectance = |y, x| {
         let c = mean_colour(&mars, y, x, 2.0);
@@ -144,7 +145,7 @@ fn mars_shows_olympus_mons_valles_marineris_and_syrtis_major() {
     assert!(bright[0] > 2.0 * dark[0] && bright[0] > 2.0 * bright[2], "Arabia {bright:?}");
 }
 
-/// The spot drifts; in this map it is at 48 W of System III.
+/// The Great Red Spot drifts; in this map it is at 48 W of System III.
 #[test]
 fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
     let jupiter = map("jupiter.jpg");
@@ -155,7 +156,7 @@ fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
         std::array::from_fn(|c| (0..72).map(|k| mean_colour(&jupiter, y, f64::from(k) * 5.0, 1.5)[c] * gain[c]).sum::<f64>() / 72.0)
     };
     let (zone, belt) = (zonal(3.0), zonal(13.0));
-    // Cream: blue slightly below green, red equal to green. Brown-orange: red above green above blue.
+    // The zone is cream: as much red as green, slightly less blue. The belt is brown-orange: more red than green, and more green than blue.
     assert!((0.8..0.97).contains(&(zone[2] / zone[1])) && (zone[0] / zone[1] - 1.0).abs() < 0.06, "zone {zone:?}");
     assert!(belt[0] > 1.1 * belt[1] && belt[1] > 1.3 * belt[2] && belt[1] < 0.75 * zone[1], "belt {belt:?}");
 }
@@ -171,7 +172,7 @@ fn saturn_is_pale_gold_from_pole_to_pole() {
     }
 }
 
-/// Pele's ring, 600 km from its vent (18.7 S, 255.3 W), is red.
+/// The deposits around Pele's vent (18.7 S, 255.3 W), inside a ring of 600 km radius, are red.
 #[test]
 fn io_shows_pele() {
     let io = map("io.jpg");
@@ -202,7 +203,7 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
 fn the_earth_has_its_continents() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
     let is_water = |lat, lon| brightness(&water, lat, lon, 2.0) > 0.5;
-    // The Congo and Brazil against the Atlantic between them; the mirrored map has sea where the Congo is.
+    // The Congo and Brazil are land, and the Atlantic between them is water. A mirrored map has water where the Congo is.
     assert!(!is_water(0.0, 22.0) && !is_water(-10.0, -50.0) && is_water(-10.0, -25.0) && is_water(0.0, 0.0));
     assert!(is_water(0.0, -22.0) && is_water(10.0, -22.0) && is_water(0.0, -158.0));
     assert!(
@@ -211,9 +212,9 @@ fn the_earth_has_its_continents() {
     );
 }
 
-/// Water is dark, however the source encodes its depth or silt: its albedo is below a tenth everywhere.
+/// Lakes, shallow and silty water are dark, too.
 #[test]
-fn no_lake_or_shallow_sea_glows() {
+fn the_albedo_of_water_is_below_a_tenth_everywhere() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
     let gain = Catalog::embedded().body(NaifId::EARTH).unwrap().maps.albedo.as_ref().unwrap().gain;
     // Lake Victoria, the north of the Caspian, the Persian Gulf, the Sea of Azov, the mouth of the Amazon.
@@ -226,7 +227,7 @@ fn no_lake_or_shallow_sea_glows() {
     for lat in -60..=60 {
         for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
             let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
-            // Skip sea ice, which is white: as red as blue.
+            // Skips sea ice, which is white.
             if c[2] > 1.3 * c[0] {
                 brightest_water = brightest_water.max(c[1] * gain[1]);
             }
@@ -235,8 +236,8 @@ fn no_lake_or_shallow_sea_glows() {
     assert!(brightest_water < 0.1, "{brightest_water}");
 }
 
-/// Each map has a row in the list of sources; maps made for this program, and maps whose source is partly invented, are declared as invented in the
-/// catalog.
+/// Each map has a row in the list of sources. Maps made for this program, and maps whose source is partly invented, are declared as
+/// invented in the catalog.
 #[test]
 fn every_map_has_its_source_and_invented_maps_are_declared() {
     let readme = include_str!("../../textures/README.md");
@@ -253,7 +254,7 @@ fn every_map_has_its_source_and_invented_maps_are_declared() {
             let made_here = row.contains("made here");
             let is_partly_invented = ["ariel", "miranda", "oberon", "titania", "umbriel"].iter().any(|n| m.file.starts_with(n));
             assert_eq!(made_here || is_partly_invented, m.invented.is_some(), "{}: {row}", m.file);
-            assert!(m.invented.as_ref().is_none_or(|how| how.len() > 20), "{}: of what, and how", m.file);
+            assert!(m.invented.as_ref().is_none_or(|how| how.len() > 20), "{}: state what is invented, and how", m.file);
             made_for_this_program += i32::from(made_here);
         }
     }
@@ -261,18 +262,19 @@ fn every_map_has_its_source_and_invented_maps_are_declared() {
     assert!(row_of("vulcan.jpg").is_none());
 }
 
-/// Craters are bowls inside raised rims, for walls of every orientation: both channels of the normal map have the right sign and position.
+/// The ground slopes inwards inside a crater's rim and outwards outside it, so both channels of the normal map have the right sign and
+/// position.
 #[test]
-fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
+fn craters_have_raised_rims_in_both_channels_of_the_normal_map() {
     let normal = linear_map("moon_normal.jpg");
-    // Copernicus, Tycho, Langrenus, Plato: positions and half diameters in degrees from the IAU gazetteer.
+    // Copernicus, Tycho, Langrenus, Plato: latitude, longitude and radius in degrees, from the IAU gazetteer.
     let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
-    // Outward slope outside the rim minus outward slope inside, from the east-west or the north-south component alone.
-    let relief = |axis: usize, flip_lat: f64, flip_lon: f64| {
-        let outward_slope = |lat: f64, lon: f64, d: f64| {
+    // Outward slope outside the rim minus that inside it, by one channel alone: 0 is east, 1 is north.
+    let rim_slope = |axis: usize, flip_lat: f64, flip_lon: f64| {
+        let outward_slope = |lat: f64, lon: f64, distance_deg: f64| {
             let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
             ring.map(|a| {
-                let s = slope(&normal, lat + d * a.sin(), lon + d * a.cos() / lat.to_radians().cos(), 0.25)[axis];
+                let s = slope(&normal, lat + distance_deg * a.sin(), lon + distance_deg * a.cos() / lat.to_radians().cos(), 0.25)[axis];
                 s * [a.cos(), a.sin()][axis]
             })
             .sum::<f64>()
@@ -285,14 +287,14 @@ fn walls_of_craters_lean_inward_in_both_axes_of_the_normal_map() {
             / 4.0
     };
     for axis in [0, 1] {
-        let (unflipped, mirrored, upside_down) = (relief(axis, 1.0, 1.0), relief(axis, 1.0, -1.0), relief(axis, -1.0, 1.0));
-        assert!(unflipped > 0.1, "axis {axis}: {unflipped}; a channel of the other sign gives its negative");
+        let (unflipped, mirrored, upside_down) = (rim_slope(axis, 1.0, 1.0), rim_slope(axis, 1.0, -1.0), rim_slope(axis, -1.0, 1.0));
+        assert!(unflipped > 0.1, "axis {axis}: {unflipped}; an inverted channel gives the negative");
         assert!(mirrored < 0.05 && upside_down < 0.05, "axis {axis}: {mirrored} and {upside_down} where no crater is");
     }
 }
 
 #[test]
-fn the_users_folder_takes_precedence_and_a_missing_map_is_named() {
+fn maps_in_the_users_folder_take_precedence_and_missing_maps_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let mut bytes = Vec::new();
     orrery::image::write_png(&mut bytes, 2, 1, &[[9, 8, 7, 255]; 2], &[]).unwrap();

@@ -1,4 +1,4 @@
-//! Images of a start with an empty cache folder, against those of a start with the maps that the first one left there.
+//! Images drawn from decoded maps that an earlier session stored, against those of the session that decoded them.
 
 use crate::support::sweep;
 use orrery::catalog::NaifId;
@@ -17,10 +17,10 @@ fn session(cache: &Path) -> Session {
     Session::open(&sources, |line| panic!("{line}")).expect("opens")
 }
 
-/// Each body whole, at its limb, over its pole and near its ground, of 256 x 256 pixels and of one.
+/// Each body whole, at its limb, over its pole and near its ground, in 256 x 256 pixels; and whole in one pixel.
 fn views() -> Vec<(String, ViewRequest)> {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-    let mut all = Vec::new();
+    let mut named_requests = Vec::new();
     for (name, body) in [("Earth", 399), ("Moon", 301), ("Mars", 499), ("Saturn", 699), ("Jupiter", 599)] {
         let body = NaifId(body);
         let whole = ViewRequest { width: 256, height: 256, ..ViewRequest::of(body, time) };
@@ -36,35 +36,35 @@ fn views() -> Vec<(String, ViewRequest)> {
         let near = ViewRequest { position: above(12.0, 300.0), fov_deg: Some(40.0), ..whole.clone() };
         let pixel = ViewRequest { width: 1, height: 1, ..whole.clone() };
         for (view, request) in [("whole", whole), ("limb", limb), ("pole", pole), ("near the ground", near), ("one pixel", pixel)] {
-            all.push((format!("{name}, {view}"), request));
+            named_requests.push((format!("{name}, {view}"), request));
         }
     }
-    all
+    named_requests
 }
 
 #[test]
-fn a_start_with_stored_maps_draws_the_same_bytes() {
+fn a_session_with_stored_maps_draws_the_same_bytes() {
     let cache = tempfile::tempdir().expect("a folder");
     let draw = |session: &Session, request: &ViewRequest, sampling| {
         let frame = session.draw(request, sampling, true).expect("drawn").frame;
         (frame.display, frame.hdr.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect::<Vec<_>>())
     };
-    // The first session decodes every map that it needs, completely.
-    let cold = session(cache.path());
+    // The first session decodes and stores every map that it needs.
+    let decoding = session(cache.path());
     let views = views();
-    let drawn: Vec<_> = views.iter().map(|(_, request)| [DRAFT, STANDARD].map(|sampling| draw(&cold, request, sampling))).collect();
+    let drawn: Vec<_> = views.iter().map(|(_, request)| [DRAFT, STANDARD].map(|sampling| draw(&decoding, request, sampling))).collect();
     let stored = StoredMaps::new(cache.path());
     let entries = stored.status().entries;
     assert!(entries >= 9, "{entries}");
     assert_eq!(stored.verify(), (entries, Vec::new()));
-    // A session for each view, so that no level is in memory because another view needed it.
+    // A new session for each view, so that no level is in memory already for another view.
     for (_, ((name, request), expected)) in views.iter().zip(&drawn).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
-        let warm = session(cache.path());
+        let reading = session(cache.path());
         for (sampling, expected) in [DRAFT, STANDARD].into_iter().zip(expected) {
-            assert!(draw(&warm, request, sampling) == *expected, "{name}, {sampling:?}");
+            assert!(draw(&reading, request, sampling) == *expected, "{name}, {sampling:?}");
         }
     }
-    assert_eq!(stored.status().entries, entries, "nothing was decoded again");
+    assert_eq!(stored.status().entries, entries, "a map was decoded again");
     let differing = drawn.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    assert_eq!(differing, views.len() - 1, "the views differ from each other");
+    assert_eq!(differing, views.len() - 1, "consecutive views must differ");
 }

@@ -5,10 +5,10 @@ use super::{assert_only_tolerated, files_below};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Where scene narrows by design: the camera subtracts in f64, then narrows.
+/// The only module of scene that may narrow f64 to f32: the camera subtracts in f64 first.
 const MAY_NARROW: &[&str] = &["scene/camera"];
 
-/// The files of circular imports.
+/// The files that are part of circular imports.
 fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
     let reaches_itself = |start: &str| {
         let mut seen = BTreeSet::new();
@@ -44,25 +44,26 @@ fn files_of_a_module_have_no_circular_imports() {
 }
 
 #[test]
-fn a_circular_import_is_found() {
-    let circle = SourceTree::new(&[
+fn circular_imports_are_detected() {
+    let circular = SourceTree::new(&[
         ("a/b.rs", "use super::c::C;"),
         ("a/c.rs", "use crate::a::d::D;"),
         ("a/d.rs", "use super::b::B;"),
         ("a/e.rs", "use super::b::B;"),
     ]);
-    assert_eq!(in_circles(&circle.imports_within("a")), ["a/b.rs", "a/c.rs", "a/d.rs"]);
-    let line = SourceTree::new(&[
+    assert_eq!(in_circles(&circular.imports_within("a")), ["a/b.rs", "a/c.rs", "a/d.rs"]);
+    // Imports of test modules do not count.
+    let not_circular = SourceTree::new(&[
         ("a/b.rs", "use super::c::C;"),
         ("a/c.rs", "use crate::a::d::D;"),
         ("a/d.rs", "#[cfg(test)]\nmod tests { use super::super::b::B; }"),
     ]);
-    assert!(in_circles(&line.imports_within("a")).is_empty());
+    assert!(in_circles(&not_circular.imports_within("a")).is_empty());
 }
 
-/// Path and number of lines where there are more than `limit`.
-fn too_long(lines: &[(String, usize)], limit: usize) -> Vec<String> {
-    lines.iter().filter(|(_, n)| *n > limit).map(|(path, _)| path.clone()).collect()
+/// Paths of the files with more than `limit` lines. `files`: path and number of lines.
+fn too_long(files: &[(String, usize)], limit: usize) -> Vec<String> {
+    files.iter().filter(|(_, n)| *n > limit).map(|(path, _)| path.clone()).collect()
 }
 
 #[test]
@@ -73,9 +74,9 @@ fn no_file_is_too_long() {
         let mut files = Vec::new();
         files_below(&root.join(dir), &["rs", "wgsl", "wesl"], &mut files);
         assert!(!files.is_empty(), "{dir}");
-        let lines_of = |path: &Path| std::fs::read_to_string(path).expect("UTF-8").lines().count();
+        let line_count = |path: &Path| std::fs::read_to_string(path).expect("UTF-8").lines().count();
         let name_of = |path: &Path| path.strip_prefix(root).expect("below").to_string_lossy().replace('\\', "/");
-        found.extend(too_long(&files.iter().map(|path| (name_of(path), lines_of(path))).collect::<Vec<_>>(), limit));
+        found.extend(too_long(&files.iter().map(|path| (name_of(path), line_count(path))).collect::<Vec<_>>(), limit));
     }
     assert_only_tolerated("long", &found);
     assert_eq!(too_long(&[("a".into(), 501), ("b".into(), 500)], 500), ["a"]);

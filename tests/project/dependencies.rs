@@ -7,7 +7,7 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root.join(path)).expect(path)
 }
 
-/// Names in the dependency tables of Cargo.toml.
+/// Names in the dependency tables of a manifest.
 fn direct_dependencies(manifest: &str) -> BTreeSet<String> {
     let manifest: toml::Table = manifest.parse().expect("TOML");
     let names = |table: Option<&toml::Value>| -> Vec<String> {
@@ -18,7 +18,7 @@ fn direct_dependencies(manifest: &str) -> BTreeSet<String> {
     names(manifest.get("dependencies")).into_iter().chain(names(manifest.get("dev-dependencies"))).chain(of_targets).collect()
 }
 
-/// Names in the first column of the list, each with a reason.
+/// Names in the first column of the document's tables, if the second column has a reason.
 fn dependencies_with_reason(text: &str) -> BTreeSet<String> {
     let rows = text.lines().filter_map(|l| l.strip_prefix("| `")?.split_once("` | "));
     rows.filter(|(_, why)| why.trim_end_matches(" |").len() > 5).map(|(name, _)| name.to_owned()).collect()
@@ -32,7 +32,7 @@ fn each_direct_dependency_has_its_reason() {
 }
 
 #[test]
-fn a_library_without_a_reason_is_found() {
+fn a_dependency_without_a_reason_is_detected() {
     let manifest = "[dependencies]\na = \"1\"\n[dev-dependencies]\nb = \"1\"\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n";
     assert_eq!(direct_dependencies(manifest), ["a", "b", "c"].map(str::to_owned).into());
     assert_eq!(dependencies_with_reason("| `a` | why it is there |\n| `b` |  |\n| library | what |\n"), ["a"].map(str::to_owned).into());

@@ -1,9 +1,10 @@
-//! The layer table of ARCHITECTURE.md, checked by reading every module path in src/: `crate::`, `orrery::`, `super::super::`, children.
+//! The layer table of ARCHITECTURE.md, checked against every module path in src/: `crate::`, `orrery::`, `super::super::`, and paths to
+//! child modules.
 
 use super::assert_only_tolerated;
 use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
 
-/// (module path prefix, crate modules it may name, external crates it may not name).
+/// (module path prefix, modules of this crate that it may name, crates and library modules that it may not name).
 const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
     ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
@@ -133,7 +134,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("main", &["cli"], &["naga", "wgpu", "winit", "egui", "softbuffer"]),
 ];
 
-/// The longest prefix of the table that matches this file, if any.
+/// The row whose prefix is the longest that matches this module, if any.
 fn row_of(module: &str) -> Option<&'static (&'static str, &'static [&'static str], &'static [&'static str])> {
     TABLE
         .iter()

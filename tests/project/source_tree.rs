@@ -1,7 +1,7 @@
 //! The Rust files of src/ and the paths that each names, parsed from the text without a compiler.
 //!
-//! In: a folder of Rust sources. Out: a file's code without comments, literals and unit tests; every path in it as an absolute module path;
-//! and the file that defines the item of a path, through re-exports. Not handled: items from macros, and from `use a::*`.
+//! In: paths and texts of Rust sources. Out: a file's code without comments, literals and unit tests; every path in it as an absolute
+//! module path; and the file that defines the item of a path, through re-exports. Not handled: items from macros, and from `use a::*`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,12 +23,12 @@ pub struct NamedPath {
     pub segments: Vec<String>,
     /// The name under which a `use` brings it in; `None` outside of `use`.
     used_as: Option<String>,
-    /// Part of a `pub use`.
+    /// From a `pub use`, or one with restricted visibility, such as `pub(crate) use`.
     pub is_public_use: bool,
 }
 
 impl SourceFile {
-    /// A file with this path and text; its paths are read later.
+    /// A file with this path and text. [`SourceTree::new`] fills `paths`, once all modules are known.
     fn new(path: &str, text: &str) -> Self {
         let module = path.trim_end_matches(".rs").split('/').filter(|s| !matches!(*s, "mod" | "lib")).map(str::to_owned).collect();
         Self { path: path.into(), text: text.into(), module, paths: Vec::new() }
@@ -39,7 +39,7 @@ impl SourceFile {
         if self.module.is_empty() { "lib".into() } else { self.module.join("/") }
     }
 
-    /// The top-level module, or one of `render/plan` and its siblings.
+    /// The first component of the module path; below `render` the first two, such as `render/plan`.
     pub fn layer(&self) -> String {
         let depth = if self.module.first().is_some_and(|m| m == "render") { 2 } else { 1 };
         self.module.iter().take(depth).cloned().collect::<Vec<_>>().join("/")
@@ -100,8 +100,8 @@ impl SourceTree {
         None
     }
 
-    /// For each file of a layer, the other files of the layer that it uses, except the mod.rs of its parent folders: a child names items that its
-    /// parent declares for all of them.
+    /// For each file of a layer, the other files of the layer that it uses, except the mod.rs of its parent folders: a child names items
+    /// that its parent declares for all of them.
     pub fn imports_within(&self, layer: &str) -> BTreeMap<&str, Vec<&str>> {
         let inside = |n: &usize| self.files[*n].layer() == layer;
         let uses = |n: usize| {
@@ -194,7 +194,7 @@ enum Token {
     Other(char),
 }
 
-/// Walks over the tokens of a file.
+/// The tokens of a file, from which its paths are read.
 struct PathReader<'a> {
     tokens: Vec<Token>,
     module: &'a [String],
@@ -288,12 +288,13 @@ impl<'a> PathReader<'a> {
         paths
     }
 
-    /// `pub(...)` ends right before `at`.
+    /// Whether `pub(...)` ends right before `at`. Looks back at most 6 tokens for its parenthesis.
     fn is_after_pub(&self, at: usize) -> bool {
         (at.saturating_sub(6)..at).rev().find(|k| self.is(*k, '(')).is_some_and(|k| k > 0 && self.word(k - 1) == Some("pub"))
     }
 
-    /// The paths of a `use` tree starting at `at`, with their aliases, and its end.
+    /// Appends the paths of the `use` tree that starts at token `at` to `out`, with their aliases. Returns the index of the token after the
+    /// tree.
     fn leaves(&self, mut at: usize, prefix: &mut Vec<String>, out: &mut Vec<(Vec<String>, Option<String>)>) -> usize {
         let prefix_length = prefix.len();
         loop {
@@ -332,7 +333,7 @@ impl<'a> PathReader<'a> {
         }
     }
 
-    /// The path from the crate root; `None` if it leads out of the crate or names no module.
+    /// The path from the crate root; `None` if it leads out of the crate or does not start with a known module.
     fn absolute(&self, path: &[String], module: &[String]) -> Option<Vec<String>> {
         let (first, rest) = path.split_first()?;
         match first.as_str() {
@@ -354,7 +355,8 @@ impl<'a> PathReader<'a> {
 #[test]
 fn paths_are_read_from_every_form() {
     let scene = "use super::units::Km;\npub(crate) use self::draw::{Draw, sky::{self, Sky as S}};\nmod draw;\n\
-                 // use crate::render::No;\nfn f() { let x = \"crate::render::No\"; crate::time::now::<u8>(draw::Draw::new()); let c = '\"'; }\n\
+                 // use crate::render::No;\nfn f() { let x = \"crate::render::No\"; crate::time::now::<u8>(draw::Draw::new()); let c = '\"';
+                 // }\n\
                  #[cfg(test)]\nmod tests { use crate::cli::No; }\nmod inner { use super::super::catalog::Body; }";
     let tree = SourceTree::new(&[("scene/mod.rs", scene), ("scene/draw.rs", ""), ("main.rs", "fn main() { orrery::cli::run(); }")]);
     let named = |n: usize| tree.files[n].paths.iter().map(|p| p.segments.join("::")).collect::<Vec<_>>();

@@ -1,29 +1,29 @@
-//! The generator against the reference compiler of WESL: the same fragments give the same module.
+//! Compares emitted modules with those that WESL's reference compiler makes of the same fragments.
 
 use orrery::shader::ModuleId;
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
 use orrery::shader::key::{covering, features};
-use orrery::shader::source::condition::{Features, names_that_hold};
+use orrery::shader::source::condition::{Features, values_of_names};
 use rayon::prelude::*;
 use wesl::syntax::{ModulePath, PathOrigin};
 use wesl::{CompileOptions, Feature, NoMangler, VirtualResolver};
 
 fn module_path(fragment: &str) -> ModulePath {
-    let stem = fragment.strip_suffix(".wesl").expect("a fragment's ending");
+    let stem = fragment.strip_suffix(".wesl").expect("a fragment's extension");
     ModulePath::new(PathOrigin::Absolute, stem.split('/').map(str::to_owned).collect())
 }
 
-/// The module that the reference compiler creates for the features of a key.
-fn by_reference(entry: &str, active: &[&str]) -> String {
+/// The module that the reference compiler makes of an entry fragment, with these features on.
+fn by_reference(entry: &str, on: &[&str]) -> String {
     let mut resolver = VirtualResolver::new();
     for (path, text) in FRAGMENTS.iter() {
         resolver.add_module(module_path(path), (*text).into());
     }
-    let flags = names_that_hold(Features::of(active)).map(|(name, holds)| (name.to_owned(), Feature::from(holds))).collect();
+    let flags = values_of_names(Features::of(on)).map(|(name, is_on)| (name.to_owned(), Feature::from(is_on))).collect();
     let options = CompileOptions {
-        // Imported modules are included completely, as in the generator; they contain the vertex stages.
+        // Imported modules are included completely, as by `emit_module`; they contain the vertex stages.
         strip: false,
         lazy: false,
         validate: false,
@@ -31,11 +31,11 @@ fn by_reference(entry: &str, active: &[&str]) -> String {
         ..CompileOptions::default()
     };
     let compiled = wesl::compile(&module_path(entry), &resolver, &NoMangler, &options);
-    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {active:?}: {e}")).to_string()
+    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {on:?}: {e}")).to_string()
 }
 
-/// The declarations of a module, sorted, all printed by the same printer. Blanks and parentheses are ignored, because the reference compiler
-/// adds parentheses.
+/// The declarations of a module, sorted, all printed by the same printer. Blanks and parentheses are ignored, because the reference
+/// compiler adds parentheses.
 fn declarations(wgsl: &str) -> Vec<String> {
     let syntax = wgsl_parse::parse_str(wgsl).unwrap_or_else(|e| panic!("{e}\n{wgsl}"));
     let normalised = |text: String| text.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
@@ -53,7 +53,7 @@ fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
 }
 
 #[test]
-fn every_covering_module_equals_the_reference_compilers() {
+fn modules_equal_those_of_the_reference_compiler() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering(2).into_iter().map(ModuleId::Planet)).collect();
     ids.par_iter().for_each(|id| {
@@ -63,8 +63,8 @@ fn every_covering_module_equals_the_reference_compilers() {
     });
     // A difference in a single feature is detected.
     let on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
-    let more = [&on[..], &["lights.2"]].concat();
+    let with_second_light = [&on[..], &["lights.2"]].concat();
     let emitted = emit_fragment("entry/planet.wesl", "planet", &on).expect("emits");
     assert_eq!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &on)));
-    assert_ne!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &more)));
+    assert_ne!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &with_second_light)));
 }

@@ -1,7 +1,8 @@
 //! Images composed of several frames: positions of directions in domes and full spheres, seams, stereo disparity, and warps.
 //!
-//! External references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' formulas, written out here; the spectra of Sanders &
-//! McAllister 2003 for the anaglyph. The position of a star has the tolerance of tests/scene/stars.rs, 0.1 pixel.
+//! External references: tests/data/stars_public.json (skyfield 1.55 on JPL DE440) for directions; the projections' formulas, written out
+//! here; the spectra of Sanders & McAllister 2003 for the anaglyph. The position of a star has the tolerance of tests/scene/stars.rs, 0.1
+//! pixel.
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
@@ -27,8 +28,14 @@ fn time(text: &str) -> Instant {
     Instant::parse(text).expect("a time")
 }
 
-fn draw(session: &Session, request: &ViewRequest, linear: bool) -> DrawnFrame {
-    session.draw(request, SAMPLING, linear).expect("drawn")
+/// The drawn frame, with its display pixels only.
+fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
+    session.draw(request, SAMPLING, false).expect("drawn")
+}
+
+/// The drawn frame, with its linear pixels.
+fn draw_linear(session: &Session, request: &ViewRequest) -> DrawnFrame {
+    session.draw(request, SAMPLING, true).expect("drawn")
 }
 
 fn composed(projection: Projection, request: ViewRequest) -> ViewRequest {
@@ -64,7 +71,8 @@ struct ReferenceTable {
     cases: Vec<ReferenceStar>,
 }
 
-/// Every star of the reference has a sprite where the projection's formula puts its direction; most displaced positions have none.
+/// Every star of the reference has a sprite where the projection's formula puts its direction. Fewer than a fifth of the displaced
+/// positions have one.
 #[test]
 fn directions_in_domes_and_spheres_agree_with_the_reference() {
     let cases = serde_json::from_str::<ReferenceTable>(include_str!("../data/stars_public.json")).expect("the table").cases;
@@ -74,16 +82,17 @@ fn directions_in_domes_and_spheres_agree_with_the_reference() {
         let at = time(&view_cases[0].time);
         let fisheye = composed(Projection::Fisheye, ViewRequest { width: 400, height: 400, fov_deg: Some(200.0), ..view_along(look, at) });
         let sphere = composed(Projection::Equirectangular, ViewRequest { width: 800, height: 400, ..view_along(look, at) });
-        let plan = |request: &ViewRequest| SESSION.plan(request, SAMPLING).expect("a plan").0;
-        let (dome, sphere_scene) = (plan(&fisheye), plan(&sphere));
+        let scene_of = |request: &ViewRequest| SESSION.plan(request, SAMPLING).expect("a plan").0;
+        let (dome_scene, sphere_scene) = (scene_of(&fisheye), scene_of(&sphere));
         let right = look.cross(DVec3::Z).normalize();
         let up = right.cross(look).normalize();
         for case in view_cases {
             let tan_y = (case.fov_deg.to_radians() / 2.0).tan();
             let [w, h] = case.size.map(f64::from);
             let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
+            // The name is "HIP " and the number.
             let hip = case.star[4..].parse().expect("a number");
-            let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalogue");
+            let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalog");
             // For a star behind the camera the reference gives the opposite direction: skip it.
             if star.direction.dot(look) <= 0.0 {
                 continue;
@@ -94,11 +103,11 @@ fn directions_in_domes_and_spheres_agree_with_the_reference() {
             let ra = direction.y.atan2(direction.x) - look.y.atan2(look.x);
             let dec = direction.z.atan2(direction.truncate().length());
             let in_sphere = DVec2::new((400.0 - ra / TAU * 800.0).rem_euclid(800.0), 200.0 - dec / PI * 400.0);
-            for (scene, expected) in [(&dome, in_dome), (&sphere_scene, in_sphere)] {
+            for (scene, expected) in [(&dome_scene, in_dome), (&sphere_scene, in_sphere)] {
                 let half = DVec2::new(f64::from(scene.camera.width), f64::from(scene.camera.height)) / 2.0;
                 let sprites = || scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half);
                 let nearest = |at: DVec2| sprites().map(|p| p.distance(at)).fold(f64::MAX, f64::min);
-                // Near a pole of the projection a star is a row of sprites.
+                // Near a pole of the equirectangular image a star is a row of sprites. The dome is the square image.
                 if dec.abs() < 0.8 || half.x == half.y {
                     worst = worst.max(nearest(expected));
                     compared += 1;
@@ -112,6 +121,7 @@ fn directions_in_domes_and_spheres_agree_with_the_reference() {
     assert!(near_displaced < compared / 5, "any position would pass: {near_displaced} of {compared}");
 }
 
+/// A session with Regulus as the only star, and the folder of its files.
 fn session_of_regulus() -> (Session, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("stars.csv");
@@ -120,16 +130,17 @@ fn session_of_regulus() -> (Session, tempfile::TempDir) {
     (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
 }
 
-/// The image of a star anywhere in a dome or a sphere: its centroid is at its direction's position, and its light times the pixel's solid angle equals the star's.
+/// Wherever a star is in a dome or a sphere, the centroid of its image is where its direction is projected, and the light of its pixels
+/// times their solid angle is the star's irradiance, to within 10 %.
 #[test]
 fn a_star_keeps_its_place_and_light_in_every_projection() {
     let (session, _folder) = session_of_regulus();
     let star = *session.catalog().stars().stars().first().expect("a star");
     let irradiance = irradiance_of_magnitude(1.36);
-    for (k, angle) in [0.0_f64, 20.0, 44.9, 45.0, 54.8, 70.0, 89.0, 120.0].into_iter().enumerate() {
+    for (k, angle_deg) in [0.0_f64, 20.0, 44.9, 45.0, 54.8, 70.0, 89.0, 120.0].into_iter().enumerate() {
         let sideways = star.direction.any_orthonormal_vector();
         let sideways = DMat3::from_axis_angle(star.direction, 0.8 * k as f64) * sideways;
-        let look = star.direction * angle.to_radians().cos() + sideways * angle.to_radians().sin();
+        let look = star.direction * angle_deg.to_radians().cos() + sideways * angle_deg.to_radians().sin();
         for projection in [Projection::Fisheye, Projection::Equirectangular] {
             let at = time("2024-03-01T00:00:00Z");
             let size = if projection == Projection::Fisheye { (300, 300) } else { (600, 300) };
@@ -152,8 +163,8 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
             let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
             let (in_axes, image) = (faces.image.in_axes(direction), &faces.image);
             let expected = image.pixel(in_axes).expect("in the image");
-            // Sum the light near the star alone: planets are points too.
-            let drawn = draw(&session, &request, true);
+            // Sum only the light near the star: planets are points too.
+            let drawn = draw_linear(&session, &request);
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
             let reach_px = 8.0 + if projection == Projection::Fisheye { 0.0 } else { image.pixel_sr_and_stretch(in_axes).1 };
             for (y, x) in (0..size.1).flat_map(|y| (0..size.0).map(move |x| (y, x))) {
@@ -170,29 +181,30 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
             }
             let flux = sum * image.pixel_sr_and_stretch(in_axes).0 / PI;
             let centroid_offset = moment / sum;
-            assert!(centroid_offset.length() < TOLERANCE_PX, "{projection:?} {angle}: {centroid_offset}");
-            assert!((flux / irradiance - 1.0).abs() < 0.1, "{projection:?} {angle}: {}", flux / irradiance);
+            assert!(centroid_offset.length() < TOLERANCE_PX, "{projection:?} {angle_deg} deg: {centroid_offset}");
+            assert!((flux / irradiance - 1.0).abs() < 0.1, "{projection:?} {angle_deg} deg: {}", flux / irradiance);
         }
     }
 }
 
-/// The Sun's disc, drawn in the faces and resampled, at seams, at corners and elsewhere.
+/// The Sun's disc is drawn in the faces and resampled. Its centroid is where its direction is projected: on seams, on corners and
+/// elsewhere.
 #[test]
 fn a_disc_on_a_seam_is_at_its_position() {
     let at = time("2024-04-08T18:17:16Z");
     let radius_km = SESSION.catalog().body(NaifId::SUN).expect("the Sun").radii_km.x;
     let mut worst = 0.0_f64;
-    for (angle, azimuth) in [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)]
+    for (angle_deg, azimuth_rad) in
+        [(0.0, 0.0), (30.0, 0.3), (45.0, 0.0), (45.0, FRAC_PI_2), (54.7, 0.785), (45.0, 2.0), (80.0, 0.1), (100.0, 1.0)]
     {
-        let angle = f64::to_radians(angle);
         // The Sun's direction in the image's axes. The camera stays on ICRF -x; the image's axes are rotated instead.
-        let (sin, cos) = angle.sin_cos();
-        let sun_direction = DVec3::new(sin * f64::cos(azimuth), sin * f64::sin(azimuth), cos);
-        // Any rotation that maps x to `sun_direction`.
+        let (sin, cos) = f64::to_radians(angle_deg).sin_cos();
+        let sun_direction = DVec3::new(sin * f64::cos(azimuth_rad), sin * f64::sin(azimuth_rad), cos);
+        // Any rotation that maps ICRF x to `sun_direction`.
         let from_icrf = DMat3::from_quat(glam::DQuat::from_rotation_arc(DVec3::X, sun_direction));
         let request = ViewRequest {
             position: Position::Offset { body: NaifId::SUN, offset_km: DVec3::NEG_X * 60.0 * radius_km, axes: Axes::Icrf },
-            look: Look::Along { direction: from_icrf.row(2) * 1.0, axes: Axes::Icrf },
+            look: Look::Along { direction: from_icrf.row(2), axes: Axes::Icrf },
             up: Up::Along { direction: from_icrf.row(1), axes: Axes::Icrf },
             fov_deg: Some(240.0),
             width: 400,
@@ -202,9 +214,9 @@ fn a_disc_on_a_seam_is_at_its_position() {
             exposure: ExposureRequest::Stops(-20.0),
             ..view_along(DVec3::X, at)
         };
-        // The rows of a rotation are right-handed, but the image looks along its third axis with x to the right, so x is mirrored.
+        // The rows of a rotation are right-handed. The image's axes (right, up, forward) are left-handed, so x is mirrored.
         let mirrored = DVec3::new(-sun_direction.x, sun_direction.y, sun_direction.z);
-        let drawn = draw(&SESSION, &composed(Projection::Fisheye, request), true);
+        let drawn = draw_linear(&SESSION, &composed(Projection::Fisheye, request));
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
         for (k, p) in drawn.frame.hdr.iter().enumerate() {
             let (x, y) = ((k % 400) as f64 + 0.5, (k / 400) as f64 + 0.5);
@@ -217,12 +229,13 @@ fn a_disc_on_a_seam_is_at_its_position() {
         let expected = DVec2::splat(200.0) + radial * DVec2::new(1.0, -1.0) * radius_px;
         let error_px = (moment / sum).distance(expected);
         worst = worst.max(error_px);
-        assert!(error_px < TOLERANCE_PX, "{angle} {azimuth}: {} for {expected}", moment / sum);
+        assert!(error_px < TOLERANCE_PX, "{angle_deg} deg, azimuth {azimuth_rad}: {} for {expected}", moment / sum);
     }
     println!("worst {worst:.4} pixels");
 }
 
-/// The same sphere drawn from a cube that is rotated by 45 degrees: seams of one are in the middle of a face of the other, and the images agree.
+/// The same sphere drawn from a cube that is rotated by 45 degrees: seams of one are in the middle of a face of the other, and the images
+/// agree.
 #[test]
 fn seams_are_invisible() {
     let at = time("2024-04-08T12:00:00Z");
@@ -237,13 +250,14 @@ fn seams_are_invisible() {
             layers: Layers { bloom: true, ..Layers::default() },
             ..view_along(DVec3::new(cos, sin, 0.0), at)
         };
-        draw(&SESSION, &composed(Projection::Equirectangular, request), false).frame.display
+        draw(&SESSION, &composed(Projection::Equirectangular, request)).frame.display
     };
     let (first, rotated) = (view(0.0), view(45.0));
     let lit = first.iter().filter(|p| p[1] > 40).count();
     assert!(lit > 10_000, "{lit}");
-    // Between 40 degrees north and south the vertical edges of the faces are 90 degrees apart: in the first image at 45 degrees from the middle, in the rotated one at
-    // 0.
+    // Near the equator the faces meet in vertical seams, 90 degrees apart. The first image has one 45 degrees from its middle; the rotated
+    // image has one in the same direction as the middle of the first. Together that is a seam every 64 columns. A few horizontal seams
+    // count as `elsewhere`.
     let (mut on_seams, mut elsewhere) = (Vec::new(), Vec::new());
     for (y, x) in (72..184_usize).flat_map(|y| (0..512_usize).map(move |x| (y, x))) {
         // 45 degrees are 64 columns; right ascension increases to the left.
@@ -263,7 +277,8 @@ fn seams_are_invisible() {
     assert!(unshifted_sum as f64 / first.len() as f64 > 2.0);
 }
 
-/// Points near Jupiter: the disparity of each between the two images of a pair follows from its distance, by the cameras and, for moons, in the pixels.
+/// The disparity of a point between the two images of a pair follows from its distance: for points near Jupiter as the cameras project
+/// them, and for moons also in the pixels.
 #[test]
 fn disparity_follows_from_the_geometry() {
     let at = time("2024-12-07T20:00:00Z");
@@ -301,7 +316,7 @@ fn disparity_follows_from_the_geometry() {
     }
     assert!(near > 5 && far > 5);
     // In the image: centroids of the moons' points, left and right.
-    let drawn = draw(&SESSION, &request, false);
+    let drawn = draw(&SESSION, &request);
     let mut measured = 0;
     for id in [501, 502, 503, 504] {
         let body = drawn.scene.body(NaifId(id)).expect("a moon").placement.centre_km;
@@ -335,9 +350,9 @@ fn disparity_follows_from_the_geometry() {
     assert!(measured >= 2, "{measured}");
 }
 
-/// Impossible stereo pairs are refused with the values that would work.
+/// Eyes too far apart, eyes without a distance, and a stereo pair of domes: each error says what would work.
 #[test]
-fn eyes_too_far_apart_are_refused() {
+fn impossible_stereo_pairs_are_refused() {
     let stereo = |km: f64| Composition {
         stereo: Some(Stereo { layout: StereoLayout::Anaglyph, eye_separation_km: Some(km) }),
         ..Composition::default()
@@ -366,7 +381,8 @@ fn only_a_fisheye_can_have_the_zenith_in_its_middle() {
     }
 }
 
-/// The matrix of the anaglyph is the least-squares solution for the published spectra: tristimulus values of a CRT's phosphors, unfiltered and behind each filter.
+/// The matrix of the anaglyph is the least-squares solution for the published spectra: tristimulus values of a CRT's phosphors, unfiltered
+/// and behind each filter.
 #[test]
 fn the_anaglyph_matrix_is_the_least_squares_solution() {
     let left =
@@ -389,6 +405,7 @@ fn the_anaglyph_matrix_is_the_least_squares_solution() {
     }
 }
 
+/// A warp mesh. `place` maps image coordinates, both from -1 to 1, to the mesh file's x (plus or minus the aspect ratio) and y.
 fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -> (f64, f64)) -> Arc<WarpMesh> {
     let mut text = format!("2\n{columns} {rows}\n");
     for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
@@ -399,24 +416,26 @@ fn mesh(columns: usize, rows: usize, brightness: f64, place: impl Fn(f64, f64) -
     Arc::new(WarpMesh::parse("mesh", &text).expect("a mesh"))
 }
 
-/// An identity mesh reproduces the image, except for filtering; a mirroring mesh gives the mirrored image; brightness 1/2 gives half the light.
+/// An identity mesh reproduces the image, except for filtering; a mirroring mesh gives the mirrored image; brightness 1/2 gives half the
+/// light.
 #[test]
 fn a_warp_moves_the_image_according_to_its_mesh() {
     let unwarped = ViewRequest { width: 240, height: 160, ..ViewRequest::of(NaifId(699), time("2017-05-17T00:00:00Z")) };
     let warped = |mesh: Arc<WarpMesh>| {
         let composition = Composition { warp: Some(mesh), ..Composition::default() };
-        draw(&SESSION, &ViewRequest { composition, ..unwarped.clone() }, false).frame.display
+        draw(&SESSION, &ViewRequest { composition, ..unwarped.clone() }).frame.display
     };
-    let image = draw(&SESSION, &unwarped, false).frame.display;
-    let mean = |a: &[[u8; 4]], b: &dyn Fn(usize) -> [u8; 4]| {
+    let image = draw(&SESSION, &unwarped).frame.display;
+    let mean_difference = |a: &[[u8; 4]], b: &dyn Fn(usize) -> [u8; 4]| {
         let sum: u64 = (0..a.len()).flat_map(|k| (0..3).map(move |c| (k, c))).map(|(k, c)| u64::from(a[k][c].abs_diff(b(k)[c]))).sum();
         sum as f64 / (3 * a.len()) as f64
     };
     let identical = warped(mesh(13, 9, 1.0, |x, y| (1.5 * x, y)));
     let mirrored = warped(mesh(13, 9, 1.0, |x, y| (-1.5 * x, y)));
     let mirrored_back = |k: usize| mirrored[k / 240 * 240 + 239 - k % 240];
-    let identity_difference = mean(&image, &|k| identical[k]);
-    let (mirrored_back_difference, mirrored_difference) = (mean(&identical, &mirrored_back), mean(&identical, &|k| mirrored[k]));
+    let identity_difference = mean_difference(&image, &|k| identical[k]);
+    let mirrored_back_difference = mean_difference(&identical, &mirrored_back);
+    let mirrored_difference = mean_difference(&identical, &|k| mirrored[k]);
     println!("identical {identity_difference:.3}, mirrored back {mirrored_back_difference:.3}, mirrored {mirrored_difference:.3} levels");
     assert!(identity_difference < 1.5 && mirrored_back_difference < 0.1 && mirrored_difference > 3.0);
     let half = warped(mesh(13, 9, 0.5, |x, y| (1.5 * x, y)));
@@ -428,8 +447,8 @@ fn a_warp_moves_the_image_according_to_its_mesh() {
     assert!((light(&half) / light(&identical) - 0.5).abs() < 0.01, "{}", light(&half) / light(&identical));
 }
 
-/// In a dome the sky's diffuse light is behind the stars: with the Milky Way a star is at least as bright as without. Lines are drawn in the faces alone: the
-/// image's scene has no lines or background of its own.
+/// In a dome the sky's diffuse light is behind the stars: with the Milky Way a star is at least as bright as without. Only the faces draw
+/// lines and background; the scene of the entire image has none.
 #[test]
 fn the_milky_way_hides_no_star_of_a_dome() {
     let (session, _folder) = session_of_regulus();
@@ -439,12 +458,12 @@ fn the_milky_way_hides_no_star_of_a_dome() {
         composed(Projection::Fisheye, ViewRequest { width: 300, height: 300, fov_deg: Some(120.0), layers, ..base })
     };
     let stars = Layers { stars: true, ..Layers::NONE };
-    let light = |layers: Layers| {
-        let drawn = draw(&session, &dome(layers), true);
+    let brightest = |layers: Layers| {
+        let drawn = draw_linear(&session, &dome(layers));
         drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max)
     };
-    let (alone, with_milky_way) = (light(stars), light(Layers { milky_way: true, ..stars }));
+    let (alone, with_milky_way) = (brightest(stars), brightest(Layers { milky_way: true, ..stars }));
     assert!(alone > 0.0 && with_milky_way >= alone * (1.0 - 1e-6), "{alone} {with_milky_way}");
-    let scene = draw(&session, &dome(Layers { constellations: true, ..stars }), true).scene;
+    let scene = draw_linear(&session, &dome(Layers { constellations: true, ..stars })).scene;
     assert!(scene.sky_lines.is_empty() && scene.orbits.is_empty() && scene.background.is_none());
 }

@@ -1,8 +1,8 @@
 //! Recorded images of the views of tests/support/views.rs, of user data and of the Moon's beads, redrawn and compared.
 //!
-//! The software renderer uses the portable kernels, whose bits do not depend on the machine's vector unit. Only the last bit of the system's sine and
-//! cosine may differ, which moves an edge by far less than a level and rarely changes a texel's choice between neighbours: hence a mean of 0.3 levels
-//! of 255, and 3 levels for 99.9 % of the values. Visible changes are larger by an order of magnitude.
+//! The software renderer uses the portable kernels, whose bits do not depend on the machine's vector unit. Only the last bit of the
+//! system's sine and cosine may differ. That changes a pixel at an edge by far less than a level, and rarely makes a sample read the
+//! neighbouring texel. Hence the bounds: a mean of 0.3 levels of 255, and 3 levels for 99.9 % of the values.
 //!
 //! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the images before committing.
 
@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 const MEAN_LEVELS: f64 = 0.3;
 const P999_LEVELS: u8 = 3;
-/// Limit for all images together.
+/// Limit for the size of all recorded images together.
 const MAX_BYTES: u64 = 600_000;
 
 /// The shared session, and the renderer whose bits are the same on every machine.
@@ -62,7 +62,7 @@ fn save(image: &DisplayImage, path: &Path) {
     std::fs::write(path, bytes).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
-/// The view whose image needs files of its own.
+/// The view that draws a user's data files.
 const USER_DATA: &str = "own-data";
 
 /// Points, outlines and an image supplied by a user, on the Earth and in the sky next to it.
@@ -134,7 +134,7 @@ fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS
 }
 
-/// `Err` describes the difference and gives the path of the new image.
+/// The difference from the recorded image. `Err` describes a difference beyond the bounds and gives the path of the new image.
 fn compared(name: &str, drawn: &DisplayImage) -> Result<Difference, String> {
     let path = folder().join(format!("{name}.png"));
     let bytes = std::fs::read(&path).map_err(|e| format!("{name}: no recorded image ({e})"))?;
@@ -184,21 +184,24 @@ fn views_look_as_recorded() {
     assert!(compared("never-recorded", &later).is_err_and(|e| e.contains("no recorded image")));
 }
 
-/// Heights in kilometres: hills and valleys in bands around the axis towards the Earth, so that they run along the line of sight at the limb.
+/// A map of heights that depend only on the position angle around the axis towards the Earth, so that ridges and valleys run along the line
+/// of sight at the limb.
 fn generated_heights() -> Arc<HeightMap> {
     const COLUMNS: usize = 720;
     let height = |row: usize, column: usize| {
-        let centre = |k: usize, count: usize, span: f64| (k as f64 + 0.5) / count as f64 * span;
-        let (y, x) = (centre(row, COLUMNS / 2, std::f64::consts::PI), centre(column, COLUMNS, std::f64::consts::TAU));
-        let angle = (y.sin() * x.sin()).atan2(y.cos());
+        let cell_centre = |k: usize, count: usize, span: f64| (k as f64 + 0.5) / count as f64 * span;
+        let colatitude = cell_centre(row, COLUMNS / 2, std::f64::consts::PI);
+        let longitude = cell_centre(column, COLUMNS, std::f64::consts::TAU);
+        let position_angle = (colatitude.sin() * longitude.sin()).atan2(colatitude.cos());
         let waves = [(1.2, 47.0, 0.0), (0.8, 113.0, 1.0), (0.5, 301.0, 2.0), (0.4, 11.0, 0.0)];
-        waves.iter().map(|(km, frequency, phase): &(f64, f64, f64)| km * (frequency * angle + phase).sin()).sum::<f64>() as f32
+        waves.iter().map(|(km, frequency, phase): &(f64, f64, f64)| km * (frequency * position_angle + phase).sin()).sum::<f64>() as f32
     };
     let km = (0..COLUMNS / 2).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
     Arc::new(HeightMap::new("made", COLUMNS, km, 0.0, 1737.4).expect("a map"))
 }
 
-/// The last crescent at Dallas, five seconds before the second contact of the mean limb, broken up by hills and valleys; a pixel is an arcsecond.
+/// The last crescent at Dallas, five seconds before the second contact of the mean limb, broken up by hills and valleys; a pixel is an
+/// arcsecond.
 fn beads() -> ViewRequest {
     let (ra, dec) = (17.7_f64.to_radians(), 7.717_f64.to_radians());
     ViewRequest {
@@ -236,7 +239,7 @@ fn beads_look_as_recorded() {
 }
 
 #[test]
-fn the_folder_contains_the_views_only() {
+fn the_folder_contains_only_the_views_and_stays_small() {
     let names: Vec<String> = views().iter().map(|(name, _)| *name).chain(["beads", USER_DATA]).map(|name| format!("{name}.png")).collect();
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder()).expect("tests/golden") {
@@ -245,5 +248,5 @@ fn the_folder_contains_the_views_only() {
         bytes += entry.metadata().expect("metadata").len();
     }
     println!("{bytes} bytes");
-    assert!(bytes <= MAX_BYTES, "{bytes} bytes, {MAX_BYTES} at the most");
+    assert!(bytes <= MAX_BYTES, "{bytes} bytes, at most {MAX_BYTES}");
 }

@@ -1,9 +1,9 @@
 //! Every pair of dimension values is drawn: each key of the covering set draws the same small body in f32 and in f64.
 //!
-//! Values must be finite and not negative, coverage between 0 and 1, and f32 within half a level of 256 of f64. Failures are collected. Each
-//! image must also look as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1
-//! cargo test --test main permutations` records the sheet; look at it before committing. Images of costs have no tile, because every improved
-//! kernel changes them.
+//! Values must be finite and not negative, coverage between 0 and 1, and f32 within half a level of 256 of f64. Each image must also look
+//! as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1 cargo test --test
+//! main permutations` records the sheet; look at it before committing. The pixel view of shading cost has no tiles, because every improved
+//! kernel changes it.
 
 use crate::support::sweep;
 use orrery::render::software::kernels::KernelClass;
@@ -29,11 +29,11 @@ fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, 
     Ok(frame.hdr)
 }
 
-/// Half a level of 256: the smallest difference that a display shows.
+/// Half a level of 256.
 const MAX_DIFFERENCE: f32 = 1.0 / 512.0;
 
-fn check_key(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
-    let (single, double) = (image(f32s, key)?, image(f64s, key)?);
+fn check_key(in_f32: &SoftwareRenderer, in_f64: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
+    let (single, double) = (image(in_f32, key)?, image(in_f64, key)?);
     for (k, (a, b)) in single.iter().zip(&double).enumerate() {
         let pixel_name = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
         if !a.iter().chain(b).all(|v| v.is_finite()) {
@@ -51,12 +51,13 @@ fn check_key(f32s: &SoftwareRenderer, f64s: &SoftwareRenderer, key: &ShaderKey) 
 }
 
 #[test]
-fn every_pair_of_values_draws_finite_light_that_f32_gets_right() {
-    let (f32s, f64s) = (renderer(Precision::F32), renderer(Precision::F64));
+fn every_pair_of_values_draws_finite_light_and_f32_agrees_with_f64() {
+    let (in_f32, in_f64) = (renderer(Precision::F32), renderer(Precision::F64));
     let keys = covering(2);
-    assert!(keys.len() >= 10 * 8, "two dimensions have ten and eight values: {}", keys.len());
+    assert!(keys.len() >= 10 * 8, "the two largest dimensions have ten and eight values: {} keys", keys.len());
     let chosen: Vec<_> = keys.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)).map(|(_, key)| key).collect();
-    let failures: Vec<String> = chosen.par_iter().filter_map(|k| check_key(&f32s, &f64s, k).err().map(|e| format!("{k}: {e}"))).collect();
+    let failures: Vec<String> =
+        chosen.par_iter().filter_map(|k| check_key(&in_f32, &in_f64, k).err().map(|e| format!("{k}: {e}"))).collect();
     assert!(
         failures.is_empty(),
         "{} of {} keys; the first of them:\n{}",
@@ -79,11 +80,12 @@ fn a_different_image_is_detected() {
 /// Side of a tile in pixels, and number of tiles in a row of the sheet.
 const TILE: usize = 24;
 const TILES_PER_ROW: usize = 16;
-/// A tile agrees if at most `MAX_DIFFERING_PIXELS` of its 576 pixels differ by more than `MAX_LEVEL_DIFFERENCE` levels: rounding of the last bit may move an edge.
+/// A tile agrees if at most `MAX_DIFFERING_PIXELS` of its 576 pixels differ by more than `MAX_LEVEL_DIFFERENCE` levels: rounding of the
+/// last bit may move an edge.
 const MAX_LEVEL_DIFFERENCE: u8 = 3;
 const MAX_DIFFERING_PIXELS: usize = 4;
 
-/// Tiles by key, display bytes.
+/// A tile for each key, in display bytes.
 struct Sheet {
     names: Vec<String>,
     tiles: Vec<Vec<[u8; 3]>>,
@@ -106,6 +108,13 @@ fn sheet_path() -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pairs.png")
 }
 
+/// Where the sheet stores a pixel of a tile.
+fn byte_offset(tile: usize, pixel: usize) -> usize {
+    let row = tile / TILES_PER_ROW * TILE + pixel / TILE;
+    let column = tile % TILES_PER_ROW * TILE + pixel % TILE;
+    3 * (row * TILES_PER_ROW * TILE + column)
+}
+
 impl Sheet {
     fn save(&self, path: &std::path::Path) {
         let rows = self.tiles.len().div_ceil(TILES_PER_ROW);
@@ -113,7 +122,7 @@ impl Sheet {
         let mut bytes = vec![0; width * height * 3];
         for (n, tile) in self.tiles.iter().enumerate() {
             for (k, pixel) in tile.iter().enumerate() {
-                let at = 3 * ((n / TILES_PER_ROW * TILE + k / TILE) * width + n % TILES_PER_ROW * TILE + k % TILE);
+                let at = byte_offset(n, k);
                 bytes[at..at + 3].copy_from_slice(pixel);
             }
         }
@@ -125,7 +134,7 @@ impl Sheet {
         encoder.write_header().and_then(|mut w| w.write_image_data(&bytes)).expect("written");
     }
 
-    /// The recorded sheet; `Err` if there is none.
+    /// The recorded sheet; `Err` says why it cannot be read.
     fn load(path: &std::path::Path) -> Result<Self, String> {
         let file = std::fs::File::open(path).map_err(|e| format!("no recorded sheet {}: {e}", path.display()))?;
         let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().map_err(|e| e.to_string())?;
@@ -133,15 +142,14 @@ impl Sheet {
         let names: Vec<String> = keys.get_text().map_err(|e| e.to_string())?.split(' ').map(Into::into).collect();
         let mut bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
         reader.next_frame(&mut bytes).map_err(|e| e.to_string())?;
-        let width = TILES_PER_ROW * TILE;
         let pixel = |n: usize, k: usize| {
-            let at = 3 * ((n / TILES_PER_ROW * TILE + k / TILE) * width + n % TILES_PER_ROW * TILE + k % TILE);
+            let at = byte_offset(n, k);
             bytes.get(at..at + 3).map_or([0; 3], |p| [p[0], p[1], p[2]])
         };
         Ok(Self { tiles: (0..names.len()).map(|n| (0..TILE * TILE).map(|k| pixel(n, k)).collect()).collect(), names })
     }
 
-    /// Differences from the recorded sheet, by key.
+    /// Descriptions of the differences from the recorded sheet, each beginning with its key.
     fn differences(&self, recorded: &Self) -> Vec<String> {
         let mut all = Vec::new();
         for name in recorded.names.iter().filter(|n| !self.names.contains(n)) {
@@ -192,9 +200,9 @@ fn every_pair_of_values_looks_as_recorded() {
     assert!(Sheet::load(std::path::Path::new("tests/no-such-sheet.png")).is_err_and(|e| e.contains("no recorded sheet")));
 }
 
-/// The standard scenes in f32 and f64, as displayed: failures name the pixel and the keys.
+/// Compares the standard scenes as they are displayed. A failure names the pixel, and the keys of the draws that cover it.
 #[test]
-fn standard_scenes_in_f32_equal_those_in_f64() {
+fn standard_scenes_in_f32_agree_with_those_in_f64() {
     use orrery::render::plan::SamplingQuality;
     use orrery::session::standard_scenes;
     let session = &*crate::support::session::SESSION;
@@ -204,7 +212,7 @@ fn standard_scenes_in_f32_equal_those_in_f64() {
     for standard in standard_scenes(256, 256) {
         let (scene, plan) = session.plan(&standard.request, SamplingQuality { samples: 1, anisotropy: 8 }).expect("a plan");
         let [single, double] = renderers.each_ref().map(|r| r.render(&plan, session.library(), true).expect("drawn").0.hdr);
-        // Display range: sRGB of values up to white.
+        // The sRGB value from 0 to 1 that the display shows.
         let shown = |v: f32| {
             let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }

@@ -1,4 +1,5 @@
-//! The plan fills every field that the modules read: each set of features that the scene can choose gets its uniform block from the scene's values.
+//! The plan fills every uniform that the modules read: for each set of features that a scene can choose, every field of the uniform block
+//! gets a value.
 
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
@@ -16,7 +17,7 @@ use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Uniforms with the given number of lights; most fields have a number of their own, by which a test recognises them.
+/// Uniforms with the given number of lights. Most fields have a distinct value, by which a test recognises them.
 fn uniforms(lights: u8) -> DrawUniforms {
     let light = |k: f32| Light { direction_in_body: Vec3::new(k, k + 0.1, k + 0.2), irradiance: Vec3::splat(k + 0.5) };
     DrawUniforms {
@@ -106,14 +107,13 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
         let features = *key.features();
         let occluders = vec![Vec4::ZERO; usize::from(features.eclipse.occluders)];
         let layers = vec![Vec4::ZERO; 32];
-        let (places, air_edges) = (occluders.clone(), layers.clone());
-        let spread = vec![Vec4::splat(48.0); multi_scatter_in_shadow::TABLES];
+        let multi_scatter = vec![Vec4::splat(48.0); multi_scatter_in_shadow::VECTORS];
         let eclipse = EclipseUniforms {
-            occluder_positions: places,
+            occluder_positions: occluders.clone(),
             occluder_outlines: occluders,
-            air_edges,
+            air_edges: layers.clone(),
             air_transmittance: layers,
-            multi_scatter: spread,
+            multi_scatter,
             ..EclipseUniforms::default()
         };
         match uniforms_of(layout, &DrawUniforms { eclipse, ..uniforms(features.lights) }, 1) {
@@ -122,8 +122,8 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
             Err(e) => Some(format!("{key}: {e}")),
         }
     };
-    // The block is declared in a single self-contained fragment: keys with the same text of it have the same layout, so one key represents all of
-    // them.
+    // A single self-contained fragment declares the block. Keys for which it emits the same text have the same layout, so one key
+    // represents them all.
     let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.features())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let layout_of_block = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
@@ -131,7 +131,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
     // In complete modules the blocks have the same layouts.
     let sampled_blocks: Vec<_> = blocks.iter().step_by(blocks.len().div_ceil(40)).collect();
     sampled_blocks.par_iter().for_each(|(text, key)| assert_eq!(layout(key.features()).fields, layout_of_block(text).fields, "{key}"));
-    println!("{} structures, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
+    println!("{} sets of features, {} keys, {} blocks", all.len(), keys.len(), blocks.len());
     assert!(keys.len() > 50 && blocks.len() > 20, "{} keys, {} blocks", keys.len(), blocks.len());
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
@@ -144,7 +144,7 @@ fn is_declared(name: &str) -> bool {
     Fragments::default().all().any(|(_, text)| text.lines().any(fields))
 }
 
-/// The reverse: every value that is written has a field in some module.
+/// The reverse: every value that is written has a field in some fragment.
 #[test]
 fn every_value_has_a_field() {
     let without: Vec<&str> = DrawUniforms::names().filter(|name| !is_declared(name)).collect();
@@ -157,8 +157,8 @@ fn values_are_written_to_their_fields() {
     let all = possible_features(&Catalog::embedded());
     let features = all
         .iter()
-        .find(|n| n.lights == 2 && n.eclipse.occluders == 0 && n.maps.night && n.maps.specular)
-        .expect("the Earth under the Moon");
+        .find(|f| f.lights == 2 && f.eclipse.occluders == 0 && f.maps.night && f.maps.specular)
+        .expect("the Earth, lit by the Sun and the Moon");
     let layout = layout(features);
     let bytes = uniforms_of(&layout, &uniforms(2), 1).expect("filled");
     let offset = |name: &str| layout.field(name).expect("a field").offset;
@@ -172,7 +172,7 @@ fn values_are_written_to_their_fields() {
 #[test]
 fn a_wrong_number_of_lights_is_refused() {
     let all = possible_features(&Catalog::embedded());
-    let features = all.iter().find(|n| n.lights == 2).expect("two lights");
+    let features = all.iter().find(|f| f.lights == 2).expect("two lights");
     assert!(
         matches!(uniforms_of(&layout(features), &uniforms(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction")
     );

@@ -1,4 +1,4 @@
-//! Shadows of moons on rings: those in the image come first.
+//! Moons' shadows on rings: those in the image take precedence over larger moons' shadows outside it.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -10,7 +10,7 @@ use orrery::time::Instant;
 const PAN: i32 = 618;
 const SATURN: NaifId = NaifId(699);
 
-/// Pan, 14 km in radius, over Saturn's rings from 22 000 km.
+/// Pan, 17 km in radius, over Saturn's rings from 27 000 km.
 fn view(effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(NaifId(PAN)).expect("Pan").radii_km.max_element();
     let direction = DVec3::new(-0.784_842_955_904_222_4, -0.222_785_865_765_931_07, -0.578_262_909_568_344_5);
@@ -32,14 +32,15 @@ fn decision(effects: &str) -> (bool, String) {
     (found.on, found.reason.to_string())
 }
 
-/// With every ring, out to the faintest, the shadows of larger moons fall on the rings elsewhere. They must not take the place of Pan's.
+/// With all rings drawn, larger moons also cast shadows on them, but outside the image. A draw has room for few occluders, and Pan must be
+/// one of them.
 #[test]
-fn larger_moons_shadows_outside_the_image_do_not_displace_a_small_moons_in_it() {
+fn shadows_of_larger_moons_outside_the_image_do_not_displace_that_of_a_small_moon_in_it() {
     for effects in ["", "+rings", "+rings,+eclipse"] {
         let (on, reason) = decision(effects);
         assert!(on && reason.starts_with("penumbra of Pan"), "`{effects}`: {reason}");
     }
-    // Where nothing else is asked for, no other moon's shadow is computed; asked for by hand, those outside the image are.
+    // By default only Pan's shadow is computed. `+eclipse` adds shadows outside the image, after Pan's.
     assert!(decision("+rings").1.starts_with("penumbra of Pan on"), "{}", decision("+rings").1);
     assert!(decision("+rings,+eclipse").1.starts_with("penumbra of Pan, "), "{}", decision("+rings,+eclipse").1);
 }

@@ -1,5 +1,6 @@
-//! Light of the rings in a pixel: independent of which distant faint rings are drawn, equal to the light of many smaller pixels in its place, and with the globe's shadow
-//! checked by rays.
+//! Light of rings in single pixels: it does not depend on which faint rings are drawn, and equals the mean of smaller pixels in the same
+//! place. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles around the two
+//! halves of the rings.
 
 use crate::support::session::SESSION;
 use crate::support::sweep;
@@ -19,7 +20,8 @@ const URANUS: NaifId = NaifId(799);
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const SIDE: u32 = 32;
 
-/// A view that the random sweeps of `orrery stability --sweep needs-display` or `needs-linear` found.
+/// A small view of a body. The many-digit arguments below come from views that the random sweeps `orrery stability --sweep needs-display`
+/// and `needs-linear` found.
 fn view(body: NaifId, time: &str, distance_radii: f64, direction: [f64; 3], fov_deg: f64) -> ViewRequest {
     let catalog = Catalog::embedded();
     let radius_km = catalog.body(body).expect("a body").radii_km.max_element();
@@ -76,8 +78,9 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
     assert!(with_the_same_shadow >= 1, "no view has the shadow's same model in both frames");
 }
 
-/// From 2.4 radii, with 5 degrees a pixel, the horizon of the rings' plane crosses pixels that show nothing nearer than a dozen radii. Half a pixel's length on the plane
-/// back from its middle would take in the dense rings: 38 levels of light that is not there.
+/// From 2.4 radii, at 5 degrees per pixel, the horizon of the ring plane crosses pixels that show nothing nearer than a dozen radii. A ring
+/// patch that extended from the pixel's middle as far towards the camera as away from it would include the dense rings, and add 38 levels
+/// of light.
 #[test]
 fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
     let request = view(SATURN, "1901-07-06T17:29:57.323Z", 2.419_582_467, [-0.417_697_209, 0.392_843_927, 0.819_269_608], 150.0);
@@ -88,8 +91,8 @@ fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
     assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the image");
 }
 
-/// Light of one pixel against the mean of 64 pixels in its place, in the views above, where a pixel spans from a twentieth of the planet's radius to more than the
-/// planet: green, relative to the brightest pixel.
+/// Green light of each pixel against the mean of 64 pixels in its place, relative to the brightest pixel. In the three views a pixel covers
+/// 0.1 to 0.2 of the planet's radius across the line of sight, and 0.4 to 2.7 radii along it on the ring plane.
 #[test]
 fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     const FINER: u32 = 8;
@@ -113,54 +116,63 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     }
 }
 
-/// Whether any ray from a point of the ring plane to the Sun's disc or its rim meets an ellipsoid of equatorial radius 1.
-fn meets_globe(point: DVec3, sun: DVec3, tangent: f64, polar: f64) -> bool {
-    let axes = DVec3::new(1.0, 1.0, polar);
+/// The golden angle, radians: directions at its multiples are spread evenly.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// Whether any ray from a point of the ring plane to the Sun's disc or its rim meets an ellipsoid of equatorial radius 1. `sun_tangent`:
+/// the tangent of the Sun's angular radius.
+fn meets_globe(point: DVec3, sun: DVec3, sun_tangent: f64, polar_radius: f64) -> bool {
+    let semi_axes = DVec3::new(1.0, 1.0, polar_radius);
     let (x, y) = sun.any_orthonormal_pair();
     (0..4096).any(|k| {
-        let (sin, cos) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
+        let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
         let distance_on_disc = if k % 2 == 0 { 1.0 } else { (f64::from(k) / 4096.0).sqrt() };
-        let (p, d) = (point / axes, (sun + tangent * distance_on_disc * (cos * x + sin * y)) / axes);
+        let (p, d) = (point / semi_axes, (sun + sun_tangent * distance_on_disc * (cos * x + sin * y)) / semi_axes);
         p.dot(d) < 0.0 && p.cross(d).length_squared() <= d.length_squared()
     })
 }
 
-/// The bound beyond which the globe's shadow on the rings is left out compares radius times sine of the Sun's altitude with 1 plus radius times tangent of the Sun's
-/// angular radius. Beyond it no ray from any ring at or outside that radius to the Sun meets the globe, round or oblate; inside it some rays do, in the penumbra too.
+/// The globe's shadow on the rings is left out if r sin(h) > 1 + r tan(s), where r is the radius of the innermost ring in equatorial radii,
+/// h the Sun's altitude above the ring plane, and s the Sun's angular radius. At this bound no ray from a ring of radius r or more to the
+/// Sun meets the globe, round or oblate; halfway into the penumbra some ray does.
 #[test]
 fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
     let mut cases = 0;
-    for tangent in [2.4e-4, 5e-4, 5e-3] {
+    for sun_tangent in [2.4e-4, 5e-4, 5e-3] {
         for inner in [1.1_f64, 1.5, 2.3] {
             cases += 1;
             if !sweep::runs(cases, 3) {
                 continue;
             }
-            let some_ray_meets = |penumbra_fraction: f64, polar: f64, radius: f64| {
-                let sine = (1.0 + penumbra_fraction * inner * tangent) / inner;
+            let some_ray_meets = |penumbra_fraction: f64, polar_radius: f64, radius: f64| {
+                let sine = (1.0 + penumbra_fraction * inner * sun_tangent) / inner;
                 let sun = DVec3::new((1.0 - sine * sine).sqrt(), 0.0, sine);
                 (0..720).any(|k| {
                     let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 720.0).sin_cos();
-                    meets_globe(DVec3::new(radius * cos, radius * sin, 0.0), sun, tangent, polar)
+                    meets_globe(DVec3::new(radius * cos, radius * sin, 0.0), sun, sun_tangent, polar_radius)
                 })
             };
-            if (1.0 + inner * tangent) / inner >= 1.0 {
-                continue;
-            }
-            for polar in [1.0, 0.977, 0.902] {
+            for polar_radius in [1.0, 0.977, 0.902] {
                 for radius in [inner, 1.2 * inner, 4.0 * inner] {
-                    assert!(!some_ray_meets(1.0, polar, radius), "tangent {tangent}, inner {inner}, polar {polar}, radius {radius}");
+                    assert!(
+                        !some_ray_meets(1.0, polar_radius, radius),
+                        "tangent {sun_tangent}, inner {inner}, polar radius {polar_radius}, radius {radius}"
+                    );
                 }
             }
-            // The Sun's lower rim is lower by its radius times the cosine of its altitude.
+            // The sine of the altitude of the Sun's lower rim is smaller by `sun_tangent` times this cosine. Half of that lies in the
+            // penumbra.
             let cosine = (1.0 - inner.powi(-2)).sqrt();
-            assert!(some_ray_meets(0.5 * cosine, 1.0, inner), "a bound without the penumbra would pass: tangent {tangent}, inner {inner}");
+            assert!(
+                some_ray_meets(0.5 * cosine, 1.0, inner),
+                "a bound without the penumbra would pass: tangent {sun_tangent}, inner {inner}"
+            );
         }
     }
 }
 
-/// On a day when only the penumbra of Uranus reaches its innermost ring, the shadow is drawn. Half a year later, beyond the penumbra, a frame with the shadow equals the
-/// frame without.
+/// On a day when only the penumbra of Uranus reaches its innermost ring, the shadow is drawn. A few days later not even the penumbra
+/// reaches it, and a frame with the shadow equals the frame without.
 #[test]
 fn the_penumbra_of_the_globe_is_drawn() {
     let catalog = Catalog::embedded();
@@ -175,16 +187,17 @@ fn the_penumbra_of_the_globe_is_drawn() {
         layers: Layers { stars: false, ..Layers::default() },
         ..ViewRequest::of(URANUS, Instant::from_jd_tdb(jd))
     };
-    let axis_offset_radii = |jd: f64| {
+    // Distance of the shadow's axis from the nearest point of the innermost ring.
+    let axis_distance_radii = |jd: f64| {
         let scene = SESSION.scene(&request_at(jd)).expect("a scene");
         inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").latitude_deg.to_radians().sin().abs()
     };
-    // The Sun climbs from the equinox of 2007 to the solstice of 2030.
-    let jd_with_offset = |offset_radii: f64| {
+    // Between the equinox of 2007 and the solstice of 2030 the Sun's latitude only increases.
+    let jd_with_axis_distance = |distance_radii: f64| {
         let (mut from, mut to) = (2_455_000.0, 2_462_000.0);
         for _ in 0..40 {
             let middle = 0.5 * (from + to);
-            if axis_offset_radii(middle) < offset_radii { from = middle } else { to = middle }
+            if axis_distance_radii(middle) < distance_radii { from = middle } else { to = middle }
         }
         to
     };
@@ -194,8 +207,8 @@ fn the_penumbra_of_the_globe_is_drawn() {
         body.decisions.iter().find(|d| d.feature == "body-shadow").map(|d| d.on)
     };
     // The tangent of the Sun's angular radius at Uranus is 2.4e-4.
-    assert_eq!(shadow_decision(jd_with_offset(1.0 + 1e-4 * inner)), Some(true));
-    let beyond_penumbra = jd_with_offset(1.0 + 4e-4 * inner);
+    assert_eq!(shadow_decision(jd_with_axis_distance(1.0 + 1e-4 * inner)), Some(true));
+    let beyond_penumbra = jd_with_axis_distance(1.0 + 4e-4 * inner);
     assert_eq!(shadow_decision(beyond_penumbra), Some(false));
     let drawn =
         |effects: &str| SESSION.draw(&with_effects(&request_at(beyond_penumbra), effects), SINGLE_SAMPLE, true).expect("drawn").frame.hdr;
@@ -203,8 +216,8 @@ fn the_penumbra_of_the_globe_is_drawn() {
     assert!(drawn("") != drawn("-rings"));
 }
 
-/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing. A former fault removed the sunlight of a pixel that the limb
-/// crossed.
+/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing. A former version removed the
+/// sunlight of a pixel that the limb crossed.
 #[test]
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
@@ -224,6 +237,7 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     assert_eq!(SESSION.scene(&eclipsed).expect("a scene").limbs.len(), 1);
 }
 
+/// The arguments of [`view`].
 type ViewParameters = (NaifId, &'static str, f64, [f64; 3], f64);
 const LIMB_OF_TITAN: ViewParameters =
     (TITAN, "1907-03-03T21:00:04.984Z", 1.35582057813112, [0.6310031291403511, -0.7307680924764921, -0.2604093816154758], 150.0);
@@ -235,10 +249,11 @@ const LIMB_OF_THE_EARTH: ViewParameters = (
     144.19445295133494,
 );
 
-/// The rectangle of each half of the rings contains that half; the rectangle of the other half does not.
+/// The rectangle of each half of the rings contains that half. Under a third of the points are in both, so a rectangle is smaller than one
+/// around all rings.
 #[test]
 fn each_half_of_the_rings_lies_in_its_own_rectangle() {
-    let mut in_the_other = 0;
+    let mut in_both = 0;
     let directions = [[0.7, -0.6, 0.3], [0.1, 0.98, -0.15], [-0.9, 0.3, 0.9]];
     for (direction, distance_radii) in directions.into_iter().zip([5.0, 3.0, 40.0]) {
         let request = view(SATURN, "2017-05-17T00:00:00Z", distance_radii, direction, 60.0 / distance_radii);
@@ -251,19 +266,20 @@ fn each_half_of_the_rings_lies_in_its_own_rectangle() {
         };
         let [behind, front] = [BodyPart::RingBehind, BodyPart::Ring].map(rect);
         for k in 0..4000 {
+            // Points in a spiral, at steps of about the golden angle, from the C ring to beyond the A ring.
             let (angle, radius_km) = (f64::from(k) * 2.399_963, 75_000.0 + 16.0 * f64::from(k));
-            let p = DVec3::new(angle.cos(), angle.sin(), 0.0) * radius_km;
-            let direction = placement.centre_km + placement.body_from_icrf.transpose() * p;
+            let ring_point = DVec3::new(angle.cos(), angle.sin(), 0.0) * radius_km;
+            let direction = placement.centre_km + placement.body_from_icrf.transpose() * ring_point;
             let Some(clip) = scene.camera.clip(direction).filter(|c| c.abs().max_element() < 1.0) else { continue };
             let is_in = |rect: glam::Vec4| {
                 let [x, y] = [(rect.x, rect.z), (rect.y, rect.w)].map(|(a, b)| f64::from(a.min(b))..=f64::from(a.max(b)));
                 x.contains(&clip.x) && y.contains(&clip.y)
             };
-            let is_front = p.dot(p - viewer) < 0.0;
+            let is_front = ring_point.dot(ring_point - viewer) < 0.0;
             let (own, other) = if is_front { (front, behind) } else { (behind, front) };
             assert!(is_in(own), "{clip} in front: {is_front}, distance {distance_radii}");
-            in_the_other += i32::from(is_in(other));
+            in_both += i32::from(is_in(other));
         }
     }
-    assert!(in_the_other < 4000, "{in_the_other} of 12000 points are in both: the rectangles are no smaller than one around all rings");
+    assert!(in_both < 4000, "{in_both} of 12000 points are in both: the rectangles are no smaller than one around all rings");
 }

@@ -19,14 +19,15 @@ const URANUS: NaifId = NaifId(799);
 const TITAN: NaifId = NaifId(606);
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
-fn ask(precision: Precision, question: &Value, answer: &str) -> f64 {
+/// The number of this name in the answer to a probe's question.
+fn ask(precision: Precision, question: &Value, name: &str) -> f64 {
     static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
         [Precision::F32, Precision::F64]
             .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
     });
     let renderer = &RENDERERS[usize::from(precision == Precision::F64)];
-    let value = Prober { session: &SESSION, renderer }.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"));
-    value[answer].as_f64().unwrap_or_else(|| panic!("{value}"))
+    let answer = Prober { session: &SESSION, renderer }.answer(&question.to_string()).unwrap_or_else(|e| panic!("{question}: {e}"));
+    answer[name].as_f64().unwrap_or_else(|| panic!("{answer}"))
 }
 
 fn table() -> Value {
@@ -39,25 +40,27 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
 
 #[test]
 fn light_through_the_ring_follows_the_closed_form() {
-    let (table, stated) = (table(), 1e-3);
+    const MAX_ERROR: f64 = 1e-3;
+    let table = table();
     let ring_step = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
     let profile: Vec<_> = list(&table, "ring_profile").iter().map(ring_step).collect();
     for precision in [Precision::F32, Precision::F64] {
         let mut in_shadow = 0;
         for row in list(&table, "surface_points") {
-            let q = json!({"q": "ring-transmission", "profile": profile, "flattening": table["flattening"], "point": row["point"], "sun": row["sun"]});
+            let question = json!({"q": "ring-transmission", "profile": profile, "flattening": table["flattening"], "point": row["point"], "sun": row["sun"]});
             let expected = row["ring_transmission"].as_f64().expect("a number");
-            let error = ask(precision, &q, "transmission") - expected;
-            assert!(error.abs() < stated, "{precision:?} {q}: off by {error:e}");
+            let error = ask(precision, &question, "transmission") - expected;
+            assert!(error.abs() < MAX_ERROR, "{precision:?} {question}: off by {error:e}");
             in_shadow += i32::from(expected < 0.99);
         }
         assert!(in_shadow > 10, "the table must contain shadows");
     }
 }
 
-/// Light from a uniform Sun near the shadow of a single opaque edge, where every error is largest, against the sum over 20 000 points of the Sun's disc: for high and low
-/// Suns, with the edge across and along the light, the disc projecting onto a small part of the ring. From five degrees up the error is within 0.7 %; it is worst for an
-/// edge along the light of a Sun so low that the edge curves by more than the penumbra's width within the disc's projection.
+/// Sunlight near the shadow of a single opaque ring edge, where errors are largest, against the sum over 20 000 points of a uniform Sun's
+/// disc. Suns are low and high, edges across and along the light; the disc projects onto a small part of the ring. With the Sun at least 5
+/// degrees high the error is below 0.7 %. It is largest for an edge along the light of a very low Sun, because there the edge curves by
+/// more than the penumbra's width within the disc's projection.
 #[test]
 fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     const EDGE: f64 = 1.5;
@@ -65,19 +68,22 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     let stated = stated_errors::of_ring_shadow(RingShadow::Penumbra).expect("a stated error").max_error;
     let profile = json!([{"r_in": EDGE, "r_out": 9.0, "tau_normal": 20.0}]);
     let (mut worst, mut worst_high, mut worst_of_point_sun) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for (height_deg, radius_deg) in [(0.2_f64, 0.03_f64), (0.7, 0.03), (2.0, 0.03), (5.0, 0.03), (26.7, 0.03), (26.7, 0.27), (60.0, 0.27)] {
+    for (height_deg, sun_radius_deg) in
+        [(0.2_f64, 0.03_f64), (0.7, 0.03), (2.0, 0.03), (5.0, 0.03), (26.7, 0.03), (26.7, 0.27), (60.0, 0.27)]
+    {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
-        let tangent = radius_deg.to_radians().tan();
+        let tangent = sun_radius_deg.to_radians().tan();
         let sun = glam::DVec3::new(cosine, 0.0, sine);
         let up = glam::DVec3::new(-sine, 0.0, cosine);
-        // Distance of the point below the plane, along the light, such that half of the projected disc is a fiftieth of a radius long along the light.
-        let below_plane = (0.02 * sine / tangent).min(1.0);
-        for azimuth in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.57] {
-            let (across, along) = azimuth.sin_cos();
-            let half_penumbra = below_plane * tangent * (along / sine).hypot(across);
+        // Distance from the point to the plane along the light. It makes the projected disc's semi-axis along the light a fiftieth of the
+        // planet's radius, or less.
+        let distance_to_plane = (0.02 * sine / tangent).min(1.0);
+        for azimuth_rad in [0.0_f64, 0.5, 0.8, 1.1, 1.4, 1.57] {
+            let (across, along) = azimuth_rad.sin_cos();
+            let half_penumbra = distance_to_plane * tangent * (along / sine).hypot(across);
             for offset in (-12..=12).map(|k| f64::from(k) / 10.0) {
                 let plane_point = glam::DVec3::new(along, across, 0.0) * (EDGE + offset * half_penumbra);
-                let point = plane_point - sun * below_plane;
+                let point = plane_point - sun * distance_to_plane;
                 let transmitted = |x: f64, y: f64| {
                     let towards = (sun + tangent * (x * glam::DVec3::Y + y * up)).normalize();
                     let radius = (point - towards * (point.z / towards.z)).truncate().length();
@@ -91,9 +97,9 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
                 };
                 let mean = (0..POINTS).map(transmitted_at).sum::<f64>() / f64::from(POINTS);
                 let model_error = |model: &str| {
-                    let q = json!({"q": "ring-transmission", "profile": profile, "point": point.to_array(), "sun": sun.to_array(),
-                        "sun_angular_radius_deg": radius_deg, "model": model});
-                    (ask(Precision::F64, &q, "transmission") - mean).abs()
+                    let question = json!({"q": "ring-transmission", "profile": profile, "point": point.to_array(), "sun": sun.to_array(),
+                        "sun_angular_radius_deg": sun_radius_deg, "model": model});
+                    (ask(Precision::F64, &question, "transmission") - mean).abs()
                 };
                 worst = worst.max(model_error("penumbra"));
                 worst_of_point_sun = worst_of_point_sun.max(model_error("point-sun"));
@@ -103,22 +109,23 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
             }
         }
     }
-    println!("{worst:.4} of the light at the most, {worst_high:.4} under a high Sun, {worst_of_point_sun:.3} of a point Sun");
+    println!("error at most {worst:.4} of the light, {worst_high:.4} under a high Sun, {worst_of_point_sun:.3} with a point Sun");
     assert!(worst < stated && worst_high < 0.007, "{worst} of the light, {worst_high} under a high Sun");
     assert!(worst_of_point_sun > 0.4, "a point Sun would pass: {worst_of_point_sun}");
 }
 
-/// The edges of the shadows of a sphere and of the oblate globe, located on the ring in many directions for low and high Suns.
+/// Locates the shadow edges of a sphere and of the oblate globe on the ring, for low and high Suns, in 40 directions from the antisolar one
+/// to 90 degrees away. Their greatest distance is at most the stated error, and more than half of it.
 #[test]
-fn the_error_of_a_spheres_shadow_is_the_one_its_model_states() {
+fn the_shadow_of_a_sphere_has_the_stated_error() {
     let (flattening, outer) = (0.098, 2.3);
     for height_deg in [0.5_f64, 4.0, 12.0, 26.7] {
         let (sine, cosine) = height_deg.to_radians().sin_cos();
         let is_hidden = |model: &str, radius: f64, angle: f64| {
             let point = [-radius * angle.cos(), radius * angle.sin(), 0.0];
-            let q = json!({"q": "ring-shadow", "flattening": flattening, "point": point, "sun": [cosine, 0.0, sine],
+            let question = json!({"q": "ring-shadow", "flattening": flattening, "point": point, "sun": [cosine, 0.0, sine],
                 "sun_angular_radius_deg": 1e-3, "model": model});
-            ask(Precision::F64, &q, "blocked") > 0.5
+            ask(Precision::F64, &question, "blocked") > 0.5
         };
         // Going outwards in each direction, there is one shadow edge.
         let edge = |model: &str, angle: f64| {
@@ -132,11 +139,11 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_model_states() {
             }
             from
         };
-        // Distance across the edge: the sphere's shadow is an ellipse, 1 wide and 1 / sine long.
+        // Distance perpendicular to the edge. The sphere's shadow is an ellipse with the semi-axes 1 and 1 / sine; (x, y) is normal to it.
         let edge_distance = |angle: f64| {
             let [x, y] = [angle.cos() * sine * sine, angle.sin()];
-            let slant = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
-            (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * slant
+            let cos_to_normal = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
+            (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * cos_to_normal
         };
         let worst = (0..40).map(|k| edge_distance(f64::from(k) * 0.0389)).fold(0.0, f64::max);
         let stated = stated_errors::sphere_shadow_offset(1.0 - flattening, sine, outer);
@@ -147,14 +154,14 @@ fn the_error_of_a_spheres_shadow_is_the_one_its_model_states() {
 }
 
 #[test]
-fn the_oblate_planet_hides_the_fraction_given_by_chords() {
+fn the_oblate_planet_hides_the_tabulated_fraction_of_the_sun() {
     let (table, stated) = (table(), stated_errors::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a stated error").max_error);
     let mut sphere_error: f64 = 0.0;
     for row in list(&table, "ring_points") {
         let ask = |precision, model: &str| {
-            let q = json!({"q": "ring-shadow", "flattening": table["flattening"], "point": row["point"], "sun": row["sun"],
+            let question = json!({"q": "ring-shadow", "flattening": table["flattening"], "point": row["point"], "sun": row["sun"],
                 "sun_angular_radius_deg": row["sun_angular_radius_deg"], "model": model});
-            ask(precision, &q, "blocked")
+            ask(precision, &question, "blocked")
         };
         for (model, field) in [("uniform-disc", "blocked_uniform"), ("limb-darkened", "blocked_limb_darkened")] {
             let expected = row[field].as_f64().expect("a number");
@@ -172,24 +179,26 @@ fn the_oblate_planet_hides_the_fraction_given_by_chords() {
 fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     let profile = json!([{"r_in": 1.5, "r_out": 1.6, "tau_normal": 0.5}, {"r_in": 1.55, "r_out": 1.55005, "tau_normal": 3.0}]);
     let transmission_at = |radius: f64| {
-        let q = json!({"q": "ring-transmission", "profile": profile, "point": [radius - 0.5, 0.0, -0.5], "sun": [1.0, 0.0, 1.0]});
-        ask(Precision::F64, &q, "transmission")
+        let question = json!({"q": "ring-transmission", "profile": profile, "point": [radius - 0.5, 0.0, -0.5], "sun": [1.0, 0.0, 1.0]});
+        ask(Precision::F64, &question, "transmission")
     };
-    let slope = 2.0_f64.sqrt();
+    // Length of the light's path through the ring relative to its thickness, for a Sun 45 degrees high.
+    let slant_factor = 2.0_f64.sqrt();
     for (radius, tau) in [(1.49999, 0.0), (1.5001, 0.5), (1.54999, 0.5), (1.550025, 3.0), (1.5501, 0.5), (1.5999, 0.5), (1.6001, 0.0)] {
-        let (found, expected) = (transmission_at(radius), (-tau * slope).exp());
+        let (found, expected) = (transmission_at(radius), (-tau * slant_factor).exp());
         assert!((found - expected).abs() < 1e-3, "{radius}: {found}, not {expected}");
     }
 }
 
-/// A pixel's footprint on the ring plane is divided into segments of a sixteenth of a radius, as many as necessary: when their number changes, the light must not jump.
+/// A pixel's footprint on the ring plane is divided into segments of about a sixteenth of a radius. When the number of segments changes,
+/// the light must not jump.
 #[test]
-fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
+fn one_more_segment_of_a_pixels_footprint_changes_nothing_visible() {
     use orrery::session::sample_plan;
     const SIDE: u32 = 40;
     let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
-    let drawn = |half: f64| {
-        let plan = sample_plan(SESSION.library(), &key, SIDE, half as f32).expect("a plan");
+    let drawn = |half_side: f64| {
+        let plan = sample_plan(SESSION.library(), &key, SIDE, half_side as f32).expect("a plan");
         SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
     };
     let change = |a: f64, b: f64| {
@@ -197,39 +206,40 @@ fn one_more_ring_piece_in_a_pixel_changes_nothing_visible() {
         a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
     };
     for segments in [1.0, 2.0, 3.0, 5.0] {
-        // The sample ring is seen from 25 degrees above its plane.
-        let half = segments / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
-        let jump = change(half * (1.0 - 1e-5), half * (1.0 + 1e-5));
+        // Half the image's side, in radii, for which a pixel is so many segments long. The sample ring is seen from 25 degrees above its
+        // plane.
+        let half_side = segments / 16.0 * f64::from(SIDE) / 2.0 * 25f64.to_radians().sin();
+        let jump = change(half_side * (1.0 - 1e-5), half_side * (1.0 + 1e-5));
         assert!(jump < 1e-3, "{segments} segments: {jump}");
-        assert!(change(half, half * 1.02) > 5e-3, "another image");
+        assert!(change(half_side, half_side * 1.02) > 5e-3, "the comparison must be able to fail");
     }
 }
 
 #[test]
-fn invalid_queries_get_one_line() {
-    let prober_error = |q: Value| {
+fn invalid_queries_get_an_error_of_one_line() {
+    let prober_error = |question: Value| {
         let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
-        Prober { session: &SESSION, renderer: &renderer }.answer(&q.to_string()).expect_err("wrong").to_string()
+        Prober { session: &SESSION, renderer: &renderer }.answer(&question.to_string()).expect_err("wrong").to_string()
     };
-    let with_geometry = |mut q: Value| {
-        (q["point"], q["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
-        q
+    let with_geometry = |mut question: Value| {
+        (question["point"], question["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
+        question
     };
-    for (q, message_part) in [
+    for (question, message_part) in [
         (with_geometry(json!({"q": "ring-transmission"})), "profile"),
         (with_geometry(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
         (with_geometry(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
         (with_geometry(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
         (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
     ] {
-        let error = prober_error(q);
+        let error = prober_error(question);
         assert!(error.contains(message_part) && !error.contains('\n'), "{error}");
     }
 }
 
-fn request(target: NaifId, time: &str, radii: f64, size: u32, effects: &str) -> ViewRequest {
+fn request(target: NaifId, time: &str, distance_radii: f64, size: u32, effects: &str) -> ViewRequest {
     ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(radii) },
+        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
         width: size,
         height: size,
         exposure: ExposureRequest::Stops(5.0),
@@ -239,6 +249,7 @@ fn request(target: NaifId, time: &str, radii: f64, size: u32, effects: &str) -> 
     }
 }
 
+/// The scene, and the linear pixels drawn from it.
 fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
     let drawn = SESSION.draw(request, SINGLE_SAMPLE, true).expect("drawn");
     let hdr = drawn.frame.hdr.clone();
@@ -246,10 +257,10 @@ fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
     (drawn.scene, hdr)
 }
 
-/// Light that the rings add: the image with rings minus the image without, summed over the solid angle of the pixels.
-fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
+/// Green light that the rings add: the mean pixel of the image with rings minus that of the image without.
+fn ring_light(target: NaifId, time: &str, distance_radii: f64, size: u32) -> f64 {
     let sum = |effects: &str| {
-        let (_, hdr) = pixels(&request(target, time, radii, size, effects));
+        let (_, hdr) = pixels(&request(target, time, distance_radii, size, effects));
         hdr.iter().map(|p| f64::from(p[1])).sum::<f64>() / f64::from(size * size)
     };
     sum("+rings,-ring-shadow,-points") - sum("-rings,-ring-shadow,-points")
@@ -257,7 +268,8 @@ fn ring_light(target: NaifId, time: &str, radii: f64, size: u32) -> f64 {
 
 #[test]
 fn narrow_rings_keep_their_light_at_any_size() {
-    // Uranus' rings are a few kilometres wide: the system is drawn from 20 to 640 pixels across. Pixels outside the rings are equal in both images and cancel.
+    // Most of Uranus' rings are a few kilometres wide. The outermost dense one is drawn 20 to 600 pixels across. Pixels outside the rings
+    // are equal in both images and cancel.
     let reference = ring_light(URANUS, "2030-01-01T00:00:00Z", 60.0, 800);
     assert!(reference > 0.0);
     for size in [25, 50, 100, 250] {
@@ -271,10 +283,11 @@ fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunli
     // The Earth crosses the ring plane on 2025-03-23, the Sun on 2025-05-06.
     let times = ["2017-05-17T00:00:00Z", "2025-03-23T17:46:00Z", "2025-03-23T18:30:00Z", "2025-05-06T14:15:00Z", "2025-05-06T20:00:00Z"];
     for time in times {
-        for (size, radii) in [(300, 70.0), (64, 90.0)] {
-            let (scene, hdr) = pixels(&request(SATURN, time, radii, size, "+rings"));
+        for (size, distance_radii) in [(300, 70.0), (64, 90.0)] {
+            let (scene, hdr) = pixels(&request(SATURN, time, distance_radii, size, "+rings"));
             assert!(scene.draws.iter().any(|d| d.part == BodyPart::Ring), "{time}");
-            // At 9 au and beyond, sunlight is at most 0.0125 of that at 1 au; Enceladus, the brightest body, reflects 1.4 times as much as a white plane.
+            // At 9 au and beyond, sunlight is at most 0.0125 of that at 1 au; Enceladus, the brightest body, reflects 1.4 times as much as
+            // a white plane.
             let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
             assert!(hdr.iter().all(|p| p.iter().all(|v| v.is_finite() && *v >= 0.0)), "{time} {size}");
             assert!(worst < 0.0125 * 1.5 && worst > 0.001, "{time} {size}: {worst}");
@@ -291,7 +304,7 @@ fn the_side_away_from_the_sun_is_darker() {
 }
 
 #[test]
-fn without_rings_the_image_is_plain_bit_for_bit() {
+fn rings_switched_off_are_not_drawn_and_rings_below_the_horizon_change_no_bit() {
     let (scene_without, hdr) = pixels(&request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-rings,-ring-shadow,-atmosphere"));
     assert!(
         scene_without
@@ -304,7 +317,7 @@ fn without_rings_the_image_is_plain_bit_for_bit() {
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
     assert_eq!(parts, [BodyPart::RingBehind, BodyPart::Globe, BodyPart::Ring]);
     assert_ne!(hdr, hdr_with);
-    // From the ground at the pole the rings are below the horizon.
+    // From the ground near the pole the rings are below the horizon.
     let ground = |effects: &str| {
         let standing = ViewRequest {
             target: Some(TITAN),
@@ -325,16 +338,16 @@ fn ring_shadows_are_decided_by_the_light_they_block() {
         (features_of(BodyPart::Globe).expect("a globe"), features_of(BodyPart::Ring))
     };
     let (globe, ring) = features(SATURN, "2017-05-17T00:00:00Z", 400);
-    assert_eq!((globe.ring_shadow, ring.map(|n| n.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
+    assert_eq!((globe.ring_shadow, ring.map(|f| f.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
     // Near the Sun's crossing of the ring plane the penumbra is wide.
     assert_eq!(features(SATURN, "2025-05-01T00:00:00Z", 400).0.ring_shadow, RingShadow::Penumbra);
     // Under a high Sun the shadow of Uranus' rings misses the globe.
     assert_eq!(features(URANUS, "2030-01-01T00:00:00Z", 400).0.ring_shadow, RingShadow::None);
 }
 
-/// Green radiance of Saturn's ring plane at some radii (km), on the darker of the two ansae, as a function of phase angle: the camera moves from the Sun's side over the
-/// pole.
-fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
+/// Green radiance of Saturn's rings at some radii, on the darker of the two ansae. The camera is at this phase angle on the arc from the
+/// Sun's side over the north pole.
+fn ansa_radiance(phase_angle_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     const SIZE: u32 = 161;
     const FOV_DEG: f64 = 6.0;
     let time = "2013-07-19T21:27:00Z";
@@ -346,7 +359,7 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     let (sun, pole) = (-placement.centre_km.normalize(), placement.body_from_icrf.transpose() * glam::DVec3::Z);
     let poleward = (pole - sun * pole.dot(sun)).normalize();
     let distance_km = placement.centre_km.length();
-    let direction = sun * alpha_deg.to_radians().cos() + poleward * alpha_deg.to_radians().sin();
+    let direction = sun * phase_angle_deg.to_radians().cos() + poleward * phase_angle_deg.to_radians().sin();
     let axes = orrery::scene::request::Axes::Icrf;
     let seen = ViewRequest {
         position: Position::Offset { body: SATURN, offset_km: direction * distance_km, axes },
@@ -355,19 +368,21 @@ fn ring_plane(alpha_deg: f64, radii_km: &[f64]) -> Vec<f64> {
         ..request(SATURN, time, 100.0, SIZE, "-points,-glow,-planet-shine,-body-shadow,+rings")
     };
     let (_, hdr) = pixels(&seen);
-    let pixel = 2.0 * (0.5 * FOV_DEG).to_radians().tan() / f64::from(SIZE);
+    let pixel_tangent = 2.0 * (0.5 * FOV_DEG).to_radians().tan() / f64::from(SIZE);
     let middle = f64::from(SIZE / 2);
     let green_at = |x: f64| f64::from(hdr[(SIZE / 2 * SIZE + x.round() as u32) as usize][1]);
-    radii_km.iter().map(|r| r / distance_km / pixel).map(|px| green_at(middle - px).min(green_at(middle + px))).collect()
+    radii_km.iter().map(|r| r / distance_km / pixel_tangent).map(|px| green_at(middle - px).min(green_at(middle + px))).collect()
 }
 
-/// Cassini's image of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's side.
+/// Cassini's image of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's
+/// side.
 #[test]
 fn dusty_rings_are_bright_only_in_forward_scattering() {
+    // E, G, the gap between F and G, and B.
     let radii_km = [239_000.0, 168_500.0, 152_000.0, 110_000.0];
     let ([e_back, g_back, _, b_back], [e, g, between, b]) = (
-        <[f64; 4]>::try_from(ring_plane(5.0, &radii_km)).expect("four"),
-        <[f64; 4]>::try_from(ring_plane(175.0, &radii_km)).expect("four"),
+        <[f64; 4]>::try_from(ansa_radiance(5.0, &radii_km)).expect("four"),
+        <[f64; 4]>::try_from(ansa_radiance(175.0, &radii_km)).expect("four"),
     );
     println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
     // At an exposure for which E is a tenth of white against the Sun, it is below two levels of 255 from the Sun's side.
@@ -378,17 +393,18 @@ fn dusty_rings_are_bright_only_in_forward_scattering() {
     assert!(b < 0.1 * b_back, "B: {b_back} becomes {b}");
 }
 
-/// From the Sun's side to where the camera crosses the plane: no jump, and light is never negative.
+/// From the Sun's side to just before the camera crosses the ring plane: no jump, and light is always positive.
 #[test]
 fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
-    let all: Vec<f64> = (0..=38).map(|k| ring_plane(f64::from(4 * k) + 1.0, &[239_000.0])[0]).collect();
+    let all: Vec<f64> = (0..=38).map(|k| ansa_radiance(f64::from(4 * k) + 1.0, &[239_000.0])[0]).collect();
     for (k, pair) in all.windows(2).enumerate() {
         assert!(pair[0] > 0.0 && (0.5..2.6).contains(&(pair[1] / pair[0])), "at {} degrees: {pair:?}", 4 * k);
     }
     assert!(all[38] > 3.0 * all[20], "it brightens against the Sun: {} and {}", all[20], all[38]);
 }
 
-/// The profile against published edges (km) and mean normal optical depths: French et al. 1993 and Colwell et al. 2009, rounded from memory.
+/// The profile against published edges (km) and mean normal optical depths: French et al. 1993 and Colwell et al. 2009, rounded from
+/// memory.
 #[test]
 fn saturns_profile_has_the_published_edges_gaps_and_depths() {
     let catalog = orrery::catalog::Catalog::embedded();
@@ -409,15 +425,15 @@ fn saturns_profile_has_the_published_edges_gaps_and_depths() {
         let depth = mean(from, to);
         assert!((lowest..highest).contains(&depth), "{name}: {depth}");
     }
-    for (name, middle, width) in [("Encke", 133_589.0, 322.0), ("Keeler", 136_505.0, 34.0), ("Maxwell", 87_480.0, 260.0)] {
-        let thin_places = (-20..=20).filter(|k| tau(middle + f64::from(*k) / 40.0 * width) < 0.06).count();
+    for (name, middle_km, width_km) in [("Encke", 133_589.0, 322.0), ("Keeler", 136_505.0, 34.0), ("Maxwell", 87_480.0, 260.0)] {
+        let thin_places = (-20..=20).filter(|k| tau(middle_km + f64::from(*k) / 40.0 * width_km) < 0.06).count();
         assert!(thin_places > 25, "{name} gap: {thin_places} of 41 places");
-        assert!(tau(middle - width) > 0.06 && tau(middle + width) > 0.06, "{name} gap is as wide as published");
+        assert!(tau(middle_km - width_km) > 0.06 && tau(middle_km + width_km) > 0.06, "{name} gap is as wide as published");
     }
     for (name, edge, falls_outwards) in [("A's outer", 136_770.0, true), ("B's outer", 117_540.0, true), ("B's inner", 91_975.0, false)] {
         let (inside, outside) = (mean(edge - 150.0, edge - 50.0), mean(edge + 50.0, edge + 150.0));
         assert!((inside > 2.0 * outside) == falls_outwards && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
     }
-    // The comparison distinguishes dusty from dust-free rings.
+    // The catalog distinguishes dusty from dust-free rings.
     assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));
 }

@@ -1,4 +1,5 @@
-//! Ring-shine on the planet: the program's table, as its shader reads it, against a plain sum over the rings' area, and its limits.
+//! Ring-shine on the planet: the light that the shader reads from its table, against a plain sum over the rings' area; where it vanishes,
+//! and its upper bound.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -18,8 +19,8 @@ const SIDE: u32 = 96;
 const OPEN: &str = "2017-05-17T00:00:00Z";
 const NEARLY_CLOSED: &str = "2024-09-08T00:00:00Z";
 
-/// Light on Saturn's ground seen from 3 radii, from the side away from the Sun (`night`) or from the Sun's side.
-fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
+/// Saturn's night side with ring-shine, seen from 3 radii on the side away from the Sun.
+fn night_view(time: &str, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
     let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let mut request = ViewRequest {
         position: towards_sun,
@@ -30,12 +31,11 @@ fn view(time: &str, night: bool, effects: &str, pixel_view: PixelView) -> (Scene
         exposure: ExposureRequest::Stops(0.0),
         ..ViewRequest::of(SATURN, Instant::parse(time).expect("a time"))
     };
-    if night {
-        let sunward = SESSION.scene(&request).expect("a scene");
-        let away = -sunward.body(SATURN).expect("Saturn").placement.centre_km.normalize();
-        let offset_km = -away * 3.0 * 60_268.0;
-        request.position = Position::Offset { body: SATURN, offset_km, axes: orrery::scene::request::Axes::Icrf };
-    }
+    // From the Sun's side to the opposite side, at 3 equatorial radii of 60 268 km.
+    let from_sun = SESSION.scene(&request).expect("a scene");
+    let away_from_sun = from_sun.body(SATURN).expect("Saturn").placement.centre_km.normalize();
+    let offset_km = away_from_sun * 3.0 * 60_268.0;
+    request.position = Position::Offset { body: SATURN, offset_km, axes: orrery::scene::request::Axes::Icrf };
     let drawn = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
     (drawn.scene, drawn.frame.hdr)
 }
@@ -47,15 +47,16 @@ fn is_well_inside(scene: &Scene, middle: DVec2) -> bool {
     neighbours.iter().all(|step| scene.camera.surface_under_pixel(placement, middle + 1.5 * step).is_some())
 }
 
-/// An effect left out of the sum, to check that the comparison detects it.
+/// A fault put into the sum, to check that the comparison detects it.
 #[derive(Clone, Copy, PartialEq)]
-enum Without {
-    Nothing,
-    Shadow,
-    OtherSide,
+enum Fault {
+    None,
+    NoGlobeShadow,
+    SidesExchanged,
 }
 
-/// Optical depth and colour by radius; where rings overlap, the last one counts.
+/// Radius in units of `unit_km`, optical depth and albedo of `count` narrow annuli, without those in gaps. Where rings overlap, the last
+/// one counts.
 fn profile(rings: &[Ring], unit_km: f64, from: f64, to: f64, count: usize) -> Vec<(f64, f64, DVec3)> {
     let ring_at = |k: usize| {
         let r = from + (to - from) * (k as f64 + 0.5) / count as f64;
@@ -65,8 +66,9 @@ fn profile(rings: &[Ring], unit_km: f64, from: f64, to: f64, count: usize) -> Ve
     (0..count).filter_map(ring_at).collect()
 }
 
-/// Irradiance at a point on the ellipsoid (equatorial radii) per unit of sunlight, summed over every visible piece of ring.
-fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, without: Without) -> DVec3 {
+/// Irradiance at a point on the ellipsoid per unit of sunlight, summed over every visible piece of ring. Lengths are in equatorial radii;
+/// `width`: radial width of an annulus; `polar`: polar radius.
+fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, fault: Fault) -> DVec3 {
     const AROUND: usize = 300;
     // (pi - phase angle)^3.09, normalised to the mean 1 over all directions, and the opposition peak.
     let mean = (0..2000).map(|k| (f64::from(k) + 0.5) * PI / 2000.0).map(|y| 0.5 * y.powf(3.09) * y.sin() * PI / 2000.0).sum::<f64>();
@@ -84,15 +86,15 @@ fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, plac
             // Whether the path from q towards the Sun meets the ellipsoid.
             let to_unit_sphere = DVec3::new(1.0, 1.0, 1.0 / polar);
             let (from, along) = (q * to_unit_sphere, (sun * to_unit_sphere).normalize());
-            let perigee = from - along * from.dot(along);
-            if without != Without::Shadow && from.dot(along) < 0.0 && perigee.length() < 1.0 {
+            let closest = from - along * from.dot(along);
+            if fault != Fault::NoGlobeShadow && from.dot(along) < 0.0 && closest.length() < 1.0 {
                 continue;
             }
             let to_planet = -to_ring.normalize();
             let (mu, mu0) = (to_planet.z.abs(), sun.z.abs());
             let alpha = to_planet.dot(sun).clamp(-1.0, 1.0).acos();
             let phase = (PI - alpha).powf(3.09) / mean * (1.0 + 0.32 / (1.0 + (alpha / 2.0).tan() / 0.0045));
-            let same_side = (to_planet.z * sun.z > 0.0) != (without == Without::OtherSide);
+            let same_side = (to_planet.z * sun.z > 0.0) != (fault == Fault::SidesExchanged);
             let scattered = if same_side {
                 mu0 / (mu + mu0) * (1.0 - (-tau / mu - tau / mu0).exp())
             } else if (mu - mu0).abs() < 1e-6 {
@@ -107,11 +109,11 @@ fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, plac
     sum
 }
 
-/// The greatest difference between image and sum, relative to the brightest point, and that point's light, over the dark pixels of a
-/// grid.
-fn greatest_error(time: &str, without: Without) -> (f64, f64) {
+/// The greatest difference between image and sum over a grid of pixels on the night side, relative to the brightest pixel, and that pixel's
+/// light per unit of sunlight.
+fn greatest_error(time: &str, fault: Fault) -> (f64, f64) {
     const COUNT: usize = 600;
-    let (scene, hdr) = view(time, true, "", PixelView::Sunlight);
+    let (scene, hdr) = night_view(time, "", PixelView::Sunlight);
     let catalog = Catalog::embedded();
     let saturn = catalog.body(SATURN).expect("Saturn");
     let unit_km = saturn.radii_km.x;
@@ -138,7 +140,7 @@ fn greatest_error(time: &str, without: Without) -> (f64, f64) {
         }
         let polar = placement.radii_km.z / unit_km;
         let place = hit * placement.radii_km / unit_km;
-        let expected = summed_ring_shine(&profile, (to - from) / COUNT as f64, polar, place, sun, without);
+        let expected = summed_ring_shine(&profile, (to - from) / COUNT as f64, polar, place, sun, fault);
         for c in 0..3 {
             let found = f64::from(pixel[c] / light.irradiance.x);
             greatest = greatest.max((found - expected[c]).abs() / brightest);
@@ -152,21 +154,21 @@ fn greatest_error(time: &str, without: Without) -> (f64, f64) {
 #[test]
 fn night_light_agrees_with_the_sum_over_the_rings() {
     for time in [OPEN, NEARLY_CLOSED] {
-        let (error, brightest) = greatest_error(time, Without::Nothing);
+        let (error, brightest) = greatest_error(time, Fault::None);
         println!("{time}: {error:.2e} of the brightest place, {brightest:.3e} of sunlight");
         assert!(error < 0.01, "{time}: {error:e} of the brightest place");
         // At most a fifth of sunlight: the rings are as bright as the globe and fill up to half of the sky.
         assert!((2e-4..0.2).contains(&brightest), "{time}: {brightest:e}");
     }
-    // Without the globe's shadow, or with the ring's two sides exchanged, the light differs.
-    assert!(greatest_error(OPEN, Without::Shadow).0 > 0.03);
-    assert!(greatest_error(OPEN, Without::OtherSide).0 > 0.03);
+    // The comparison must be able to fail: without the globe's shadow, or with the ring's two sides exchanged, the light differs.
+    assert!(greatest_error(OPEN, Fault::NoGlobeShadow).0 > 0.03);
+    assert!(greatest_error(OPEN, Fault::SidesExchanged).0 > 0.03);
 }
 
 #[test]
 fn equator_and_poles_get_no_ring_shine() {
-    let (scene, lit) = view(OPEN, true, "", PixelView::Final);
-    let (_, dark) = view(OPEN, true, "-ring-shine", PixelView::Final);
+    let (scene, lit) = night_view(OPEN, "", PixelView::Final);
+    let (_, dark) = night_view(OPEN, "-ring-shine", PixelView::Final);
     let placement = &scene.body(SATURN).expect("Saturn").placement;
     let sun = scene.draws[0].uniforms.lights[0].direction_in_body.as_dvec3();
     let (mut glowing, mut poles) = (0, 0);
@@ -178,15 +180,15 @@ fn equator_and_poles_get_no_ring_shine() {
         }
         assert_eq!(&dark[k][..3], &[0.0; 3], "a night without moons, air and rings is black");
         glowing += usize::from(lit[k][0] > 0.0);
-        // F at 2.33 radii, the outermost ring included, sets at 64.6 degrees of parametric latitude.
+        // The F ring, at 2.33 radii the outermost in the table, sets at a parametric latitude of 64.6 degrees, whose sine is 0.903.
         if unit.z.abs() > 0.91 {
             assert_eq!(&lit[k][..3], &[0.0; 3], "rings are below the horizon");
             poles += 1;
         }
     }
     assert!(glowing > 1000 && poles > 5, "{glowing} {poles}");
-    // The table holds the light divided by the height, which is finite, so the light vanishes with the height: a hundredth of a degree from the equator it is a fiftieth
-    // of the maximum.
+    // The table contains light divided by height above the equator. This quotient is finite, so the light vanishes at the equator: a
+    // hundredth of a degree from it the light is less than a fiftieth of the maximum.
     let shine = scene.draws[0].uniforms.ring.shine.clone().expect("a table");
     let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, f32::max);
     assert!(f64::from(at_equator) * 0.01f64.to_radians() < 0.02 * shine.brightest, "{at_equator}");
@@ -203,7 +205,7 @@ fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
         let shine = geometry.shine(&RingShines::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
-            // Rows are spaced by the square of the height; each covers half the interval to either neighbour.
+            // Heights increase with the square of the row number; each row covers half the interval to either neighbour.
             let row_height = |k: f64| shine.max_height * (k.clamp(0.0, (ROWS - 1) as f64) / (ROWS - 1) as f64).powi(2);
             let k = (row % ROWS) as f64;
             let (height, band) = (row_height(k), row_height(k + 0.5) - row_height(k - 0.5));
@@ -238,5 +240,5 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
     }
     assert!(!decision(699, "-ring-shine").0);
     assert!(decision(799, "+ring-shine").0, "the rings of Uranus light it, although invisibly");
-    assert_eq!(decision(499, "+ring-shine"), (false, None), "Mars has none");
+    assert_eq!(decision(499, "+ring-shine"), (false, None), "Mars has no rings");
 }

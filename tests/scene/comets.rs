@@ -1,6 +1,7 @@
 //! Comets: dates and distances of well-known passages, total magnitude, and directions of tails.
 //!
-//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the shipped orbits are osculating elements near each passage.
+//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the shipped orbits are osculating elements near each
+//! passage.
 
 use glam::DVec3;
 use orrery::catalog::small_bodies::{BrightnessLaw, SmallBodies, SmallBody};
@@ -17,6 +18,7 @@ fn comet(name: &str) -> SmallBody {
     SmallBodies::embedded().comets.iter().find(|c| c.name.contains(name)).expect(name).clone()
 }
 
+/// Days past J2000, TDB.
 fn days(time: &str) -> f64 {
     Instant::parse(time).expect("a time").tdb_seconds_past_j2000() / SECONDS_PER_DAY
 }
@@ -76,14 +78,15 @@ fn brightness_follows_the_law_of_total_magnitude() {
     assert_eq!(total_magnitude(BrightnessLaw::Asteroid { h: 1.0, g: 0.15 }, 1.0, 1.0), None);
 }
 
-/// The ion tail lags behind the antisolar direction by the angle whose tangent is the comet's transverse speed divided by the wind's speed. Dust lies in the orbital
-/// plane and lags too, older grains more; lighter grains drift farther out.
+/// The ion tail lags behind the antisolar direction by the angle whose tangent is the comet's transverse speed divided by the speed at
+/// which the solar wind overtakes it. Dust lies in the orbital plane and lags too, older grains more; grains with more radiation pressure
+/// drift farther out.
 #[test]
 fn tails_point_away_from_the_sun_and_lag() {
     for name in ["Halley", "Hale-Bopp", "Hyakutake", "McNaught", "Encke"] {
         let orbit = comet(name).orbit;
-        for offset in [-70.0, -20.0, -3.0, 0.0, 1.0, 15.0, 60.0] {
-            let day = orbit.passage_days + offset;
+        for days_past_perihelion in [-70.0, -20.0, -3.0, 0.0, 1.0, 15.0, 60.0] {
+            let day = orbit.passage_days + days_past_perihelion;
             let comet_state = heliocentric_state(&orbit, day);
             let (outward, normal) = (comet_state.position.normalize(), comet_state.position.cross(comet_state.velocity).normalize());
             let forward = normal.cross(outward);
@@ -91,17 +94,29 @@ fn tails_point_away_from_the_sun_and_lag() {
             let speed = |v: DVec3| v * KM_PER_AU / SECONDS_PER_DAY;
             let lag = (-ions.dot(forward)).atan2(ions.dot(outward));
             let expected = (speed(comet_state.velocity).dot(forward) / (SOLAR_WIND_KM_S - speed(comet_state.velocity).dot(outward))).atan();
-            assert!((lag - expected).abs() < 1e-9 && lag > 0.0 && ions.dot(normal).abs() < 1e-12, "{name} {offset}: {lag} {expected}");
-            let dust_lag = |age: f64, beta: f64| {
-                let from_comet = grain(&orbit, day, age, beta) - comet_state.position;
+            assert!(
+                (lag - expected).abs() < 1e-9 && lag > 0.0 && ions.dot(normal).abs() < 1e-12,
+                "{name} {days_past_perihelion}: {lag} {expected}"
+            );
+            // `beta`: radiation pressure relative to the Sun's gravity.
+            let dust_lag = |age_days: f64, beta: f64| {
+                let from_comet = grain(&orbit, day, age_days, beta) - comet_state.position;
                 assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
                 (-from_comet.dot(forward)).atan2(from_comet.dot(outward))
             };
             // A few days after release, a grain is farther from the Sun than the comet, and lags.
-            assert!((0.0..1.6).contains(&dust_lag(5.0, 0.5)), "{name} {offset}: {}", dust_lag(5.0, 0.5));
-            assert!(dust_lag(20.0, 0.5) > dust_lag(5.0, 0.5), "{name} {offset}: {} {}", dust_lag(20.0, 0.5), dust_lag(5.0, 0.5));
+            assert!((0.0..1.6).contains(&dust_lag(5.0, 0.5)), "{name} {days_past_perihelion}: {}", dust_lag(5.0, 0.5));
+            assert!(
+                dust_lag(20.0, 0.5) > dust_lag(5.0, 0.5),
+                "{name} {days_past_perihelion}: {} {}",
+                dust_lag(20.0, 0.5),
+                dust_lag(5.0, 0.5)
+            );
             let drift = |beta: f64| grain(&orbit, day, 10.0, beta).distance(comet_state.position);
-            assert!(drift(0.1) < drift(0.4) && drift(0.4) < drift(0.9), "{name} {offset}: radiation pressure moves light grains farther");
+            assert!(
+                drift(0.1) < drift(0.4) && drift(0.4) < drift(0.9),
+                "{name} {days_past_perihelion}: radiation pressure moves light grains farther"
+            );
             // Grains without radiation pressure stay with the comet; the others do not.
             assert!(
                 grain(&orbit, day, 30.0, 0.0).distance(comet_state.position) < 1e-9
@@ -141,7 +156,8 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         let from_middle_px = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
         // Skip the glare of the head.
         if from_middle_px.length() > 10.0 {
-            *(if from_middle_px.dot(antisolar_clip) > 0.0 { &mut antisolar_light } else { &mut sunward_light }) += f64::from(p[1]);
+            let light = f64::from(p[1]);
+            if from_middle_px.dot(antisolar_clip) > 0.0 { antisolar_light += light } else { sunward_light += light }
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");

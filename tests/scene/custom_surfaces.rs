@@ -16,6 +16,7 @@ fn custom_surface(point: SurfacePoint) -> CustomSurface {
 }
 ";
 
+/// A session with custom surfaces: body, file name and text of each.
 fn open(folder: &Path, surfaces: &[(&str, &str, &str)]) -> Result<Session, String> {
     let surfaces = surfaces.iter().map(|(body, file, text)| {
         let path = folder.join(file);
@@ -34,6 +35,7 @@ fn view(body: NaifId) -> ViewRequest {
     ViewRequest { position, width: 96, height: 96, ..ViewRequest::of(body, time) }
 }
 
+/// Linear pixels.
 fn light(session: &Session, request: &ViewRequest) -> Vec<[f32; 4]> {
     session.draw(request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn").frame.hdr
 }
@@ -44,7 +46,7 @@ fn greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
 }
 
 #[test]
-fn a_surface_colours_its_body_alone_and_can_be_switched_off() {
+fn a_surface_colours_only_its_body_and_can_be_switched_off() {
     let folder = tempfile::tempdir().expect("temp");
     let standard = open(folder.path(), &[]).expect("a session");
     let custom = open(folder.path(), &[("moon", "checkers.wesl", CHECKERS)]).expect("a session");
@@ -69,18 +71,17 @@ fn a_surface_may_emit_light() {
     let glowing = CHECKERS.replace("vec3f(0.0));", "vec3f(0.25, 0.0, 0.0));");
     let custom = open(folder.path(), &[("moon", "glowing.wesl", &glowing)]).expect("a session");
     let standard = open(folder.path(), &[]).expect("a session");
-    let night = |time: &str| {
-        let view = view(NaifId::MOON);
-        let position = Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) };
-        ViewRequest { position, time: Instant::parse(time).expect("a time"), ..view }
+    // At new moon the Moon's night side faces the Earth.
+    let request = ViewRequest {
+        position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) },
+        time: Instant::parse("2024-06-06T12:38:00Z").expect("a time"),
+        ..view(NaifId::MOON)
     };
-    // At new moon the Earth sees the Moon's night side.
-    let request = night("2024-06-06T12:38:00Z");
     let (dark, lit) = (light(&standard, &request), light(&custom, &request));
     let middle = 48 * 96 + 48;
     let added_red = lit[middle][0] - dark[middle][0];
     assert!((added_red - 0.25).abs() < 0.002, "red light of 0.25 of a white plane: {added_red}");
-    assert!((lit[middle][2] - dark[middle][2]).abs() < 0.002, "and no blue");
+    assert!((lit[middle][2] - dark[middle][2]).abs() < 0.002, "no blue is added");
 }
 
 #[test]

@@ -14,11 +14,14 @@ use orrery::session::Session;
 use orrery::time::Instant;
 use std::path::Path;
 
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
+/// Width and height of a request by default.
+const SIDE: usize = 1024;
 const LAYER: &str =
     "[[layer]]\nname = \"quakes\"\nfile = \"quakes.csv\"\nbody = \"Earth\"\nfade_days = 2.0\ncolour = \"#ff0000\"\nsize_px = 12.0\n";
 
 fn view(time: &str) -> ViewRequest {
-    // Above the sub-solar point: at 03:00 UTC it is noon over Tohoku, whose coordinates the layers have.
+    // Over the sub-solar point. At 03:00 UTC it is noon in Tohoku, where the points of the layers are.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
@@ -54,6 +57,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
             Some(expected) => {
                 assert_eq!(dots.len(), 1, "{hours} h: only one point is on the near side");
                 assert!(dots[0].centre_px.distance(expected) < 0.01, "{hours} h: {:?} for {expected}", dots[0]);
+                // A new point has the opacity 0.9.
                 let expected_opacity = 0.9 * (1.0 - f64::from(hours) / 48.0);
                 assert!(
                     (dots[0].opacity - expected_opacity).abs() < 1e-6 && dots[0].opacity < previous_opacity,
@@ -71,14 +75,14 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(dots(&session, &without_layer).1.is_empty());
     // In the image, the pixel at the point is red.
     let request = view("2024-03-11T03:00:00Z");
-    let drawn = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, false).expect("drawn");
+    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
     let at = dots(&session, &request).1[0].centre_px;
-    let pixel = drawn.frame.display[(at.y as usize) * 1024 + at.x as usize];
+    let pixel = drawn.frame.display[(at.y as usize) * SIDE + at.x as usize];
     assert!(pixel[0] > 200 && pixel[1] < 60 && pixel[2] < 60, "{pixel:?}");
     assert!(messages.lock().expect("a list").is_empty());
 }
 
-/// A point smaller than a pixel is fainter than one as large as a pixel, but it is seen wherever it lies between pixels.
+/// A point smaller than a pixel is fainter than one as large as a pixel, but visible wherever it lies relative to the pixels.
 #[test]
 fn small_points_are_faint_and_never_lost() {
     let places: Vec<String> = (0..40).map(|k| format!("{},{}\n", 20.0 + 0.83 * f64::from(k), 120.0 + 0.77 * f64::from(k))).collect();
@@ -101,7 +105,7 @@ fn small_points_are_faint_and_never_lost() {
     for point in &points {
         let [x, y] = [point.centre_px.x as usize, point.centre_px.y as usize];
         let change = |image: &[[u8; 4]]| -> u32 {
-            let pixels = (y - 1..y + 2).flat_map(|y| (x - 1..x + 2).map(move |x| y * 1024 + x));
+            let pixels = (y - 1..y + 2).flat_map(|y| (x - 1..x + 2).map(move |x| y * SIDE + x));
             pixels
                 .flat_map(|pixel| (0..3).map(move |channel| (pixel, channel)))
                 .map(|(p, c)| u32::from(image[p][c].abs_diff(without[p][c])))
@@ -130,8 +134,6 @@ fn wrong_layers_are_refused() {
     assert!(refused(&LAYER.replace("quakes.csv", "none.csv"), "lat,lon\n1,2\n").contains("none.csv"));
 }
 
-const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
-
 /// A FITS image with the given header cards and bytes.
 fn fits(cards: &[(&str, &str)], [width, height]: [usize; 2], data: &[u8]) -> Vec<u8> {
     let mut text = format!("{:<80}", "SIMPLE  =                    T");
@@ -145,6 +147,7 @@ fn fits(cards: &[(&str, &str)], [width, height]: [usize; 2], data: &[u8]) -> Vec
     bytes
 }
 
+/// A session over a folder with these layers and files, and the folder, which must outlive it.
 fn session_with(layer: &str, files: &[(&str, &[u8])]) -> (Session, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("layers.toml"), layer).expect("written");
@@ -174,7 +177,7 @@ fn outlines_follow_their_coordinates() {
         let error_deg = [lat - 20.0, lat - 40.0, lon - 130.0, lon - 150.0].into_iter().map(f64::abs).fold(f64::INFINITY, f64::min);
         assert!(error_deg < 0.05 && (19.9..40.1).contains(&lat) && (129.9..150.1).contains(&lon), "{end}: {lat} {lon}");
     }
-    // There is a line segment at each vertex and at the middle of each side.
+    // The outline passes each vertex and the middle of each side.
     for (lat, lon) in
         [(20.0, 130.0), (20.0, 150.0), (40.0, 150.0), (40.0, 130.0), (20.0, 140.0), (30.0, 150.0), (40.0, 140.0), (30.0, 130.0)]
     {
@@ -186,7 +189,7 @@ fn outlines_follow_their_coordinates() {
     let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
     let middle = scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, 30.0, 150.0, 0.0).0 / earth.radii_km).expect("seen");
     let outline_is_drawn = |drawn: &orrery::session::DrawnFrame| {
-        let at = |dx: i64| drawn.frame.display[(middle.y as usize) * 1024 + (middle.x as i64 + dx) as usize];
+        let at = |dx: i64| drawn.frame.display[(middle.y as usize) * SIDE + (middle.x as i64 + dx) as usize];
         (-2..=2).map(at).any(|p| p[1] > 100 && p[1] > p[0] + 50 && p[1] > p[2] + 50)
     };
     assert!(outline_is_drawn(&drawn));
@@ -225,7 +228,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
     let x = 50.5 - (dec_rad.cos() * ra_offset.sin() / cos_c).to_degrees() / 0.005;
     let y = 30.5 + ((centre_dec.cos() * dec_rad.sin() - centre_dec.sin() * dec_rad.cos() * ra_offset.cos()) / cos_c).to_degrees() / 0.005;
     let mut data = vec![0_u8; 100 * 60];
-    // The four pixels around the position, weighted so that their centroid lies there.
+    // The four pixels around the position share the light of one white pixel, so that their centroid lies there.
     let (x0, y0) = (x.floor(), y.floor());
     for (k, weight) in
         [(1.0 - x.fract()) * (1.0 - y.fract()), x.fract() * (1.0 - y.fract()), (1.0 - x.fract()) * y.fract(), x.fract() * y.fract()]
@@ -235,11 +238,12 @@ fn a_sky_image_is_aligned_with_the_stars() {
         let (px, py) = (x0 as usize + k % 2, y0 as usize + k / 2);
         data[(py - 1) * 100 + px - 1] = (255.0 * orrery::units::linear_to_srgb(weight)).round() as u8;
     }
+    // A white pixel in a corner, so that percentile 100 is white.
     data[0] = 255;
     let layer = "[[layer]]\nname = \"field\"\nfile = \"field.fits\"\npercentiles = [0.0, 100.0]\n";
     let (session, _folder) = session_with(layer, &[("field.fits", &fits(&cards, [100, 60], &data))]);
     let direction = DVec3::new(dec_rad.cos() * ra.to_radians().cos(), dec_rad.cos() * ra.to_radians().sin(), dec_rad.sin());
-    for (fov_deg, stops) in [(0.5, "0"), (1.0, "8")] {
+    for (fov_deg, stops) in [(0.5, 0.0), (1.0, 8.0)] {
         let request = ViewRequest {
             target: None,
             position: Position::Centre(NaifId::EARTH),
@@ -248,14 +252,14 @@ fn a_sky_image_is_aligned_with_the_stars() {
             fov_deg: Some(fov_deg),
             width: 400,
             height: 400,
-            exposure: orrery::scene::request::ExposureRequest::Stops(stops.parse().expect("a number")),
+            exposure: orrery::scene::request::ExposureRequest::Stops(stops),
             layers: Layers { data: true, ..Layers::NONE },
             ..view("2024-03-11T03:00:00Z")
         };
         let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
         let camera = &viewer.camera;
-        let expected = |v: DVec3| camera.pixel_from_clip(camera.clip(v).expect("ahead"));
-        let at = expected(aberrated(direction, viewer.body_velocity_km_s));
+        let pixel_of = |v: DVec3| camera.pixel_from_clip(camera.clip(v).expect("ahead"));
+        let at = pixel_of(aberrated(direction, viewer.body_velocity_km_s));
         let drawn = session.draw(&request, SAMPLING, true).expect("drawn");
         let texel_px = 0.005 / fov_deg * 400.0;
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
@@ -268,7 +272,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
         }
         let error_px = (moment / sum).distance(at);
         assert!(error_px < 0.1, "{fov_deg} degrees: {error_px} pixels");
-        assert!((moment / sum).distance(expected(direction)) > 2.0, "aberration is some 20 arcsec");
+        assert!((moment / sum).distance(pixel_of(direction)) > 2.0, "without aberration the position is some 20 arcseconds off");
         // White stays white at any exposure: the four pixels sum to one.
         let white = sum / texel_px.powi(2) / drawn.scene.exposure.white();
         assert!((white - 1.0).abs() < 0.05, "{fov_deg} degrees: {white}");
@@ -299,7 +303,7 @@ fn an_image_of_a_body_covers_its_ground() {
     let level = |lat: f64, lon: f64| {
         let at =
             drawn.scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km).expect("seen");
-        drawn.frame.display[(at.y as usize) * 1024 + at.x as usize][1]
+        drawn.frame.display[(at.y as usize) * SIDE + at.x as usize][1]
     };
     let (white, black) = (level(37.5, 147.5), [level(22.5, 132.5), level(37.5, 132.5), level(22.5, 147.5)]);
     assert!(black.iter().all(|b| *b < 20 && white > b + 100), "{white} {black:?}");

@@ -1,5 +1,5 @@
-//! Which layer or body hides which at any distance: from near the body to a hundred astronomical units its layers keep one order, whatever the resolution of depth, and
-//! a moon in front of a ring or behind it is drawn in that order.
+//! What hides what, at any distance: from near a body to 100 au, its ground, clouds, air and rings keep their order, whatever the
+//! resolution of depth; and a moon in front of a ring or of clouds hides them, one behind is hidden.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -20,8 +20,8 @@ static RENDERERS: LazyLock<[SoftwareRenderer; 2]> = LazyLock::new(|| {
         .map(|precision| SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer"))
 });
 
-/// A body seen from a distance of `distance_km` in the direction `offset` (ICRF). Its disc is `disc_px` across, in an image 1.5 times that size. The light left
-/// the body at the same instant for every distance.
+/// A body seen from a distance of `distance_km` in the direction `offset` (ICRF). Its disc is `disc_px` across, in an image 1.5 times that
+/// size. `emitted`: when the light left the body.
 fn view(body: NaifId, emitted: Instant, offset: DVec3, distance_km: f64, disc_px: f64, effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.x;
     let size = (1.5 * disc_px).round() as u32;
@@ -44,7 +44,7 @@ fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Ve
     (scene, hdr)
 }
 
-/// Greatest difference of two images relative to the brightest pixel of the first, outside other bodies.
+/// Greatest difference of two images relative to the brightest pixel of the first, without pixels near other bodies.
 fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene, Vec<[f32; 4]>)) -> f32 {
     let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
     let is_near_other_body = |scene: &Scene, at: DVec2| {
@@ -66,8 +66,9 @@ fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other
     worst
 }
 
-/// From 3000 radii to 100 au, three steps a decade. Only the perspective may change: points of a ring move by the square of their distance over the camera's distance
-/// (in radii), a pixel is a twentieth of the radius, and contrasts between neighbours may reach full white. From 250,000 radii on, less than 2e-3 is allowed for this.
+/// From 3000 radii to 100 au, three steps per decade. Only the perspective may change. If the camera is d radii away, a point of a ring at
+/// r radii moves by about r²/d radii, or 20 r²/d pixels, and neighbouring pixels may differ by up to white. So 500/d is allowed in addition
+/// to 2e-3; it is less than that beyond 250 000 radii.
 #[test]
 fn layers_of_a_body_look_the_same_from_any_distance() {
     let earth = (NaifId::EARTH, "2024-06-08T06:00:00Z", "+clouds,+atmosphere,-planet-shine,-eclipse");
@@ -85,10 +86,10 @@ fn layers_of_a_body_look_the_same_from_any_distance() {
                 let image = drawn(&view(body, emitted, towards, distance_km, 40.0, effects), samples, precision);
                 assert!(image.0.draws.iter().filter(|d| d.body == body).count() > 1, "layers");
                 if let Some((previous_km, previous_image)) = &previous {
-                    let perspective = (500.0 * radius_km / previous_km) as f32;
+                    let perspective_change = (500.0 * radius_km / previous_km) as f32;
                     let change = relative_difference(body, previous_image, &image);
                     let radii = distance_km / radius_km;
-                    assert!(change < 2e-3 + perspective, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
+                    assert!(change < 2e-3 + perspective_change, "{body:?}, {samples} samples, {precision:?}: {change} at {radii:.0} radii");
                 }
                 previous = Some((distance_km, image));
                 distance_km *= 2.154;
@@ -113,10 +114,13 @@ fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
             let (sin, cos) = (f64::from(azimuth_step) * 0.785).sin_cos();
             let on_ring_km = to_icrf * (DVec3::new(cos, sin, 0.0) * (1.75 * radius_km));
             let line = (moon_km - on_ring_km).normalize();
-            let slope = (to_icrf.transpose() * line).z.abs();
-            // Keep clear of the planet, and of positions where the ring plane cuts the moon.
-            let clears_planet = |from_km: DVec3| (from_km - line * from_km.dot(line)).length() > 1.1 * radius_km;
-            if (to_icrf.transpose() * moon_km).z.abs() < 1.5 * moon_radius_km || slope < 1e-3 || !clears_planet(moon_km) {
+            let sine_to_ring_plane = (to_icrf.transpose() * line).z.abs();
+            let line_to_planet_km = (moon_km - line * moon_km.dot(line)).length();
+            // Skip lines near the planet or nearly in the ring plane, and moons near that plane.
+            if (to_icrf.transpose() * moon_km).z.abs() < 1.5 * moon_radius_km
+                || sine_to_ring_plane < 1e-3
+                || line_to_planet_km <= 1.1 * radius_km
+            {
                 continue;
             }
             for distance_km in [2e6, 3e8, 90.0 * KM_PER_AU] {
@@ -151,7 +155,7 @@ fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
     assert!(compared > 3000, "{compared} pixels");
 }
 
-/// A Moon in front of the Earth's cloud deck hides it and is drawn after the Earth; a Moon behind is drawn before.
+/// In front of the Earth, the Moon hides the clouds and is drawn after the Earth; behind the Earth it is drawn before.
 #[test]
 fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
     let emitted = Instant::parse("2024-06-08T06:00:00Z").expect("a time");

@@ -1,5 +1,5 @@
-//! Procedural craters, hills and billows near the ground: invisible from far away, fixed to the ground in any view, free of jumps as the camera
-//! approaches, and described as invented.
+//! Procedural craters, hills and billows near the ground: invisible from far away, fixed to the ground in any view, free of jumps as the
+//! camera approaches, and described as invented.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -12,21 +12,21 @@ use orrery::time::Instant;
 
 const SIDE: u32 = 200;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
-const MOON_KM: f64 = 1737.4;
+const MOON_RADIUS_KM: f64 = 1737.4;
 const MARS: NaifId = NaifId(499);
 const EARTH: NaifId = NaifId(399);
 /// Equatorial radii, from which heights are measured.
-const MARS_KM: f64 = 3396.19;
-const EARTH_KM: f64 = 6378.14;
+const MARS_RADIUS_KM: f64 = 3396.19;
+const EARTH_RADIUS_KM: f64 = 6378.14;
 
 /// A view from a height straight down on the Moon at first quarter, with the Sun 35 degrees up.
 fn looking_down(height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
     let zenith = DVec3::new(35_f64.to_radians().cos(), 35_f64.to_radians().sin(), 0.1).normalize();
-    looking_down_on(NaifId::MOON, MOON_KM, zenith, height_km, shift_km, effects)
+    looking_down_on(NaifId::MOON, MOON_RADIUS_KM, zenith, height_km, shift_km, effects)
 }
 
-/// A view along -`zenith` on a body, from a height above the ground point in the direction `zenith` from the body's centre (body axes); `shift_km`: the camera's
-/// distance to the east and north of that point.
+/// A view straight down on the ground point in the direction `zenith` from a body's centre (body axes), from a height above it. `shift_km`:
+/// how far the camera is moved to the east and north of that point, without being turned.
 fn looking_down_on(body: NaifId, radius_km: f64, zenith: DVec3, height_km: f64, shift_km: DVec2, effects: &str) -> ViewRequest {
     let (east, north) = (DVec3::Z.cross(zenith).normalize(), zenith.cross(DVec3::Z.cross(zenith).normalize()));
     let camera_direction = (zenith + (east * shift_km.x + north * shift_km.y) / radius_km).normalize();
@@ -43,11 +43,12 @@ fn looking_down_on(body: NaifId, radius_km: f64, zenith: DVec3, height_km: f64, 
     }
 }
 
-/// Direction, in body axes, of a ground point 50 degrees plus `east_deg` east of the sub-solar point: near the equator the Sun is 40 degrees minus `east_deg` up.
+/// Direction, in body axes, of a ground point 50 degrees plus `east_deg` east of the sub-solar point: near the equator the Sun is 40
+/// degrees minus `east_deg` up.
 fn obliquely_lit(body: NaifId, east_deg: f64) -> DVec3 {
     let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
-    let noon = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
-    let (latitude, longitude) = (noon.latitude_deg.to_radians(), (noon.longitude_deg + 50.0 + east_deg).to_radians());
+    let sub_solar = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
+    let (latitude, longitude) = (sub_solar.latitude_deg.to_radians(), (sub_solar.longitude_deg + 50.0 + east_deg).to_radians());
     DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
 }
 
@@ -92,18 +93,18 @@ fn detail_is_visible_where_texels_are_large_and_keeps_the_mean_light() {
         let (shift, change) = (mean(&with) / level - 1.0, mean_difference(&with, &without) / level);
         println!("{height_km} km: mean {:+.3}, change {change:.3}", shift);
         assert!(change > 0.02, "{height_km} km: {change}");
-        // Slopes facing away from the Sun lose more light than those facing it gain: 16 % at 0.1 km (measured), where a frame contains few of the largest
-        // craters.
+        // Slopes facing away from the Sun lose more light than those facing it gain: 16 % at 0.1 km (measured), where a frame contains few
+        // of the largest craters.
         assert!(shift.abs() < 0.2, "{height_km} km: {shift}");
         assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
     }
 }
 
-/// Correlation of values at the same points of the ground in two views, and of values at displaced points.
+/// Correlation of the values that two views have at the same points of the ground, and of the values at points a few pixels apart.
 fn correlations(body: NaifId, first: &DrawnFrame, first_values: &[f64], second: &DrawnFrame, second_values: &[f64]) -> (f64, f64) {
     let places = [first, second].map(|drawn| drawn.scene.body(body).expect("drawn").placement);
     let sample = |values: &[f64], px: DVec2| {
-        // Bilinear interpolation: the ground's points lie between pixels.
+        // Bilinear interpolation: a point of the ground lies between pixels.
         let corner = (px - 0.5).floor();
         let fraction = px - 0.5 - corner;
         let value_at = |x: f64, y: f64| values[y as usize * SIDE as usize + x as usize];
@@ -134,8 +135,8 @@ fn detail_ratio(request: impl Fn(&str) -> ViewRequest) -> (DrawnFrame, Vec<f64>)
     (with, ratio)
 }
 
-/// The same craters from another viewpoint: the change of light by detail agrees between two views at the same points of the ground, and disagrees at
-/// displaced points.
+/// The same craters from another viewpoint: the change of light by detail agrees between two views at the same points of the ground, and
+/// disagrees at displaced points.
 #[test]
 fn craters_stay_on_the_ground() {
     for height_km in [0.1, 3.0, 30.0] {
@@ -168,7 +169,8 @@ fn no_crater_appears_suddenly() {
     assert!(worst.0 < 0.1 * detail_change, "{worst:?}");
 }
 
-/// Detail is explained as invented and can be switched off by name. It is off from far away, and bodies without ground have no decision about it.
+/// Detail is explained as invented and can be switched off by name. It is off from far away, and bodies without ground have no decision
+/// about it.
 #[test]
 fn detail_is_for_near_ground_and_can_be_switched_off() {
     let decision = |request: &ViewRequest, body: NaifId| {
@@ -187,10 +189,11 @@ fn detail_is_for_near_ground_and_can_be_switched_off() {
     }
 }
 
-/// Ground of Mars and clouds of the Earth: no detail from far away, some nearby, the mean light kept to a tenth. Open sea gets no detail.
+/// Ground of Mars and clouds of the Earth: no detail from far away, some nearby, and the mean light is kept to within a tenth. Open sea
+/// gets no detail.
 #[test]
 fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
-    for (body, radius_km, heights_km) in [(MARS, MARS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_KM, [40.0, 80.0, 200.0])] {
+    for (body, radius_km, heights_km) in [(MARS, MARS_RADIUS_KM, [3.0, 20.0, 60.0]), (EARTH, EARTH_RADIUS_KM, [40.0, 80.0, 200.0])] {
         let with_and_without = |zenith: DVec3, height_km: f64| {
             ["", "-detail"].map(|effects| light(&draw(&looking_down_on(body, radius_km, zenith, height_km, DVec2::ZERO, effects))))
         };
@@ -213,14 +216,15 @@ fn hills_and_billows_are_visible_near_the_ground_and_keep_the_mean_light() {
     // The Pacific at 10 north, 140 west: all texels in the neighbourhood are water.
     let sea = DVec3::new(-0.7544, -0.6330, 0.1736);
     let [with, without] =
-        ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&looking_down_on(EARTH, EARTH_KM, sea, 40.0, DVec2::ZERO, e))));
+        ["-clouds,+detail", "-clouds,-detail"].map(|e| light(&draw(&looking_down_on(EARTH, EARTH_RADIUS_KM, sea, 40.0, DVec2::ZERO, e))));
     assert!(mean_difference(&with, &without) <= 1e-3 * mean(&without), "hills on the sea");
 }
 
-/// Hills and billows stay in place: the change of light by detail agrees between two viewpoints at the same points of the ground, and less at displaced points.
+/// Hills and billows stay in place: the change of light by detail agrees between two viewpoints at the same points of the ground, and less
+/// at displaced points.
 #[test]
 fn hills_and_billows_stay_in_place() {
-    for (body, radius_km, height_km) in [(MARS, MARS_KM, 5.0), (MARS, MARS_KM, 40.0), (EARTH, EARTH_KM, 300.0)] {
+    for (body, radius_km, height_km) in [(MARS, MARS_RADIUS_KM, 5.0), (MARS, MARS_RADIUS_KM, 40.0), (EARTH, EARTH_RADIUS_KM, 300.0)] {
         let zenith = obliquely_lit(body, 0.0);
         let shift_km = DVec2::new(0.05, 0.03) * height_km;
         let view = |shift_km: DVec2| detail_ratio(|effects| looking_down_on(body, radius_km, zenith, height_km, shift_km, effects));

@@ -1,5 +1,5 @@
-//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path of 2024 runs through the published point of greatest eclipse, and cones
-//! reach from body to body.
+//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path of 2024 runs through the published point of
+//! greatest eclipse, and cones reach from body to body.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -56,8 +56,8 @@ fn is_path(colour: DVec3) -> bool {
     colour.x < 0.5
 }
 
-/// On both sides of each outline the shader's light is as expected: none inside the umbra and some outside; full light outside the penumbra and less inside. Tested
-/// for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
+/// On both sides of each outline the shader's light is as expected: none inside the umbra and some outside; full light outside the penumbra
+/// and less inside. Tested for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
 #[test]
 fn outlines_lie_where_the_shaders_light_changes() {
     for (target, time) in [(399, GREATEST_ECLIPSE), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {
@@ -100,7 +100,8 @@ fn outlines_lie_where_the_shaders_light_changes() {
             // A small umbra is only a few pixels wide: some points two pixels to the side lie beyond its other edge.
             assert!(checked > 5 && contradicting * 20 <= checked, "{target} {time}, {outline_name}: {contradicting} of {checked}");
         }
-        // The comparison must be able to fail: where there is one umbra, a pixel in its middle is not on its edge.
+        // The comparison must be able to fail: on the Earth, where there is a single umbra, its middle is dark, and 300 pixels away it is
+        // light.
         let outline = lines_of_colour(&built, is_umbra);
         let middle = outline.iter().map(|p| ends_px(&built, p)[0]).sum::<DVec2>() / outline.len() as f64;
         assert!(
@@ -111,8 +112,8 @@ fn outlines_lie_where_the_shaders_light_changes() {
     }
 }
 
-/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): the point of greatest eclipse is within 4 km of the drawn line
-/// (the table's lunar radius differs by 0.1 km, its Delta T by a second).
+/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): the point of greatest eclipse is
+/// within 4 km of the drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
 #[test]
 fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
     let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST_ECLIPSE, path_layer()) }).expect("a scene");
@@ -139,7 +140,8 @@ fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
     assert!(segments(&before).is_empty() && before.sky.iter().any(|d| d.feature == "eclipse-path" && !d.on), "{:?}", before.sky);
 }
 
-/// The lines of a cone begin at the Moon and end at the Earth. With the Moon as target the cone is the Moon's own, which contains the Earth during an eclipse.
+/// The lines of the Moon's shadow cone reach from the Moon to the Earth, whether the target is the Earth, on which the shadow falls, or the
+/// Moon, which casts it.
 #[test]
 fn cones_reach_from_the_moon_to_the_earth() {
     let request = |target: NaifId| ViewRequest {
@@ -155,16 +157,17 @@ fn cones_reach_from_the_moon_to_the_earth() {
     for target in [NaifId::EARTH, NaifId::MOON] {
         let built = SESSION.scene(&request(target)).expect("a scene");
         assert!(!built.lines.is_empty() && built.lines.len() < 20_000, "{}", built.lines.len());
-        let px = |id: NaifId| {
+        let centre_px = |id: NaifId| {
             built.camera.pixel_from_clip(built.camera.clip(built.body(id).expect("placed").placement.centre_km).expect("in front"))
         };
+        // The camera is about 950 000 km from the Earth.
         let pixel_km = built.camera.pixel_tangent() * 9.5e5;
         for (body, radius_km) in [(NaifId::MOON, 1737.0), (NaifId::EARTH, 6378.0)] {
             let nearest_km = built
                 .lines
                 .iter()
                 .flat_map(|p| ends_px(&built, p))
-                .map(|at| at.distance(px(body)) * pixel_km)
+                .map(|at| at.distance(centre_px(body)) * pixel_km)
                 .fold(f64::INFINITY, f64::min);
             assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
         }

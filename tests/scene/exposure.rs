@@ -34,13 +34,13 @@ fn white_and_mean_levels(request: &ViewRequest) -> (f64, [f64; 2]) {
     (white as f64 / frame.display.len() as f64, [mean(0), mean(2)])
 }
 
-/// Io in Jupiter's shadow, seen from the Earth. Alone in the frame, Io is exposed for the shadow, where at most a ten thousandth of its sunlight
-/// remains. When Jupiter fills a tenth of the frame, the exposure is that of a lit Io, and Jupiter is not burnt out.
+/// Io in Jupiter's shadow, seen from the Earth. Alone in the frame, Io is exposed for the shadow, where at most a ten thousandth of its
+/// sunlight remains. When Jupiter fills a tenth of the frame, the exposure is that of a lit Io, and Jupiter is not burnt out.
 #[test]
 fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
     let io_at_fov = |fov_deg| request(IO, "2025-03-01T13:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg));
     let (alone, next_to_jupiter) = (io_at_fov(0.004), io_at_fov(0.03));
-    let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    let stops_gained = |request: &ViewRequest| scene(request).exposure.stops - scene(&without_eclipse(request)).exposure.stops;
     assert!(stops_gained(&alone) > 13.0, "{}", stops_gained(&alone));
     assert!((-0.1..1.5).contains(&stops_gained(&next_to_jupiter)), "{}", stops_gained(&next_to_jupiter));
     let reason = scene(&next_to_jupiter).exposure.reason.to_string();
@@ -54,23 +54,23 @@ fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
     // As Jupiter moves into the frame, the exposure decreases towards that of a lit Io and never falls below it.
     let mut previous = f64::MAX;
     for k in 0..20 {
-        let r = io_at_fov(0.008 + 0.001 * f64::from(k));
-        let stops_gained = stops_gained(&r);
-        assert!(stops_gained > -0.1 && stops_gained < previous + 0.5, "{stops_gained} after {previous} at {:?}", r.fov_deg);
+        let request = io_at_fov(0.008 + 0.001 * f64::from(k));
+        let stops_gained = stops_gained(&request);
+        assert!(stops_gained > -0.1 && stops_gained < previous + 0.5, "{stops_gained} after {previous} at {:?}", request.fov_deg);
         previous = stops_gained;
     }
     assert!(previous < 2.0, "{previous}");
 }
 
-/// The eclipsed Moon of 8 November 2022 is exposed for the shadow and looks red, both alone in front of the stars and next to the Earth's night side;
-/// next to the Earth's day side it is not exposed for the shadow.
+/// The eclipsed Moon of 8 November 2022 is exposed for the shadow and looks red, both alone in front of the stars and next to the Earth's
+/// night side; next to the Earth's day side it is not exposed for the shadow.
 #[test]
 fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
     let time = "2022-11-08T11:00:00Z";
     let eclipsed_moon = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
     let (white, [r, b]) = white_and_mean_levels(&eclipsed_moon);
     assert!(white < 0.01 && r > 100.0 && r > 2.0 * b, "{white} of the frame is white, {r} red and {b} blue");
-    let stops_gained = |r: &ViewRequest| scene(r).exposure.stops - scene(&without_eclipse(r)).exposure.stops;
+    let stops_gained = |request: &ViewRequest| scene(request).exposure.stops - scene(&without_eclipse(request)).exposure.stops;
     assert!(stops_gained(&eclipsed_moon) > 8.0, "{}", stops_gained(&eclipsed_moon));
     let from_earth = |sunward_radii: f64| {
         let base = scene(&request(NaifId::MOON, time, Position::Centre(NaifId::EARTH), Some(1.0)));
@@ -87,24 +87,25 @@ fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
 /// Visible fraction of the Sun's disc behind an ellipsoid, sampled by rays to 4000 points of the disc.
 fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
     const RAYS: usize = 4000;
-    let towards = sun.centre_km.normalize();
-    let (x, y) = towards.any_orthonormal_pair();
-    let radius = (sun.radii_km.x / sun.centre_km.length()).asin();
+    let towards_sun = sun.centre_km.normalize();
+    let (x, y) = towards_sun.any_orthonormal_pair();
+    let sun_angular_radius = (sun.radii_km.x / sun.centre_km.length()).asin();
     let origin = body.camera_in_unit_sphere();
     let is_unblocked = |k: &usize| {
+        // Steps of the golden angle spread the points evenly.
         let (sin, cos) = (*k as f64 * 2.399_963).sin_cos();
-        let offset = DVec2::new(cos, sin) * radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
-        let w = body.direction_in_unit_sphere(towards + x * offset.x + y * offset.y).normalize();
-        origin.dot(w) > 0.0 || origin.cross(w).length() > 1.0
+        let offset = DVec2::new(cos, sin) * sun_angular_radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
+        let ray = body.direction_in_unit_sphere(towards_sun + x * offset.x + y * offset.y).normalize();
+        origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
     };
     (0..RAYS).filter(is_unblocked).count() as f64 / RAYS as f64
 }
 
-/// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glare is proportional to the visible fraction of the
-/// disc, which rays measure.
+/// The Sun emerges from behind Phobos, whose longest axis is about 1.5 times its shortest: the glare is proportional to the visible
+/// fraction of the disc, which rays measure.
 #[test]
 fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
-    // One hour before Mars appears next to the Sun.
+    // Seen from Phobos, Mars comes near the Sun only an hour later.
     let time = "2024-04-24T06:00:00Z";
     let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
     let body = lit.body(PHOBOS).expect("Phobos").placement;

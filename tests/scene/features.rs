@@ -46,8 +46,8 @@ fn unit_point(radii_km: DVec3, lat_deg: f64, lon_deg: f64) -> DVec3 {
     (normal * radii_km).normalize()
 }
 
-/// Known positions (gazetteer; planetocentric latitudes of Mars are converted to planetographic by the flattening) against the camera's projection of the
-/// ground.
+/// Known positions (gazetteer; planetocentric latitudes of Mars are converted to planetographic by the flattening) against the camera's
+/// projection of the ground.
 #[test]
 fn names_are_placed_on_their_features() {
     let cases = [
@@ -59,26 +59,27 @@ fn names_are_placed_on_their_features() {
     for (body, name, lat, lon) in cases {
         let mut request = view(body, "+features", Some(7.0));
         if body == 499 {
-            let km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
+            let radius_km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
             // Above 223 degrees east, near Olympus Mons.
-            let towards = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 7.0 * km;
-            request.position = Position::Offset { body: NaifId(499), offset_km: towards, axes: orrery::scene::request::Axes::BodyFixed };
+            let offset_km = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 7.0 * radius_km;
+            request.position = Position::Offset { body: NaifId(499), offset_km, axes: orrery::scene::request::Axes::BodyFixed };
         }
         let scene = scene(&request);
-        let placement = scene.body(NaifId(body)).expect("it").placement;
+        let placement = scene.body(NaifId(body)).expect("the body").placement;
         let axis_ratio = placement.radii_km.z / placement.radii_km.x;
         let planetographic_deg =
             if body == 499 { (f64::to_radians(lat).tan() / (axis_ratio * axis_ratio)).atan().to_degrees() } else { lat };
         let expected =
             scene.camera.pixel_of_surface(&placement, unit_point(placement.radii_km, planetographic_deg, lon)).expect("on this side");
-        let found = middle(layer(&scene), name).unwrap_or_else(|| panic!("{name} has no name: {:?}", layer(&scene).margin.texts));
+        let found = middle(layer(&scene), name).unwrap_or_else(|| panic!("{name} is not named: {:?}", layer(&scene).margin.texts));
         assert!(found.distance(expected) < 3.0, "{name}: {found}, {expected}");
         let mirrored = scene.camera.pixel_of_surface(&placement, unit_point(placement.radii_km, planetographic_deg, -lon));
         assert!(mirrored.is_none_or(|m| m.distance(found) > 30.0), "{name}: a map mirrored in longitude would pass too");
     }
 }
 
-/// At several zooms, on bodies with many names: no two texts overlap, all are inside the image, and named features are on the near side.
+/// From several distances, on bodies with many names: no two texts overlap, all are inside the image, and named features are on the near
+/// side.
 #[test]
 fn names_do_not_overlap_and_are_on_the_near_side() {
     let mut max_names = 0;
@@ -89,7 +90,7 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
         max_names = max_names.max(rects.len());
         let texts = &layer.margin.texts;
         let placement = scene.body(NaifId(body)).expect("a body").placement;
-        let name = &SESSION.catalog().body(NaifId(body)).expect("it").name;
+        let name = &SESSION.catalog().body(NaifId(body)).expect("the body").name;
         for (k, a) in rects[..texts.len()].iter().enumerate() {
             assert!(a.min.min_element() >= 0.0 && a.max.cmple(DVec2::splat(1024.0)).all(), "{body} {distance}: {:?}", texts[k]);
             for (b, other) in rects[..texts.len()].iter().zip(texts).skip(k + 1) {
@@ -105,11 +106,11 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
     assert!(max_names > 30, "{max_names}");
 }
 
-/// From the Earth, all six landing sites are named once the Moon is large enough, and none while the Moon is small.
+/// From the Earth, the six landing sites (Apollo 11, 12, 14 to 17) are named if the Moon is large in the image, and none if it is small.
 #[test]
-fn apollo_sites_are_named_by_zoom() {
-    let named = |fov: f64| {
-        let request = ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(fov), ..view(301, "+features", None) };
+fn apollo_sites_are_named_only_on_a_large_moon() {
+    let named = |fov_deg: f64| {
+        let request = ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(fov_deg), ..view(301, "+features", None) };
         let scene = scene(&request);
         layer(&scene).margin.texts.iter().filter(|t| t.text.starts_with("Apollo 1")).count()
     };
@@ -149,11 +150,11 @@ fn a_scale_bar_is_as_long_as_it_says() {
         let text = &margin.texts[0].text;
         let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '\'', '"']).expect("a unit")));
         let number: f64 = number.replace(' ', "").parse().expect("a number");
-        let km = scene.body(NaifId(target)).expect("it").distance_km;
+        let distance_km = scene.body(NaifId(target)).expect("the body").distance_km;
         let angle = length_px * scene.camera.pixel_tangent();
         let expected = match unit {
-            "km" => number / km,
-            "m" => number * 1e-3 / km,
+            "km" => number / distance_km,
+            "m" => number * 1e-3 / distance_km,
             "°" => number.to_radians(),
             "'" => (number / 60.0).to_radians(),
             _ => (number / 3600.0).to_radians(),
@@ -171,15 +172,15 @@ fn caption_and_compass_describe_the_view() {
     for part in ["Saturn", "2024-04-16 01:00", "UTC", "km away", "field of view 20.0°", "N|"] {
         assert!(all.contains(part), "{part}: {all}");
     }
-    let north = |scene: &Scene| {
+    let compass_needle = |scene: &Scene| {
         let layer = layer(scene);
         middle(layer, "N").expect("a compass") - layer.margin.rings[0]
     };
-    let to_north = north(&shown);
+    let to_north = compass_needle(&shown);
     assert!(to_north.y < -10.0 && to_north.x.abs() < 0.05 * to_north.y.abs(), "{to_north}");
     let pole = SESSION.ephemeris().body_from_icrf(NaifId(699), shown.time).expect("axes").row(2);
     let south_up = orrery::scene::request::Up::Along { direction: -pole, axes: orrery::scene::request::Axes::Icrf };
     let turned = scene(&ViewRequest { up: south_up, ..view(699, "+compass", Some(20.0)) });
-    assert!(north(&turned).y > 10.0);
+    assert!(compass_needle(&turned).y > 10.0);
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
 }

@@ -1,19 +1,17 @@
 //! Sun glint on the sea as the shader computes it: no more light leaves than arrives, and the width of the glint follows from
 //! the slopes of the waves.
 
-use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
+use orrery::render::software::exec::{Executor, LANES, LaneMask, NoTextures};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
 use orrery::render::software::program::LaneInput;
 
-const LANES: usize = 128;
-
 /// A call of a function of lib/glint.wesl, evaluated for many inputs of four numbers each.
-struct Fragment {
+struct GlintFunction {
     program: orrery::render::software::program::Program,
 }
 
-impl Fragment {
+impl GlintFunction {
     fn new(call: &str) -> Self {
         let main = format!("@fragment fn main(@location(0) p: vec4f) -> @location(0) vec4f {{ return vec4f({call}, 0.0, 0.0, 0.0); }}");
         let wgsl = [include_str!("../../shaders/lib/glint.wesl"), &main].concat();
@@ -41,24 +39,23 @@ impl Fragment {
     }
 }
 
-fn lobe() -> Fragment {
-    Fragment::new("glint_lobe(glint_exponent(p.x, p.w), p.x, p.y, p.z, p.w)")
+fn lobe() -> GlintFunction {
+    GlintFunction::new("glint_lobe(glint_exponent(p.x, p.w), p.x, p.y, p.z, p.w)")
 }
 
-/// Directions to the viewer, evenly distributed over the hemisphere, for a Sun at this incidence, as arguments of the lobe
-/// function.
+/// Arguments of [`lobe`] for a Sun at this incidence and for directions to the viewer that are evenly distributed over the hemisphere.
 fn hemisphere(incidence_deg: f64, slope_sq: f64) -> Vec<[f64; 4]> {
-    let (n, around) = (300, 180);
+    let (heights, around) = (300, 180);
     let (sin_sun, cos_sun) = incidence_deg.to_radians().sin_cos();
     let sun = glam::DVec3::new(sin_sun, 0.0, cos_sun);
     let arguments = |k: usize| {
-        let mu = (f64::from((k / around) as u32) + 0.5) / f64::from(n);
+        let mu = (f64::from((k / around) as u32) + 0.5) / f64::from(heights);
         let azimuth = (f64::from((k % around) as u32) + 0.5) / around as f64 * std::f64::consts::TAU;
         let horizontal = (1.0 - mu * mu).sqrt();
-        let half = (glam::DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), mu) + sun).normalize();
-        [half.z, cos_sun, mu, slope_sq]
+        let facet_normal = (glam::DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), mu) + sun).normalize();
+        [facet_normal.z, cos_sun, mu, slope_sq]
     };
-    (0..n as usize * around).map(arguments).collect()
+    (0..heights as usize * around).map(arguments).collect()
 }
 
 /// Ratio of reflected to arriving light for facets that are perfect mirrors.
@@ -70,7 +67,7 @@ fn reflected_fraction(points: &[[f64; 4]], lobe: &[f64]) -> f64 {
 #[test]
 fn waves_reflect_nearly_all_light_and_never_more() {
     let fragment = lobe();
-    // Winds of 1 and 5 m/s, and one beyond Cox and Munk's limit of 14 m/s. Light reflected twice is neglected: a tenth at most
+    // Winds of 1 and 5 m/s, and one beyond Cox and Munk's limit of 14 m/s. Light reflected twice is neglected: about a tenth at most
     // up to 75 degrees of incidence, a fifth at 85.
     for slope_sq in [0.008, 0.0286, 0.1] {
         for incidence_deg in [0.0, 30.0, 60.0, 75.0, 85.0] {
@@ -94,6 +91,7 @@ fn the_glint_is_as_wide_as_the_slopes() {
     let facing = |tan_sq: f64| {
         let cos_half = (1.0 / (1.0 + tan_sq)).sqrt();
         // The camera is in the Sun's direction, at most 10 degrees off the normal, so no facet is hidden.
+        // The lobe times this power is proportional to the probability density of the slope.
         lobe().run(&[[cos_half, cos_half, cos_half, slope_sq]])[0] * cos_half.powi(5)
     };
     let (peak, half, quarter) = (facing(0.0), facing(slope_sq * std::f64::consts::LN_2), facing(2.0 * slope_sq * std::f64::consts::LN_2));
@@ -103,11 +101,11 @@ fn the_glint_is_as_wide_as_the_slopes() {
 
 #[test]
 fn fresnel_reflectance_follows_the_formulas() {
-    let fragment = Fragment::new("fresnel_water(p.x)");
+    let fragment = GlintFunction::new("fresnel_water(p.x)");
     let exact = |cos: f64| {
         let n = 1.333;
-        let cos_in = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
-        let (s, p) = ((cos - n * cos_in) / (cos + n * cos_in), (cos_in - n * cos) / (cos_in + n * cos));
+        let cos_refracted = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
+        let (s, p) = ((cos - n * cos_refracted) / (cos + n * cos_refracted), (cos_refracted - n * cos) / (cos_refracted + n * cos));
         0.5 * (s * s + p * p)
     };
     for deg in 0..90 {

@@ -1,5 +1,4 @@
-//! Inspection views: each shows what its legend says, checked against numbers known from the scene, and the written file explains its
-//! colours.
+//! Pixel views: each shows what its legend says, checked against numbers known from the scene, and the written file explains its colours.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -26,12 +25,12 @@ impl Image {
     }
 }
 
-fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Image {
+fn drawn(target: i32, distance_radii: f64, time: &str, pixel_view: PixelView) -> Image {
     let time = Instant::parse(time).expect("a time");
     let request = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(radii) },
+        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
         effects: EffectOverrides::parse("-normal").expect("an effect"),
-        pixel_view: view,
+        pixel_view,
         width: SIDE,
         height: SIDE,
         ..ViewRequest::of(NaifId(target), time)
@@ -43,25 +42,26 @@ fn drawn(target: i32, radii: f64, time: &str, view: PixelView) -> Image {
 const DAY: &str = "2024-04-08T18:17:16Z";
 
 #[test]
-fn every_view_is_another_image() {
-    for (target, radii) in [(399, 3.0), (699, 5.0)] {
-        let shaded = drawn(target, radii, DAY, PixelView::Final);
+fn every_view_differs_from_the_final_image() {
+    for (target, distance_radii) in [(399, 3.0), (699, 5.0)] {
+        let final_image = drawn(target, distance_radii, DAY, PixelView::Final);
         for view in PixelView::ALL.into_iter().filter(|v| *v != PixelView::Final) {
-            let other = drawn(target, radii, DAY, view);
+            let other = drawn(target, distance_radii, DAY, view);
             // Sunlight at Saturn is a hundredth of that at 1 au.
             let brightest = |p: &Image| p.hdr.iter().flat_map(|p| &p[..3]).fold(0.0, |a: f32, b| a.max(*b));
-            let bound = 0.02 * brightest(&shaded).min(brightest(&other)).max(1e-6);
+            let bound = 0.02 * brightest(&final_image).min(brightest(&other)).max(1e-6);
             let differ = |(a, b): &(&[f32; 4], &[f32; 4])| a[..3].iter().zip(&b[..3]).any(|(x, y)| (x - y).abs() > bound);
-            let differing_pixels = shaded.hdr.iter().zip(&other.hdr).filter(differ).count();
+            let differing_pixels = final_image.hdr.iter().zip(&other.hdr).filter(differ).count();
             assert!(
-                differing_pixels > shaded.hdr.len() / 100,
-                "{view:?} of {target}: {differing_pixels} pixels differ from the shaded image"
+                differing_pixels > final_image.hdr.len() / 100,
+                "{view:?} of {target}: {differing_pixels} pixels differ from the final image"
             );
             assert!(other.hdr.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{view:?} of {target}");
         }
     }
 }
 
+/// The direction of a point from the body's centre.
 fn unit(p: SubPoint) -> [f64; 3] {
     let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
     [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
@@ -71,9 +71,9 @@ fn assert_near(got: &[f64], expected: &[f64], tolerance: f64, what: &str) {
     assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() <= tolerance), "{what}: {got:?}, {expected:?} expected");
 }
 
-/// The Moon deviates from a sphere by at most a thousandth, so the middle of the image is the sub-observer point.
+/// The Moon deviates from a sphere by about a thousandth, so the middle of the image is the sub-observer point.
 #[test]
-fn the_middle_of_the_moon_has_its_known_numbers() {
+fn the_middle_of_the_moon_has_known_values_in_the_views() {
     let draw_view = |view| drawn(301, 6.0, "2024-04-16T01:00:00Z", view);
     let depth = draw_view(PixelView::Depth);
     let moon = depth.scene.body(NaifId::MOON).expect("the Moon").clone();
@@ -84,21 +84,21 @@ fn the_middle_of_the_moon_has_its_known_numbers() {
     assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map coordinates");
     let sun = moon.sub_solar.expect("the Sun shines on it");
     let cosine: f64 = unit(sun).iter().zip(sub_observer).map(|(a, b)| a * b).sum();
-    // The Moon's distance from the Sun is within 1.6 % of the Earth's, which is 1.003 au on that day.
+    // The Moon's distance from the Sun is within 0.3 % of the Earth's, which is 1.003 au on that day; its square is 1.006.
     assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
     assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
     assert_near(&draw_view(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
 }
 
 #[test]
-fn pixel_views_of_eclipse_ring_and_air_show_transmittance() {
+fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
     let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);
     let on_ground = |p: &&[f32; 4]| p[3] > 0.999 && p[..3].iter().any(|v| *v > 0.0);
     let smallest = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);
     let greatest = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
     assert!(smallest < 0.1 && (greatest - 1.0).abs() < 1e-3, "the Moon's shadow leaves {smallest}, elsewhere {greatest}");
 
-    // Straight down, Rayleigh scattering over the sea has an optical depth of 0.24 at 450 nm and 0.05 at 650 nm (Bucholtz 1995, tables); haze
+    // Straight down, Rayleigh scattering over the sea has an optical depth of about 0.22 at 450 nm and 0.05 at 650 nm (Bucholtz 1995); haze
     // adds to both.
     let air = drawn(399, 3.0, DAY, PixelView::OpticalDepth);
     let [r, g, b] = air.middle();

@@ -1,5 +1,5 @@
-//! Overlays on an image: orbits, names, an outline, bloom. Each appears only when requested and changes only its own pixels. Tests of where orbit
-//! lines run are in src/scene/annotation/orbits.rs, of letters in src/image/glyph_atlas.rs.
+//! Layers of an image: orbits, names, an outline, bloom. Each appears only when requested and changes only its own pixels. Tests of where
+//! orbit lines run are in src/scene/annotation/orbits.rs, of letters in src/image/glyph_atlas.rs.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -12,24 +12,23 @@ use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
 
-/// Jupiter with the orbits of its four large moons.
-fn jupiter(orbits: bool) -> ViewRequest {
+/// Jupiter and its surroundings.
+fn jupiter() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(12.0) };
-    ViewRequest { position, width: 256, height: 256, layers: Layers { orbits, ..Layers::default() }, ..ViewRequest::of(JUPITER, time) }
+    ViewRequest { position, width: 256, height: 256, ..ViewRequest::of(JUPITER, time) }
 }
 
 #[test]
-fn lines_run_before_and_behind_the_planet() {
-    let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
-    let draw = |orbits: bool| SESSION.draw(&jupiter(orbits), sampling, true).expect("drawn");
-    let (plain, with_orbits) = (draw(false), draw(true));
+fn orbits_pass_in_front_of_and_behind_the_planet() {
+    let [plain, with_orbits] = [false, true].map(|orbits| draw_with(Layers { orbits, ..Layers::default() }, &jupiter()));
     assert!(plain.scene.orbits.is_empty() && with_orbits.scene.orbits.len() > 12, "{} arcs", with_orbits.scene.orbits.len());
     assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "no orbit was requested");
     let camera = &with_orbits.scene.camera;
     let planet = with_orbits.scene.body(JUPITER).expect("in the catalog");
     let centre = camera.pixel_from_clip(camera.clip(planet.placement.centre_km).expect("in front"));
-    let depth = orrery::scene::camera::NEAR_DEPTH_KM / planet.placement.centre_km.dot(camera.forward);
+    // Depth is reversed: a nearer point has a larger value.
+    let planet_depth = orrery::scene::camera::NEAR_DEPTH_KM / planet.placement.centre_km.dot(camera.forward);
     let is_changed = |at: DVec2| {
         let k = at.y as usize * camera.width as usize + at.x as usize;
         (0..3).any(|c| (plain.frame.hdr[k][c] - with_orbits.frame.hdr[k][c]).abs() > 1e-3)
@@ -43,7 +42,7 @@ fn lines_run_before_and_behind_the_planet() {
             continue;
         }
         let from_centre = (at - centre).length() / (0.5 * planet.diameter_px);
-        let count = match (from_centre, place.z > depth) {
+        let count = match (from_centre, place.z > planet_depth) {
             (..0.8, true) => &mut in_front,
             (..0.8, false) => &mut behind,
             (1.2.., _) => &mut beside,
@@ -65,8 +64,9 @@ fn lines_run_before_and_behind_the_planet() {
 
 #[test]
 fn layers_are_parsed_or_refused_by_name() {
-    assert_eq!(Layers::parse("+orbits,-labels").expect("the contract's example"), Layers { orbits: true, ..Layers::default() });
-    assert_eq!(Layers::parse("+orbits, -orbits").expect("the last sign"), Layers::default());
+    assert_eq!(Layers::parse("+orbits,-labels").expect("layers"), Layers { orbits: true, ..Layers::default() });
+    // The last sign counts.
+    assert_eq!(Layers::parse("+orbits, -orbits").expect("layers"), Layers::default());
     // The text contains only the settings that differ from the default, and parses back to them.
     assert_eq!(Layers::default().to_text(), "");
     let switched = Layers::parse("-stars,+bloom").expect("layers");
@@ -92,25 +92,25 @@ fn draw_with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFra
 
 #[test]
 fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
-    let request = jupiter(false);
+    let request = jupiter();
     let without_labels = draw_with(Layers::default(), &request);
     let named = draw_with(Layers { labels: true, ..Layers::default() }, &request);
     assert_eq!(without_labels.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("labels were requested");
     let metrics = LabelMetrics::of_size(labels.size_px);
-    assert!(labels.labels.iter().filter(|m| m.name_side.is_some()).count() > 1, "{:?}", labels.labels);
+    assert!(labels.labels.iter().filter(|label| label.name_side.is_some()).count() > 1, "{:?}", labels.labels);
     let changed_places = changed_pixels(&without_labels, &named);
     // Twice the mean width of a letter is wider than any name needs.
     let wide = LabelMetrics { glyph_width_px: 2.0 * metrics.glyph_width_px, ..metrics };
-    let covers = |m: &Label, at: DVec2| {
-        let name = label_rect(m.centre_px, m.radius_px, &m.name, &wide, m.name_side.unwrap_or(LabelSide::DEFAULT));
+    let covers = |label: &Label, at: DVec2| {
+        let name = label_rect(label.centre_px, label.radius_px, &label.name, &wide, label.name_side.unwrap_or(LabelSide::DEFAULT));
         let margin = DVec2::splat(0.5 * metrics.line_height_px);
-        let in_name = m.name_side.is_some() && at.cmpge(name.min - margin).all() && at.cmple(name.max + margin).all();
-        in_name || m.centre_px.distance(at) < 8.0
+        let in_name = label.name_side.is_some() && at.cmpge(name.min - margin).all() && at.cmple(name.max + margin).all();
+        in_name || label.centre_px.distance(at) < 8.0
     };
-    let stray: Vec<_> = changed_places.iter().filter(|at| !labels.labels.iter().any(|m| covers(m, **at))).collect();
+    let stray: Vec<_> = changed_places.iter().filter(|at| !labels.labels.iter().any(|label| covers(label, **at))).collect();
     assert!(stray.is_empty(), "changed away from every name and marker: {stray:?}");
-    for (label, side) in labels.labels.iter().filter_map(|m| Some((m, m.name_side?))) {
+    for (label, side) in labels.labels.iter().filter_map(|label| Some((label, label.name_side?))) {
         let name = label_rect(label.centre_px, label.radius_px, &label.name, &wide, side);
         let inked = changed_places.iter().filter(|at| at.cmpge(name.min).all() && at.cmple(name.max).all()).count();
         let glyphs = label.name.chars().count();
@@ -130,7 +130,7 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     let planet = without_outline.scene.body(JUPITER).expect("in the catalog").placement;
     let outline_pixels = changed_pixels(&without_outline, &outlined);
     assert!(outline_pixels.len() > 200, "{}", outline_pixels.len());
-    // A pixel is well inside the disc if all its neighbours are on the disc.
+    // A pixel is well inside the disc if the points 2 pixels away are on the disc.
     let on_disc = |at: DVec2| camera.surface_under_pixel(&planet, at).is_some();
     let neighbours = [DVec2::ZERO, DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y];
     let inside = outline_pixels.iter().filter(|at| neighbours.iter().all(|d| on_disc(**at + 2.0 * *d))).count();
@@ -190,8 +190,8 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
         .filter(|(k, _)| DVec2::new((k % 256) as f64 + 0.5, (k / 256) as f64 + 0.5).distance(centre) > radius_px + 2.0)
         .map(|(_, (b, p))| linear(b[1]) - linear(p[1]))
         .sum();
-    // A Gaussian around a small disc has the fraction exp(-r^2 / 2 variance) of its light beyond r. Averaging over n pixels adds n^2 / 12 to the
-    // variance; interpolating between such averages adds n^2 / 6.
+    // A Gaussian around a small disc has the fraction exp(-r^2 / 2 variance) of its light beyond r. Averaging over n pixels adds n^2 / 12
+    // to the variance; interpolating between such averages adds n^2 / 6.
     let outside = |amplitude: f64, variance: f64| amplitude * (-0.5 * (radius_px + 2.0).powi(2) / variance).exp();
     // Variances of the two blurs, px²: their widths are fractions of the image's height.
     let (near, far) = ((0.006_f64 * 256.0).powi(2), (0.03_f64 * 256.0).powi(2));
@@ -236,6 +236,7 @@ fn a_name_keeps_clear_of_the_caption() {
         let metrics = LabelMetrics::of_size(with_caption.size_px);
         let caption: Vec<_> = with_caption.margin.occupied(&metrics).collect();
         assert!(!caption.is_empty(), "a caption");
+        // Whether the caption covers Jupiter's name, if there is a name.
         let covers = |layer: &LabelLayer| {
             let jupiter = layer.labels.iter().find(|label| label.body == JUPITER)?;
             let name = label_rect(jupiter.centre_px, jupiter.radius_px, &jupiter.name, &metrics, jupiter.name_side?);

@@ -1,5 +1,5 @@
-//! Linear light keeps features that a display would not show: the automatic selection of features is
-//! compared with all features, down to the relative floor.
+//! Linear light keeps features that a display would not show: an image with the automatically selected features is compared with one with
+//! all features, and no pixel may differ by more than the floor of the request's purpose.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -8,6 +8,7 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
 
+/// The relative floor of [`Purpose::LINEAR`].
 const FLOOR: f32 = 1e-3;
 const ALL_EFFECTS: &str =
     "+planet-shine,+night,+clouds,+cloud-shadow,+normal,+specular,+rings,+ring-shadow,+ring-shine,+body-shadow,+eclipse,+ellipsoid";
@@ -46,19 +47,19 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 
 #[test]
 fn linear_light_is_complete_at_any_exposure() {
-    let mut with_lost_features = 0;
+    let mut displays_without_features = 0;
     for (name, request) in views() {
         for stops in [-10.0, 5.0] {
             let all = pixels(&request, Purpose::LINEAR, ALL_EFFECTS, stops);
             let automatic = pixels(&request, Purpose::LINEAR, "", stops);
             let difference = relative_difference(&automatic, &all);
             assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
-            // The display image at this exposure leaves out features that it would not show;
-            // otherwise the comparison would prove nothing.
-            with_lost_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+            // An image for display at this exposure leaves out features that it would not show; otherwise the comparison would prove
+            // nothing.
+            displays_without_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
     }
-    assert!(with_lost_features > 8, "{with_lost_features}");
+    assert!(displays_without_features > 8, "{displays_without_features}");
 }
 
 /// In an EXR written by the program, the Moon's night side is lit by the Earth.

@@ -9,11 +9,12 @@ use orrery::scene::{BodyInView, Scene};
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 
-/// Largest difference between published magnitude laws and magnitudes from a catalog of albedos.
+/// Largest difference allowed between published magnitude laws and magnitudes computed from the catalog's albedos.
 const TOLERANCE_MAG: f64 = 0.2;
 
 /// (NAIF code, distance from the Sun au, from the viewer au, phase angle deg, V). Mallama and Hilton 2018 as coded in skyfield 1.55,
-/// `magnitudelib`, Saturn without its rings; the geometries of the first three, the fifth and the seventh are those of the paper's examples.
+/// `magnitudelib`, Saturn without its rings; the geometries of the first three, the fifth and the seventh are those of the paper's
+/// examples.
 const PUBLISHED: [(i32, f64, f64, f64, f64); 13] = [
     (199, 0.4136, 0.9264, 90.17, 0.181),
     (299, 0.7215, 0.3776, 124.13, -4.916),
@@ -85,16 +86,17 @@ fn a_distant_disc_has_the_light_of_its_point_at_every_phase() {
 #[test]
 fn light_is_shared_between_disc_and_point_without_a_jump() {
     use orrery::scene::disc_share;
+    // For diameters from 0 to 5 pixels.
     let shares: Vec<f64> = (0..=5000).map(|k| disc_share(f64::from(k) * 1e-3)).collect();
     assert_eq!((shares[0], shares[2000], shares[4000], shares[5000]), (0.0, 0.0, 1.0, 1.0));
     assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 2e-3));
 }
 
 /// A body in the scene of a viewer at the Earth's centre.
-fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, t: Instant) -> BodyInView {
-    let mut request = ViewRequest::of(NaifId(id), t);
+fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyInView {
+    let mut request = ViewRequest::of(NaifId(id), time);
     request.position = Position::Centre(NaifId::EARTH);
-    // The light of the rings on their globe needs a new table for each date.
+    // Ring-shine would need a new table for each date.
     request.effects = EffectOverrides::parse("-ring-shine").expect("effects");
     Scene::build(catalog, ephemeris, &request).expect("a scene").body(NaifId(id)).expect("in the catalog").clone()
 }
@@ -106,7 +108,8 @@ fn published_saturn(sun_au: f64, viewer_au: f64, tilt_deg: f64, alpha_deg: f64) 
     5.0 * (sun_au * viewer_au).log10() - 8.914 - 1.825 * sine + 0.026 * alpha_deg - 0.378 * sine * (-2.25 * alpha_deg).exp()
 }
 
-/// Tolerance for Saturn with its rings, at every tilt from edge-on to fully open and every phase angle visible from the Earth, over one orbit.
+/// Tolerance for Saturn with its rings, at every tilt from edge-on to fully open and every phase angle visible from the Earth, over one
+/// orbit.
 const SATURN_TOLERANCE_MAG: f64 = 0.15;
 
 #[test]
@@ -114,12 +117,12 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     let (catalog, ephemeris) = sky();
     let (mut worst, mut worst_globe, mut greatest_tilt_deg) = (0.0_f64, 0.0_f64, 0.0_f64);
     for step in 0..100 {
-        let t = Instant::from_jd_tdb(2_450_100.5 + 107.7 * f64::from(step));
-        let saturn = from_earth(&catalog, &ephemeris, 699, t);
+        let time = Instant::from_jd_tdb(2_450_100.5 + 107.7 * f64::from(step));
+        let saturn = from_earth(&catalog, &ephemeris, 699, time);
         let sub_solar = saturn.sub_solar.expect("lit");
         let latitude_product = saturn.sub_observer.latitude_deg * sub_solar.latitude_deg;
         let tilt_deg = latitude_product.max(0.0).sqrt();
-        let saturn_km = ephemeris.state(NaifId(699), NaifId::SUN, t, None).expect("Saturn").state.pos_km;
+        let saturn_km = ephemeris.state(NaifId(699), NaifId::SUN, time, None).expect("Saturn").state.pos_km;
         let sun_au = saturn_km.length() / KM_PER_AU;
         let viewer_au = saturn.distance_km / KM_PER_AU;
         let published = published_saturn(sun_au, viewer_au, tilt_deg, saturn.phase_angle_deg);
@@ -153,6 +156,7 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
             .expect("an eclipse each orbit");
         let magnitudes: Vec<Option<f64>> = (-80..=80).map(|k| magnitude_at(dark_h + f64::from(k) * 0.05)).collect();
         let unshadowed = magnitudes.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        // Magnitudes are 3 minutes apart.
         let dark_min = 3 * magnitudes.iter().filter(|m| m.is_none()).count();
         println!("{moon}: {unshadowed:.2} at best, dark for {dark_min} min");
         assert!((60..=longest_min).contains(&dark_min), "{moon}: dark for {dark_min} min");

@@ -1,4 +1,5 @@
-//! A pixel's footprint on a map, as the shader computes it from view rays: against differences of intersections in f64, over the disc, at its limb and at the poles.
+//! A pixel's footprint on a map, as the shader computes it from view rays: against differences of intersections in f64, over the disc, at
+//! its limb and at the poles.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use glam::{DMat3, DVec2, DVec3, Vec3};
@@ -13,7 +14,8 @@ const HIT: &str = "surface_hit(Varyings(vec4f(0.0), draw.anchor_origin + p.x * d
                    draw.ray_origin + p.x * draw.ray_du + p.y * draw.ray_dv, p.xy))";
 const IMAGE_PX: u32 = 256;
 
-/// The rays of a view of an oblate body from a distance in its equatorial radii; the camera looks `off_axis_rad` beside its centre.
+/// The rays of a view of an oblate body from a distance in its equatorial radii; the camera looks `off_axis_rad` away from its
+/// centre.
 fn rays(distance_radii: f64, off_axis_rad: f64, fov_deg: f64) -> ViewRays {
     let direction = DVec3::new(0.3, -0.8, 0.52).normalize();
     let forward = DMat3::from_axis_angle(direction.cross(DVec3::Z).normalize(), off_axis_rad) * direction;
@@ -65,7 +67,7 @@ fn quad(rays: &ViewRays, place: DVec2) -> [EvalInput; 4] {
 }
 
 /// A value of the hit for the first pixel of each quad.
-fn of_quads(value: &str, rays: &ViewRays, places: &[DVec2]) -> Vec<DVec3> {
+fn value_in_quads(value: &str, rays: &ViewRays, places: &[DVec2]) -> Vec<DVec3> {
     let inputs: Vec<EvalInput> = places.iter().flat_map(|place| quad(rays, *place)).collect();
     let results = Emitted::new(MODULE, &value.replace("HIT", HIT)).evaluate(&uniforms(rays), None, &inputs);
     results.iter().step_by(4).map(|r| DVec3::new(r[0], r[1], r[2])).collect()
@@ -94,7 +96,7 @@ fn steps_over_the_ground_are_the_differences_of_intersections() {
         let places: Vec<DVec2> = grid(24).filter(is_inside).collect();
         assert!(places.len() > 30, "{}", places.len());
         for (value, axis) in [("vec4f(HIT.step_x, 0.0)", DVec2::X), ("vec4f(HIT.step_y, 0.0)", DVec2::Y)] {
-            for (place, found) in places.iter().zip(of_quads(value, &rays, &places)) {
+            for (place, found) in places.iter().zip(value_in_quads(value, &rays, &places)) {
                 let aside = pixel * axis * 0.01;
                 let (Some(before), Some(after)) = (entry(&rays, *place - aside), entry(&rays, *place + aside)) else { continue };
                 // The two intersections are 0.02 pixels apart.
@@ -105,22 +107,23 @@ fn steps_over_the_ground_are_the_differences_of_intersections() {
     }
 }
 
-/// At the limb a footprint is at least a pixel wide, though rays of the quad miss, and no longer than the ground that the pixel shows. Differences of positions are
-/// shorter.
+/// In a pixel that the limb crosses, the footprint is at least a pixel wide, although some rays of the quad miss the body, and hardly
+/// longer than the ground that the pixel shows. Differences of hit points, as by `dpdx`, can be shorter than a pixel.
 #[test]
 fn pixels_across_the_limb_keep_their_width() {
     let mut shortest_difference = f64::INFINITY;
     for rays in views() {
         let pixel = pixel(&rays);
         let width = |place: DVec2| (closest(&rays, place + pixel * DVec2::X) - closest(&rays, place)).length();
-        let across = |place: &DVec2| {
+        let is_across_limb = |place: &DVec2| {
             let corners = [DVec2::ZERO, pixel * DVec2::X, pixel * DVec2::Y, pixel].map(|corner| closest(&rays, *place + corner).length());
             corners.iter().any(|distance| *distance < 1.0) && corners.iter().any(|distance| *distance > 1.0)
         };
-        let places: Vec<DVec2> = grid(400).filter(across).collect();
+        let places: Vec<DVec2> = grid(400).filter(is_across_limb).collect();
         assert!(places.len() > 20, "{}", places.len());
+        // A pixel of width w at the limb shows ground over a length of about the square root of w: the chord.
         let least_pixels_and_greatest_chords = |value: &str| {
-            let steps = of_quads(value, &rays, &places);
+            let steps = value_in_quads(value, &rays, &places);
             let lengths =
                 places.iter().zip(steps).map(|(place, step)| (step.length() / width(*place), step.length() / width(*place).sqrt()));
             lengths.fold((f64::INFINITY, 0.0_f64), |(min, max), (pixels, chords)| (min.min(pixels), max.max(chords)))
@@ -133,7 +136,8 @@ fn pixels_across_the_limb_keep_their_width() {
     assert!(shortest_difference < 0.7, "differences were as wide: {shortest_difference}");
 }
 
-/// The change of map coordinates, from the equator to a thousandth of a radian from the poles, for maps of planetocentric and of planetographic latitude.
+/// Derivatives of map coordinates against differences, from the equator to a thousandth of a radian from the poles, for maps of
+/// planetocentric and of planetographic latitude.
 #[test]
 fn map_coordinates_change_by_their_derivatives() {
     let emitted = Emitted::new(
@@ -162,7 +166,7 @@ fn map_coordinates_change_by_their_derivatives() {
             let h = 1e-5 * p.x.hypot(p.y);
             let difference = map(p + step * h, stretch) - map(p - step * h, stretch);
             let turns = difference.x - difference.x.round();
-            // Near a pole the shader narrows footprints: by the radius of the parallel of the map's latitude.
+            // Near a pole the shader narrows footprints in longitude: by 5 times the radius of the parallel, where that is less than 1.
             let parallel = p.x.hypot(p.y) / DVec3::new(p.x, p.y, stretch * p.z).length();
             let expected = DVec2::new(turns * (5.0 * parallel).min(1.0), difference.y) / (2.0 * h);
             assert!((found - expected).length() < 1e-4 * expected.length() + 1e-8, "{input:?}: {found} for {expected}");

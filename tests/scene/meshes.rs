@@ -1,4 +1,5 @@
-//! Bodies drawn from triangle files: agreement with the ellipsoid's image, the effect of each flag, and the messages for files that cannot be drawn.
+//! Bodies drawn from triangle files: agreement with the ellipsoid's image, the effect of each flag, and the messages for files that cannot
+//! be drawn.
 
 use crate::support::session::session_over;
 use glam::DVec3;
@@ -15,7 +16,7 @@ use std::fmt::Write;
 use std::sync::{Arc, LazyLock, Mutex};
 
 const SIDE: u32 = 160;
-/// A flattened body without a relief map, with a detailed albedo map.
+/// A triaxial body without a relief map, with a detailed albedo map.
 const PHOBOS: NaifId = NaifId(401);
 const FINE: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
@@ -35,14 +36,15 @@ impl UserMesh {
         Self { session, messages, _folder: folder }
     }
 
-    /// Phobos with a mesh of this text; `rest`: more fields of `[body.mesh]`.
-    fn phobos(rest: &str, obj: &str) -> Self {
-        Self::new(&catalog(rest), &[("shape.obj", obj.as_bytes())])
+    /// Phobos with a mesh of this text. `fields`: more fields of `[body.mesh]`.
+    fn phobos(fields: &str, obj: &str) -> Self {
+        Self::new(&catalog(fields), &[("shape.obj", obj.as_bytes())])
     }
 
-    fn request(effects: &str, pixel_view: PixelView, from: DVec3) -> ViewRequest {
+    /// A view of Phobos. `camera_km`: the camera's position in the body's axes.
+    fn request(effects: &str, pixel_view: PixelView, camera_km: DVec3) -> ViewRequest {
         ViewRequest {
-            position: Position::Offset { body: PHOBOS, offset_km: from, axes: Axes::BodyFixed },
+            position: Position::Offset { body: PHOBOS, offset_km: camera_km, axes: Axes::BodyFixed },
             fov_deg: Some(30.0),
             width: SIDE,
             height: SIDE,
@@ -53,14 +55,15 @@ impl UserMesh {
         }
     }
 
-    fn draw(&self, effects: &str, pixel_view: PixelView, from: DVec3) -> (Scene, Vec<[f32; 4]>) {
-        let drawn = self.session.draw(&Self::request(effects, pixel_view, from), FINE, true).expect("drawn");
+    fn draw(&self, effects: &str, pixel_view: PixelView, camera_km: DVec3) -> (Scene, Vec<[f32; 4]>) {
+        let drawn = self.session.draw(&Self::request(effects, pixel_view, camera_km), FINE, true).expect("drawn");
         (drawn.scene, drawn.frame.hdr)
     }
 }
 
-fn catalog(rest: &str) -> String {
-    format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"shape.obj\"\n{rest}\n")
+/// A catalog file that gives Phobos a mesh.
+fn catalog(fields: &str) -> String {
+    format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"shape.obj\"\n{fields}\n")
 }
 
 fn radii() -> DVec3 {
@@ -68,8 +71,8 @@ fn radii() -> DVec3 {
     *RADII_KM
 }
 
-/// A globe of `around` by `around / 2` cells. `vertex_at` maps each direction to a vertex position; `colour` is optional. No normals, no texture coordinates.
-/// The seam is closed.
+/// A globe of `around` by `around / 2` cells. `vertex_at` maps each direction to a vertex position; `colour` is optional. No normals, no
+/// texture coordinates. The seam is closed.
 fn globe(around: u32, vertex_at: impl Fn(DVec3) -> DVec3, colour: Option<[f64; 3]>) -> String {
     let rows = around / 2;
     let mut text = String::from("o globe\n");
@@ -138,7 +141,7 @@ fn decision(scene: &Scene, feature: &str) -> (bool, String) {
     (found.on, found.reason.to_string())
 }
 
-/// Viewpoints above 0 E, above the map's seam, above a pole, and oblique.
+/// Viewpoints (body axes, km) above 0 E, above the map's seam, above a pole, and oblique.
 fn viewpoints() -> [DVec3; 4] {
     let far = 4.0 * radii().x;
     [DVec3::X, DVec3::new(-1.0, 0.05, 0.2), DVec3::new(0.02, 0.01, 1.0), DVec3::new(0.5, -0.6, -0.6)].map(|d| far * d.normalize())
@@ -146,8 +149,8 @@ fn viewpoints() -> [DVec3; 4] {
 
 #[test]
 fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
-    // Mean over an image of which the body fills a third, in levels of 255. Measured: 0.03, and 0.18 for normals, for triangles of 2 degrees with
-    // smooth normals and texture coordinates. Most of it comes from the edges (four samples against the exact limb), where normals change most.
+    // Mean over an image of which the body fills a third, in levels of 255. Measured for triangles of 2 degrees: 0.03, and 0.18 for
+    // normals. Most of it comes from the edges (four samples against the exact limb), where normals change most.
     let bound = |view: PixelView| if view == PixelView::Normal { 0.4 } else { 0.1 };
     let fine = UserMesh::phobos("", &ellipsoid(180));
     let coarse = UserMesh::phobos("", &ellipsoid(12));
@@ -211,8 +214,8 @@ fn png(pixel_in_column: impl Fn(u32) -> [u8; 4]) -> Vec<u8> {
 #[test]
 fn the_maps_alpha_cuts_the_mesh_out() {
     let map = png(|x| if x < 32 { [200, 100, 50, 0] } else { [200, 100, 50, 255] });
-    let user_mesh = |rest: &str| {
-        let catalog = format!("{}[body.maps.albedo]\nfile = \"half.png\"\n", catalog(rest));
+    let user_mesh = |fields: &str| {
+        let catalog = format!("{}[body.maps.albedo]\nfile = \"half.png\"\n", catalog(fields));
         UserMesh::new(&catalog, &[("shape.obj", ellipsoid(48).as_bytes()), ("half.png", &map)])
     };
     let halves = |user_mesh: &UserMesh| {
@@ -299,7 +302,7 @@ fn wrong_fields_are_named_by_line() {
             "mine.toml:7: Phobos.mesh.alphas is not a field here: did you mean `alpha`?",
         ]
     );
-    let problems_for = |id: i32, rest: &str| problems(&catalog(rest).replace("401", &id.to_string()));
+    let problems_for = |id: i32, fields: &str| problems(&catalog(fields).replace("401", &id.to_string()));
     assert_eq!(
         problems_for(399, ""),
         ["mine.toml:3: Earth.mesh: a body with an atmosphere or clouds takes none: they lie over an ellipsoid"]
@@ -321,15 +324,15 @@ fn the_shadow_of_a_part_on_the_mesh_is_right_to_within_one_triangle_edge() {
         let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
         DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
     };
-    // A ball of 8 km with triangles of 2 degrees. A ball of 2 km stands between it and the Sun; its shadow falls beside the middle.
+    // A ball of 8 km in radius with triangles of 2 degrees. Between it and the Sun is a ball of 2 km, whose shadow falls beside the middle.
     let (large_km, small_km, around) = (8.0, 2.0, 180);
     let centre_km = 14.0 * sun + 3.0 * sun.any_orthonormal_vector();
     // The diagonal of a cell plus two pixels of 0.17 km.
     let edge_km = large_km * TAU / f64::from(around) * 2.0_f64.sqrt() + 0.34;
-    let first = globe(around, |d| d * large_km, None);
-    let count = first.lines().filter(|l| l.starts_with("v ")).count();
-    let second = globe(48, |d| d * small_km + centre_km, None);
-    let both = first + &with_shifted_indices(&second, count);
+    let large = globe(around, |d| d * large_km, None);
+    let count = large.lines().filter(|l| l.starts_with("v ")).count();
+    let small = globe(48, |d| d * small_km + centre_km, None);
+    let both = large + &with_shifted_indices(&small, count);
     let user_mesh = UserMesh::phobos("", &both);
     let (scene, with) = user_mesh.draw("", PixelView::Sunlight, viewpoint(sun));
     let (_, without) = user_mesh.draw("-self-shadow", PixelView::Sunlight, viewpoint(sun));
@@ -388,8 +391,8 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
     assert!(compared > 100, "{compared} pixels");
 }
 
-/// Bounds: mean 0.4 levels, 99.9th percentile 3 levels. Measured 0.27 and 1 on llvmpipe, as for golden views (tests/gpu/renderer.rs); at an edge, a
-/// sample may fall on the other side.
+/// Bounds: a mean of 0.4 levels and a 99.9th percentile of 3 levels; measured on llvmpipe: 0.27 and 1. At an edge, a sample may fall on the
+/// other side.
 #[cfg(feature = "gpu")]
 #[test]
 fn the_gpu_draws_what_the_software_draws() {

@@ -49,13 +49,13 @@ fn mean(drawn: &DrawnFrame) -> f64 {
 
 /// V magnitude per square arc second of a radiance.
 fn surface_magnitude(radiance: f64) -> f64 {
-    let square_second_sr = (PI / 180.0 / 3600.0).powi(2);
-    magnitude(radiance / PI * square_second_sr)
+    let square_arc_second_sr = (PI / 180.0 / 3600.0).powi(2);
+    magnitude(radiance / PI * square_arc_second_sr)
 }
 
-/// Mean luminance of a field around a position in Galactic coordinates, all in degrees.
-fn mean_around(longitude: f64, latitude: f64, fov_deg: f64) -> f64 {
-    mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * direction(longitude, latitude), fov_deg, MILKY_WAY)))
+/// Mean luminance of a field around a position in Galactic coordinates.
+fn mean_around(longitude_deg: f64, latitude_deg: f64, fov_deg: f64) -> f64 {
+    mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * direction(longitude_deg, latitude_deg), fov_deg, MILKY_WAY)))
 }
 
 /// Neighbouring galaxies and dark clouds of our own are where charts show them; a mirrored or rotated map would fail.
@@ -72,8 +72,9 @@ fn the_milky_way_is_at_its_charted_position() {
     assert!(mean_around(2.0, -4.0, 3.0) > 3.0 * mean_around(180.0, 0.0, 8.0));
 }
 
-/// Published values: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of tenth magnitude per square
-/// degree (22.8); all starlight and diffuse light there counts as 20 to 60 (Leinert et al. 1998, A&AS 127, 1, section 10).
+/// Published values: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of
+/// tenth magnitude per square degree (22.8); all starlight and diffuse light there counts as 20 to 60 (Leinert et al. 1998, A&AS 127, 1,
+/// section 10).
 #[test]
 fn the_milky_way_is_as_bright_as_published() {
     let cloud = surface_magnitude(mean_around(2.0, -4.0, 3.0));
@@ -104,12 +105,13 @@ fn the_milky_way_is_steady_at_one_arc_second() {
     }
 }
 
-/// The zodiacal light in the image follows its law for the ray through each pixel, computed in f64, from the ecliptic to its pole and round to the gegenschein.
+/// The zodiacal light in the image is that of `zodiacal::law`, computed in f64 for the ray through a pixel, from the ecliptic to its pole
+/// and round to the gegenschein.
 #[test]
 fn zodiacal_light_follows_its_law() {
     let probe = draw(&SESSION, &towards(DVec3::X, 60.0, ZODIACAL_LIGHT));
     let sun = probe.scene.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
-    let (to_sun, au) = (sun.normalize(), sun.length() / 149_597_870.7);
+    let (to_sun, sun_distance_au) = (sun.normalize(), sun.length() / 149_597_870.7);
     for look in [to_sun, -to_sun, ecliptic_pole(), to_sun.cross(ecliptic_pole()), DVec3::new(0.2, 0.9, -0.5)] {
         let drawn = draw(&SESSION, &towards(look, 100.0, ZODIACAL_LIGHT));
         let camera = &drawn.scene.camera;
@@ -118,11 +120,12 @@ fn zodiacal_light_follows_its_law() {
         for y in (2..64).step_by(6) {
             for x in (2..64).step_by(6) {
                 let ray = camera.ray(camera.clip_from_pixel(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).normalize();
-                let elongation = ray.dot(to_sun).acos().to_degrees();
-                if elongation < 27.0 {
+                let elongation_deg = ray.dot(to_sun).acos().to_degrees();
+                // Near the Sun the light blends into the corona.
+                if elongation_deg < 27.0 {
                     continue;
                 }
-                let expected = zodiacal::law(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(au);
+                let expected = zodiacal::law(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(sun_distance_au);
                 let drawn_radiance = f64::from(drawn.frame.hdr[(y * 64 + x) as usize][1]);
                 compared += 1;
                 assert!(
@@ -137,7 +140,8 @@ fn zodiacal_light_follows_its_law() {
     assert!((zodiacal::unit_radiance(5.2) / zodiacal::unit_radiance(1.0) - 5.2_f64.powf(-2.3)).abs() < 1e-12);
 }
 
-/// Next to a lit planet, neither layer is visible, drawn or loaded. A boost lifts both and the stars; the layer switch removes them; each decision states its reason.
+/// Next to a lit planet, neither layer is visible, drawn or loaded. A boost lifts both and the stars; the layer switch removes them; each
+/// decision states its reason.
 #[test]
 fn the_exposure_decides_what_is_visible() {
     let saturn = |stars_boost: f64, layers: Layers| {
@@ -191,11 +195,11 @@ fn a_users_panorama_is_placed_in_its_frame() {
     // Longitude 90, latitude 30: a quarter to the left of the middle, two thirds up.
     let flat = folder.path().join("flat.png");
     red_spot(360, 180, [90, 60]).save(&flat).expect("written");
-    // The face to the left of the middle face is the face of longitude 90.
+    // The face to the left of the middle face is the face of longitude 90, nx. The other faces have no spot.
     let cube = folder.path().join("cube");
     std::fs::create_dir(&cube).expect("a folder");
     for face in ["px", "nx", "py", "ny", "pz", "nz"] {
-        // 30 degrees above the middle of a face, by the tangent.
+        // 30 degrees above the middle of a face: 64 pixels times the tangent.
         let at = if face == "nx" { [64, 27] } else { [500, 500] };
         red_spot(128, 128, at).save(cube.join(format!("{face}.png"))).expect("written");
     }

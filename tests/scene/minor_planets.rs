@@ -1,6 +1,7 @@
 //! Minor planets: Kepler's equation in the vertex stage against f64, positions and light in images, and files supplied by the user.
 //!
-//! The reference is `ephemeris::conic` in f64, whose own tests compare it with the classical formulas. The tolerance is 1e-6 of the semi-major axis up to e = 0.97.
+//! The reference is `ephemeris::conic` in f64, whose own tests compare it with the classical formulas. The tolerance is 1e-6 of the
+//! semi-major axis up to e = 0.97.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
@@ -31,7 +32,8 @@ fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, motion_at_perihelion: DVec3::Y, passage_days: 0.0 }
 }
 
-/// The shader's input for an orbit with perihelion distance 1 at a time, in the shader's units.
+/// The shader's input for an orbit with perihelion distance 1 au. `time` past perihelion is in units of 1 / [`GAUSS_CONSTANT`] days, as in
+/// the shader.
 fn motion_input(e: f64, time: f64) -> EvalInput {
     [1.0, 1.0 - e, (1.0 + e).sqrt(), time, 0.0, 0.0, 0.0, 0.0]
 }
@@ -47,11 +49,11 @@ fn greatest_error<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl 
     times.iter().zip(&positions).map(error).fold(0.0, |worst: f64, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
 }
 
-/// Times over half an orbit, and close to perihelion.
+/// Times over an orbit, half of them before perihelion, and more times close to perihelion.
 fn times(e: f64) -> Vec<f64> {
-    let half_turn = if e < 1.0 { PI * (1.0 - e).powf(-1.5) } else { 1e4 };
-    let evenly_spaced = (-2000..=2000).map(|k| half_turn * f64::from(k) / 2000.0);
-    let near_perihelion = (-600..=600).map(|k| f64::from(k) / 100.0).filter(|t| t.abs() <= half_turn);
+    let half_period = if e < 1.0 { PI * (1.0 - e).powf(-1.5) } else { 1e4 };
+    let evenly_spaced = (-2000..=2000).map(|k| half_period * f64::from(k) / 2000.0);
+    let near_perihelion = (-600..=600).map(|k| f64::from(k) / 100.0).filter(|t| t.abs() <= half_period);
     evenly_spaced.chain(near_perihelion).collect()
 }
 
@@ -59,13 +61,14 @@ fn times(e: f64) -> Vec<f64> {
 fn keplers_equation_in_f32_agrees_with_f64() {
     let shader = Emitted::new("minor_planets", POSITION_EXPRESSION);
     for e in [0.0, 1e-6, 0.01, 0.1, 0.3, 0.5, 0.7, 0.85, 0.93, 0.97] {
-        let axis = 1.0 / (1.0 - e);
-        let single = greatest_error::<f32>(&shader, e, &times(e), |_| axis);
-        let double = greatest_error::<f64>(&shader, e, &times(e), |_| axis);
+        let semi_major_axis = 1.0 / (1.0 - e);
+        let single = greatest_error::<f32>(&shader, e, &times(e), |_| semi_major_axis);
+        let double = greatest_error::<f64>(&shader, e, &times(e), |_| semi_major_axis);
         println!("e {e}: {single:.2e} of the semi-major axis in f32, {double:.2e} in f64");
         assert!(single < 1e-6 && double < 1e-9, "e {e}: {single} {double}");
     }
-    // For larger e, relative to the distance from the Sun: near-parabolic orbits on both sides, the parabola, and hyperbolas as open as that of 2I/Borisov.
+    // For larger e, relative to the distance from the Sun: near-parabolic orbits on both sides, the parabola, and hyperbolas as open as
+    // that of 2I/Borisov.
     for e in [0.99, 0.999, 0.9999, 1.0 - 1e-6, 1.0, 1.0 + 1e-6, 1.0001, 1.01, 1.2, 2.0, 3.4] {
         let single = greatest_error::<f32>(&shader, e, &times(e), DVec3::length);
         println!("e {e}: {single:.2e} of the distance in f32");
@@ -84,7 +87,7 @@ fn keplers_equation_in_f32_agrees_with_f64() {
     assert!(greatest_error::<f32>(&inexact, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
 }
 
-/// The sprite's profile is that of `scene::point_spread`, and its extent is the same power of the peak.
+/// The shader gives a sprite the profile of `scene::point_spread`, and an extent that grows with the same power of its peak.
 #[test]
 fn sprites_have_the_profile_of_other_points() {
     let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {GLARE_FRACTION:?})");
@@ -103,11 +106,11 @@ fn sprites_have_the_profile_of_other_points() {
     }
 }
 
-/// A session with a single body of the embedded table.
-fn session_of(body: &SmallBody, line: &str) -> (Session, tempfile::TempDir) {
+/// A session with this table of minor planets, and the folder of its files.
+fn session_with_table(table: &str) -> (Session, tempfile::TempDir) {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("one.csv");
-    std::fs::write(&file, line).unwrap_or_else(|e| panic!("{}: {e}", body.name));
+    std::fs::write(&file, table).expect("written");
     let sources = Sources { minor_planets: Some(file), cache: Some(folder.path().join("cache")), ..Sources::default() };
     (Session::open(&sources, |line| panic!("{line}")).expect("opens"), folder)
 }
@@ -121,7 +124,8 @@ fn single_entry(name: &str) -> (SmallBody, String) {
     (body, format!("{}\n{row}\n", rows[1]))
 }
 
-/// From the Earth's centre to a body: its apparent direction (light time iterated in f64, aberration), and its distances from the Earth and the Sun.
+/// From the Earth's centre to a body: its apparent direction (light time iterated in f64, aberration), and its distances from the Earth and
+/// the Sun.
 fn seen_from_earth(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> (DVec3, f64, f64) {
     let state = |id: NaifId| ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).expect("a state").state;
     let (earth, sun) = (state(NaifId::EARTH), state(NaifId::SUN));
@@ -151,19 +155,20 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     }
 }
 
-/// Pallas, the near-Earth asteroid Eros and distant Sedna at four dates: the centroid in the image is at the f64 position, and the light follows H and G.
+/// Pallas, the near-Earth asteroid Eros and distant Sedna at four dates: the centroid in the image is at the f64 position, and the light
+/// follows H and G.
 #[test]
 fn images_show_minor_planets_at_their_position_and_brightness() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
     let (mut worst_px, mut worst_light, mut geometric_shift_px): (f64, f64, f64) = (0.0, 0.0, 0.0);
-    let mut brighter_than_marks = 0;
+    let mut brighter_than_markers = 0;
     for name in ["Pallas", "Eros", "Sedna"] {
         let (body, table) = single_entry(name);
-        let (session, _folder) = session_of(&body, &table);
+        let (session, _folder) = session_with_table(&table);
         for time in ["1950-06-01T00:00:00Z", "2012-01-31T11:00:00Z", "2024-04-08T18:00:00Z", "2090-10-10T10:10:10Z"] {
             let time = Instant::parse(time).expect("a time");
-            let (direction, distance, from_sun) = seen_from_earth(&ephemeris, &body, time);
+            let (direction, distance_au, sun_distance_au) = seen_from_earth(&ephemeris, &body, time);
             // Slightly off the middle.
             let aim = (direction + DVec3::new(2e-5, -1e-5, 3e-5)).normalize();
             let request = towards(aim, 0.02, time);
@@ -177,25 +182,26 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
                 moment += at * f64::from(p[1]);
             }
             worst_px = worst_px.max((moment / sum).distance(expected_px));
-            let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
+            let earth_to_sun_au = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
             geometric_shift_px = geometric_shift_px
                 .max(((geometric_direction(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
             // The phase angle from the triangle of Sun, Earth and body.
-            let cos_phase = (from_sun.powi(2) + distance.powi(2) - sun.length_squared()) / (2.0 * from_sun * distance);
+            let cos_phase =
+                (sun_distance_au.powi(2) + distance_au.powi(2) - earth_to_sun_au.length_squared()) / (2.0 * sun_distance_au * distance_au);
             let tan_half_phase = (0.5 * cos_phase.clamp(-1.0, 1.0).acos()).tan();
             let orrery::catalog::small_bodies::BrightnessLaw::Asteroid { h, g } = body.brightness else { panic!("{name} has H") };
             let phase_law = (1.0 - g) * (-3.33 * tan_half_phase.powf(0.63)).exp() + g * (-1.87 * tan_half_phase.powf(1.22)).exp();
-            let magnitude = h + 5.0 * (from_sun * distance).log10() - 2.5 * phase_law.log10();
+            let magnitude = h + 5.0 * (sun_distance_au * distance_au).log10() - 2.5 * phase_law.log10();
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
-            let mark_flux = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
+            let marker_flux = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
-            worst_light = worst_light.max((sum / (flux.max(mark_flux) * colour) - 1.0).abs());
-            brighter_than_marks += usize::from(flux > mark_flux);
+            worst_light = worst_light.max((sum / (flux.max(marker_flux) * colour) - 1.0).abs());
+            brighter_than_markers += usize::from(flux > marker_flux);
         }
     }
     println!("centroids within {worst_px:.4} px of 1.1 arcsec, light within {:.2} %", 100.0 * worst_light);
     assert!(worst_px < 0.1 && worst_light < 0.02, "{worst_px} {worst_light}");
-    assert!(brighter_than_marks > 4, "{brighter_than_marks} are brighter than marks");
+    assert!(brighter_than_markers > 4, "{brighter_than_markers} are brighter than markers");
     // Without light time and aberration the positions differ.
     assert!(geometric_shift_px > 5.0, "{geometric_shift_px}");
 }

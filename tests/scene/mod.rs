@@ -1,5 +1,4 @@
-//! The contents of one frame: how each body is drawn, with how much light, and what each option
-//! changes.
+//! The contents of one frame: how each body is drawn, with how much light, and what each option changes.
 
 mod bright_stars;
 mod comets;

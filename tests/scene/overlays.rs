@@ -74,8 +74,8 @@ fn planetographic(ground_km: DVec3, radii_km: DVec3) -> [f64; 2] {
 
 const REGION: &str = "projection = \"equirectangular\"\nwest_deg = -20.0\neast_deg = 25.0\nsouth_deg = 30.0\nnorth_deg = 50.0\n";
 
-fn overlay_toml(body: &str, name: &str, file: &str, rest: &str) -> String {
-    format!("[[overlay]]\nbody = \"{body}\"\nname = \"{name}\"\nfile = \"{file}\"\n{rest}\n")
+fn overlay_toml(body: &str, name: &str, file: &str, region: &str) -> String {
+    format!("[[overlay]]\nbody = \"{body}\"\nname = \"{name}\"\nfile = \"{file}\"\n{region}\n")
 }
 
 #[test]
@@ -93,10 +93,9 @@ fn an_image_of_zero_alpha_changes_no_bit() {
     }
 }
 
-/// On the oblate Saturn, planetographic latitudes of 30 and 50 degrees are planetocentric latitudes of 25.2 and
-/// 44.1.
+/// On the oblate Saturn, planetographic latitudes of 30 and 50 degrees are planetocentric latitudes of 25.2 and 44.1.
 #[test]
-fn an_overlay_changes_its_region_only() {
+fn an_overlay_changes_only_its_region() {
     let user_overlays = UserOverlays::new(&overlay_toml("Saturn", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
     let (scene, with) = user_overlays.draw(SATURN, "", PixelView::Final);
     let (_, without) = user_overlays.draw(SATURN, "-overlays", PixelView::Final);
@@ -105,15 +104,14 @@ fn an_overlay_changes_its_region_only() {
     let (mut inside, mut outside) = (0, 0);
     for (k, ground) in ground_points(&scene, SATURN).into_iter().enumerate() {
         let Some([lat, lon]) = ground.map(|g| planetographic(g, radii_km)) else { continue };
-        // Distance from the region in degrees, positive outside. A pixel spans half a degree here, and more
-        // towards the limb.
+        // Distance from the region in degrees, positive outside. A pixel spans half a degree here, and more towards the limb.
         let outside_deg = (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
         let differs = with[k].map(f32::to_bits) != without[k].map(f32::to_bits);
         if outside_deg > 2.5 {
             assert!(!differs, "{lat} N {lon} E is changed");
             outside += 1;
         } else if outside_deg < -2.5 {
-            // An opaque overlay shows its own colour in linear light, as a map would.
+            // An opaque overlay shows its own colour in linear light, as a map would: sRGB 40 and 90 are 0.021 and 0.102.
             let red = albedo[k][0];
             let (green, blue) = (albedo[k][1] / red, albedo[k][2] / red);
             assert!((green - 0.021_22).abs() < 1e-4 && (blue - 0.102_24).abs() < 1e-4, "{green} {blue}");
@@ -126,9 +124,9 @@ fn an_overlay_changes_its_region_only() {
 }
 
 #[test]
-fn an_image_from_above_lies_on_the_plane_below_it() {
-    let rest = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
-    let user_overlays = UserOverlays::new(&overlay_toml("Moon", "seen", "green.png", rest), &[("green.png", [10, 255, 10, 255])]);
+fn an_orthographic_overlay_covers_the_ground_below_it() {
+    let region = "projection = \"orthographic\"\nlatitude_deg = 20.0\nlongitude_deg = -15.0\nwidth_km = 1200.0\nheight_km = 600.0\n";
+    let user_overlays = UserOverlays::new(&overlay_toml("Moon", "seen", "green.png", region), &[("green.png", [10, 255, 10, 255])]);
     let (scene, with) = user_overlays.draw(MOON, "", PixelView::Albedo);
     let (_, without) = user_overlays.draw(MOON, "-overlays", PixelView::Albedo);
     let (lat, lon) = (20f64.to_radians(), (-15f64).to_radians());
@@ -149,16 +147,16 @@ fn an_image_from_above_lies_on_the_plane_below_it() {
         }
     }
     assert!(inside > 100 && outside > 1000, "{inside} {outside}");
-    // Seen from the other side of the Moon the image would be upside down: it must not be visible there.
+    // An overlay around the antipode must not show through the Moon.
     let on_far_side = UserOverlays::new(
-        &overlay_toml("Moon", "seen", "green.png", &rest.replace("-15.0", "165.0").replace("20.0", "-20.0")),
+        &overlay_toml("Moon", "seen", "green.png", &region.replace("-15.0", "165.0").replace("20.0", "-20.0")),
         &[("green.png", [10, 255, 10, 255])],
     );
     assert!(on_far_side.draw(MOON, "", PixelView::Albedo).1 == without);
 }
 
 #[test]
-fn the_second_lies_over_the_first_by_its_alpha() {
+fn the_second_overlay_covers_the_first_according_to_its_alpha() {
     let blended_albedo = |alpha: u8| {
         let catalog = overlay_toml("Moon", "low", "red.png", REGION) + &overlay_toml("Moon", "high", "blue.png", REGION);
         let user_overlays = UserOverlays::new(&catalog, &[("red.png", [255, 0, 0, 255]), ("blue.png", [0, 0, 255, alpha])]);
@@ -166,8 +164,8 @@ fn the_second_lies_over_the_first_by_its_alpha() {
         assert_eq!(scene.draws[0].features.overlays, 2);
         let radii_km = scene.body(MOON).expect("the Moon").placement.radii_km;
         let points = ground_points(&scene, MOON);
-        let is_middle = |g: &Option<DVec3>| {
-            g.map(|g| planetographic(g, radii_km)).is_some_and(|[lat, lon]| (lat - 40.0).abs() < 3.0 && lon.abs() < 3.0)
+        let is_middle = |ground: &Option<DVec3>| {
+            ground.map(|g| planetographic(g, radii_km)).is_some_and(|[lat, lon]| (lat - 40.0).abs() < 3.0 && lon.abs() < 3.0)
         };
         let k = points.iter().position(is_middle).expect("the region's middle");
         [seen[k][0], seen[k][1], seen[k][2]]

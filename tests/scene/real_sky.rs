@@ -6,6 +6,7 @@ use orrery::scene::request::{Axes, CameraFile, Look, Position, ViewRequest};
 use orrery::scene::{Appearance, Caches, Resources, Scene, SceneBuilder};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
+use orrery::units::SPEED_OF_LIGHT_KM_S;
 use std::collections::BTreeSet;
 
 fn sky() -> (Catalog, Ephemeris) {
@@ -84,24 +85,24 @@ fn the_earths_sub_points_follow_its_true_rotation() {
     let mut count = 0;
     for epoch in reference()["epochs"].as_array().expect("epochs") {
         let Some(earth) = epoch.get("earth_erfa") else { continue };
-        let t = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
+        let time = Instant::from_jd_tdb(number(&epoch["jd_tdb"]));
         let rows = earth["gcrs_to_itrs_no_polar_motion"].as_array().expect("rows");
         let row = |i: usize| DVec3::from_array([0, 1, 2].map(|k| number(&rows[i][k])));
         let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
         // The table assumes its own Delta T: the Earth turns by the difference.
-        let delta_t_difference_s = (t.jd_tt() - t.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
-        let mut request = ViewRequest::of(NaifId::EARTH, t);
+        let delta_t_difference_s = (time.jd_tt() - time.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
+        let mut request = ViewRequest::of(NaifId::EARTH, time);
         request.position = Position::Centre(NaifId::MOON);
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
         let body = scene.body(NaifId::EARTH).expect("the Earth");
-        let light_s = body.distance_km / 299_792.458;
+        let light_s = body.distance_km / SPEED_OF_LIGHT_KM_S;
         // The light that is seen left the Earth one light time ago; the sunlight that illuminated the Earth then had left the Sun
         // earlier.
         let position_at = |id: NaifId, seconds: f64| {
-            ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, t.plus_seconds(seconds), None).expect("a state").state.pos_km
+            ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, time.plus_seconds(seconds), None).expect("a state").state.pos_km
         };
         let from_earth = position_at(NaifId::EARTH, -light_s);
-        let sun_light_s = (position_at(NaifId::SUN, -light_s) - from_earth).length() / 299_792.458;
+        let sun_light_s = (position_at(NaifId::SUN, -light_s) - from_earth).length() / SPEED_OF_LIGHT_KM_S;
         let to_sun = position_at(NaifId::SUN, -light_s - sun_light_s) - from_earth;
         let to_moon = position_at(NaifId::MOON, 0.0) - from_earth;
         for (name, computed, direction) in [("viewer", body.sub_observer, to_moon), ("Sun", body.sub_solar.expect("lit"), to_sun)] {
@@ -110,7 +111,7 @@ fn the_earths_sub_points_follow_its_true_rotation() {
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
             let error_deg =
                 longitude_difference_deg(computed.longitude_deg, longitude_deg).abs().max((computed.latitude_deg - latitude_deg).abs());
-            assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", t.jd_tdb());
+            assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", time.jd_tdb());
             // An error of four seconds of rotation would be detected.
             assert!(
                 longitude_difference_deg(computed.longitude_deg, longitude_deg + 4.0 * EARTH_ROTATION_DEG_S).abs()
@@ -131,9 +132,9 @@ fn a_viewer_on_the_ground_stands_on_it() {
         let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
         let earth = scene.body(NaifId::EARTH).expect("the Earth");
         let placement = &earth.placement;
-        let c = placement.camera_in_unit_sphere();
+        let camera = placement.camera_in_unit_sphere();
         // Height from the gradient of the ellipsoid's equation: exact to the ratio of height to radius.
-        let height = (c.length_squared() - 1.0) / (2.0 * (c / placement.radii_km).length());
+        let height = (camera.length_squared() - 1.0) / (2.0 * (camera / placement.radii_km).length());
         assert!((height / height_km - 1.0).abs() < 0.05, "{height} km against {height_km}");
     }
 }
@@ -178,6 +179,7 @@ fn a_small_body_is_a_point_and_a_nearby_body_is_a_disc() {
         assert_eq!(body.appearance, appearance);
         // Almanacs give Jupiter V -2.8 at that opposition.
         assert!((body.magnitude.expect("it shines") + 2.8).abs() < 0.2, "{:?}", body.magnitude);
+        // Far bodies are drawn first.
         assert!(scene.draws.windows(2).all(|w| {
             let distance = |k: usize| scene.body(w[k].body).map_or(0.0, |b| b.distance_km);
             distance(0) >= distance(1)
@@ -189,18 +191,18 @@ fn a_small_body_is_a_point_and_a_nearby_body_is_a_disc() {
 fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
     let (catalog, ephemeris) = sky();
     let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
-    let night = |request: &ViewRequest| {
+    let night_decision = |request: &ViewRequest| {
         let scene = Scene::build(&catalog, &ephemeris, request).expect("a scene");
         let earth = scene.body(NaifId::EARTH).expect("the Earth").clone();
         assert!(earth.decisions.iter().all(|d| !d.reason.to_string().is_empty()));
         earth.decisions.into_iter().find(|d| d.feature == "night").expect("decided")
     };
-    assert!(!night(&request).on);
+    assert!(!night_decision(&request).on);
     request.exposure = orrery::scene::request::ExposureRequest::Stops(10.0);
-    assert!(night(&request).on);
+    assert!(night_decision(&request).on);
     request.effects = orrery::scene::effects::EffectOverrides::parse("-night").expect("an effect");
-    let decision_on_request = night(&request);
-    assert_eq!((decision_on_request.on, &*decision_on_request.reason.to_string()), (false, "set by you"));
+    let switched_off = night_decision(&request);
+    assert_eq!((switched_off.on, &*switched_off.reason.to_string()), (false, "set by you"));
 }
 
 #[test]
@@ -239,14 +241,14 @@ fn the_requirements_of_a_view_cover_everything_it_draws() {
         let builder = SceneBuilder::new(&catalog, &ephemeris, &request, &caches).expect("a view");
         let required = builder.requirements(&Resources::default());
         let scene = builder.build(&Resources::default());
-        let named: BTreeSet<&str> = required.maps.iter().flat_map(|(files, _)| files.by_role().map(|(_, file)| file)).collect();
-        let drawn: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
-        assert!(drawn.is_subset(&named), "{drawn:?} of {named:?}");
+        let required_files: BTreeSet<&str> = required.maps.iter().flat_map(|(files, _)| files.by_role().map(|(_, file)| file)).collect();
+        let drawn_files: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
+        assert!(drawn_files.is_subset(&required_files), "{drawn_files:?} of {required_files:?}");
         // No table is loaded: each effect that lacks its table reports that.
         let lacks_table = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.to_string().ends_with("is not available"));
         let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks_table).map(|b| b.id).collect();
         assert!(lacking.iter().all(|id| required.scattering_tables.contains(id)), "{lacking:?} of {:?}", required.scattering_tables);
-        (maps, tables) = (maps + drawn.len(), tables + lacking.len());
+        (maps, tables) = (maps + drawn_files.len(), tables + lacking.len());
     }
     assert!(maps > 5 && tables > 1, "{maps} maps and {tables} tables");
 }

@@ -9,19 +9,19 @@ use orrery::session::Session;
 use orrery::time::Instant;
 
 /// Allowed relative error of a small disc's light against its point's: one sample represents the entire part of the disc inside a pixel.
-/// Measured: 12 % too much at 4 pixels lit in full, 10 % too little at 3 pixels lit in half.
+/// Measured: 12 % too much for a full disc of 4 pixels, 10 % too little for a half-lit disc of 3 pixels.
 const TOLERANCE: f64 = 0.125;
 
 const FOV_DEG: f64 = 1.0;
 
-/// A body with no other body in front of it or behind it, seen from the direction of the Sun or of the Earth.
+/// A body without another body in front of it or behind it, seen from the direction of the Sun or of the Earth.
 struct Subject {
     body: NaifId,
     from: NaifId,
     time: &'static str,
 }
 
-/// Linear light of the entire image times distance squared, the body's diameter in pixels, and its appearance (disc or point).
+/// Linear light of the entire image times the body's distance squared, the body's diameter in pixels, and its appearance (disc or point).
 fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effects: &str) -> (f64, f64, Appearance) {
     let px_per_rad = f64::from(side) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
     let distance_radii = 2.0 * px_per_rad / diameter_px;

@@ -1,5 +1,5 @@
-//! Six cases through the library's public interface: the Sun, Mercury, the Earth without clouds, clouds, an eclipse of the Moon, Saturn and its ring.
-//! The contents of each image, and which functions its HLSL contains and lacks.
+//! Six cases through the library's public interface: the Sun, Mercury, the Earth without clouds, clouds, an eclipse of the Moon, Saturn and
+//! its ring. The contents of each image, and which functions its HLSL contains and lacks.
 
 use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
@@ -17,8 +17,8 @@ const SIZE_PX: u32 = 96;
 const FOV_DEG: f64 = 45.0;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 
-/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `air_before`: of the air in
-/// front of a surface.
+/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `air_before`
+/// evaluates the air in front of a surface.
 const EFFECT_FUNCTIONS: [&str; 7] = [
     "eclipse_light(",
     "ring_shadow_transmittance(",
@@ -35,8 +35,8 @@ struct Case {
     hdr: Vec<[f32; 4]>,
 }
 
-/// Bodies are NAIF codes: 10 is the Sun, 199 Mercury, 301 the Moon, 399 the Earth, 699 Saturn, 799 Uranus. `towards`: the body on whose side the
-/// camera is. `distance_radii`: from the target's centre. `overrides`: effects switched on (+) and off (-).
+/// Bodies are NAIF codes: 10 is the Sun, 199 Mercury, 301 the Moon, 399 the Earth, 699 Saturn, 799 Uranus. `towards`: the body on whose
+/// side the camera is. `distance_radii`: from the target's centre. `overrides`: effects switched on (+) and off (-).
 fn case(target: i32, time: &str, towards: Option<i32>, distance_radii: f64, overrides: &str) -> Case {
     let position = Position::Over { towards: towards.map(NaifId), distance_radii: Some(distance_radii) };
     let effects = EffectOverrides::parse(overrides).expect("effects");
@@ -90,8 +90,9 @@ fn the_sun_emits_light() {
     assert_contains(&code, &["limb_darkening("]);
     assert_lacks(&code, &["light_direction", "light_irradiance", "irradiance_on(", "reflected("]);
     assert_lacks(&code, &EFFECT_FUNCTIONS);
-    // Limb darkening: the catalog's quadratic law leaves 0.61 of the central green light at 0.93 of the radius; 0.2 to 0.8 is accepted. The disc's
-    // radius in half sizes of the image: tangent of its angular radius, whose sine is 1 / distance, over that of half the field of view.
+    // Limb darkening: the catalog's quadratic law leaves 0.61 of the central green light at 0.93 of the radius; 0.2 to 0.8 is accepted. The
+    // disc's radius in half sizes of the image: tangent of its angular radius, whose sine is 1 / distance, over that of half the field of
+    // view.
     let radius = 1.0 / (distance_radii.powi(2) - 1.0).sqrt() / (FOV_DEG / 2.0).to_radians().tan();
     assert!(
         sun.light_at(0.93 * radius, 0.0) < 0.8 * sun.light_at(0.0, 0.0) && sun.light_at(0.93 * radius, 0.0) > 0.2 * sun.light_at(0.0, 0.0)
@@ -116,7 +117,7 @@ fn mercury_has_only_its_map_and_sunlight() {
 
 #[test]
 fn the_earth_without_clouds_has_air() {
-    let [with, without] = ["-clouds", "-clouds,-atmosphere"].map(|e| case(399, "2024-06-08T18:17:16Z", Some(10), 1.3, e));
+    let [with, without] = ["-clouds", "-clouds,-atmosphere"].map(|effects| case(399, "2024-06-08T18:17:16Z", Some(10), 1.3, effects));
     let code = with.globe(399);
     assert_contains(&code, &["air_before("]);
     // Seen from the Sun there is no night side.
@@ -125,15 +126,15 @@ fn the_earth_without_clouds_has_air() {
     assert!(
         with.hlsl(399, BodyPart::Clouds).is_none() && with.hlsl(399, BodyPart::Sky).is_some() && without.hlsl(399, BodyPart::Sky).is_none()
     );
-    // So close that the Sky part is drawn: its rim would be wider than half a pixel, though the limb is outside the image. The air over the ground is
-    // blue.
+    // From so near, the sky is drawn, because the air beyond the limb is wider than half a pixel, although the limb is outside the image.
+    // The air in front of the ground is blue.
     let blue_excess = |c: &Case| c.hdr.iter().map(|p| f64::from(p[2]) - f64::from(p[0])).sum::<f64>();
     assert!(blue_excess(&with) > blue_excess(&without) + 10.0, "{} and {}", blue_excess(&with), blue_excess(&without));
 }
 
 #[test]
 fn clouds_brighten_the_earth_and_cast_shadows() {
-    let [with, without] = ["+cloud-shadow", "-clouds"].map(|e| case(399, "2024-06-08T18:17:16Z", Some(10), 4.0, e));
+    let [with, without] = ["+cloud-shadow", "-clouds"].map(|effects| case(399, "2024-06-08T18:17:16Z", Some(10), 4.0, effects));
     assert_contains(&with.globe(399), &["sunlight_through_clouds("]);
     assert_contains(&with.hlsl(399, BodyPart::Clouds).expect("the clouds are drawn"), &["cloud_opacity("]);
     assert_lacks(&without.globe(399), &["sunlight_through_clouds("]);
@@ -143,7 +144,7 @@ fn clouds_brighten_the_earth_and_cast_shadows() {
 #[test]
 fn the_moon_is_darkened_by_the_earth() {
     let partial_phase = "2022-11-08T09:45:00Z";
-    let [with, without] = ["", "-eclipse"].map(|e| case(301, partial_phase, Some(399), 4.0, e));
+    let [with, without] = ["", "-eclipse"].map(|effects| case(301, partial_phase, Some(399), 4.0, effects));
     assert_contains(&with.globe(301), &["eclipse_light("]);
     assert_lacks(&without.globe(301), &["eclipse_light("]);
     // Half of the Moon is in the umbra, the other half deep in the penumbra.
@@ -160,11 +161,11 @@ fn the_moon_is_darkened_by_the_earth() {
 
 #[test]
 fn saturn_and_its_ring_cast_shadows_on_each_other() {
-    // From Uranus' side, away from the Sun's direction, so that the shadow on the ring is visible beside the globe. Without ring-shine, which would
-    // light it.
+    // From Uranus' side, away from the Sun's direction, so that the shadow on the ring is visible beside the globe. Without ring-shine,
+    // which would light it.
     let time = "2017-05-17T00:00:00Z";
     let [both_shadows, no_ring_shadow, no_body_shadow] =
-        ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|e| case(699, time, Some(799), 5.0, e));
+        ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|effects| case(699, time, Some(799), 5.0, effects));
     let ring = |c: &Case| c.hlsl(699, BodyPart::Ring).expect("the ring is drawn");
     assert_contains(&both_shadows.globe(699), &["ring_shadow_transmittance("]);
     assert_contains(&ring(&both_shadows), &["planet_shadow_transmittance("]);

@@ -20,8 +20,8 @@ fn request(target: i32, time: &str, position: Position) -> ViewRequest {
     ViewRequest { position, width: SIDE, height: SIDE, ..ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time")) }
 }
 
-fn over(target: i32, time: &str, radii: f64, towards: Option<i32>) -> ViewRequest {
-    request(target, time, Position::Over { towards: towards.map(NaifId), distance_radii: Some(radii) })
+fn over(target: i32, time: &str, distance_radii: f64, towards: Option<i32>) -> ViewRequest {
+    request(target, time, Position::Over { towards: towards.map(NaifId), distance_radii: Some(distance_radii) })
 }
 
 fn pixels(scene: &Scene) -> Pixels {
@@ -29,7 +29,7 @@ fn pixels(scene: &Scene) -> Pixels {
     SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
 }
 
-/// The same view with two sets of effects at the same exposure.
+/// The same view with two sets of effects at the same exposure: the scene of the first, and the pixels of both.
 fn with_and_without(request: &ViewRequest, with: &str, without: &str, stops: f64) -> (Scene, Pixels, Pixels) {
     let scene_with = |effects: &str| {
         let effects = EffectOverrides::parse(effects).expect("effects");
@@ -48,6 +48,7 @@ fn cosine(scene: &Scene, body: i32, pixel: usize, direction: glam::DVec3) -> Opt
     Some((hit / body.placement.radii_km).normalize().dot(direction))
 }
 
+/// Direction from the body's centre to the Sun, body axes.
 fn sunward(scene: &Scene, body: i32) -> glam::DVec3 {
     let p = scene.body(NaifId(body)).expect("in the catalog").sub_solar.expect("lit");
     let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
@@ -59,9 +60,9 @@ fn changed_pixels(a: &Pixels, b: &Pixels) -> Vec<usize> {
     (0..a.len()).filter(|k| a[*k].map(f32::to_bits) != b[*k].map(f32::to_bits)).collect()
 }
 
-/// Asserts that an effect of the Earth changes at least one pixel, and only pixels for which the cosine of the Sun's zenith angle is in the range
-/// `sun`.
-fn assert_changes_only_between(request: &ViewRequest, others: &str, effect: &str, stops: f64, sun: std::ops::RangeInclusive<f64>) {
+/// Asserts that an effect of the Earth changes at least one pixel, and only pixels for which the cosine of the Sun's zenith angle is in the
+/// range `sun_cosines`. `others`: settings of other effects.
+fn assert_changes_only_between(request: &ViewRequest, others: &str, effect: &str, stops: f64, sun_cosines: std::ops::RangeInclusive<f64>) {
     let (scene, with, without) = with_and_without(request, others, &format!("{others},-{effect}"), stops);
     let towards = sunward(&scene, 399);
     let changed_places = changed_pixels(&with, &without);
@@ -70,13 +71,13 @@ fn assert_changes_only_between(request: &ViewRequest, others: &str, effect: &str
         // The centre of a pixel on the limb may lie outside the disc: then the Sun's angle is unknown.
         let Some(cosine) = cosine(&scene, 399, k, towards) else { continue };
         assert!(
-            sun.contains(&cosine),
+            sun_cosines.contains(&cosine),
             "{effect} changes pixel {},{}, where the Sun's cosine is {cosine}",
             k as u32 % SIDE,
             k as u32 / SIDE
         );
     }
-    // Two pixels outside the limb no ground is visible.
+    // The disc includes the changed pixel or one of its eight neighbours.
     let is_near_disc = |k: usize| {
         (0..9).any(|n| {
             cosine(&scene, 399, (k + n % 3 + (n / 3) * SIDE as usize).saturating_sub(1 + SIDE as usize).min(with.len() - 1), towards)
@@ -89,7 +90,7 @@ fn assert_changes_only_between(request: &ViewRequest, others: &str, effect: &str
 }
 
 #[test]
-fn ground_effects_change_their_side_of_the_earth_alone() {
+fn ground_effects_change_only_their_side_of_the_earth() {
     // A quarter Earth shows day and night.
     let quarter = over(399, "2024-06-14T06:00:00Z", 3.0, Some(301));
     let other_effects_off = "-atmosphere,-clouds,-cloud-shadow,-eclipse,-planet-shine";
@@ -137,7 +138,7 @@ fn earthshine_falls_where_the_earth_is_up() {
         let towards = (moon.placement.body_from_icrf * (earth.placement.centre_km - moon.placement.centre_km)).normalize();
         for k in changed_pixels(&with, &without) {
             let Some(earth_cosine) = cosine(&scene, 301, k, towards) else { continue };
-            // At most two bodies give light: that of the other planets is below the tolerance.
+            // Other planets may light the Moon too, by less than the tolerance.
             assert!(earth_cosine > -0.02 || (with[k][1] - without[k][1]).abs() < 1e-7, "the Earth's cosine is {earth_cosine}");
             let cos_sun = cosine(&scene, 301, k, sunward(&scene, 301)).unwrap_or(0.0);
             assert!(cos_sun < 0.1 || with[k][1] < without[k][1] * 1.002, "{} by day", with[k][1] / without[k][1]);
@@ -147,25 +148,28 @@ fn earthshine_falls_where_the_earth_is_up() {
     assert!(changed_pixels(&with, &without).len() > 500, "the dark side glows");
 }
 
-/// The full Earth shines on the Moon with V = -3.99 + 5 log10(384400 km / 1 au) = -16.94 (Mallama and Hilton 2018, Astronomy and Computing 25, 10),
-/// 9.82 magnitudes fainter than the Sun's -26.76: 1.18e-4 of its light. On 9 May 2024 the Earth's phase angle is 23 degrees, which reduces this by
-/// 13 to 35 % (factors of 0.87 by Lambert's law to 0.65 measured). Seen along the direction of the light, the ground reflects it as it reflects
-/// sunlight at full Moon.
+/// The full Earth shines on the Moon with V = -3.99 + 5 log10(384400 km / 1 au) = -16.94 (Mallama and Hilton 2018, Astronomy and Computing
+/// 25, 10), 9.82 magnitudes fainter than the Sun's -26.76: 1.18e-4 of its light. On 9 May 2024 the Earth's phase angle is 23 degrees, which
+/// reduces this by 13 to 35 % (factors of 0.87 by Lambert's law to 0.65 measured). Seen along the direction of the light, the ground
+/// reflects it as it reflects sunlight at full Moon.
 #[test]
 fn earthshine_is_a_ten_thousandth_of_sunlight_on_the_moon() {
-    for radii in [221.0, 60.0] {
-        let middle = |time: &str| {
-            let from_earth =
-                Position::Offset { body: NaifId::MOON, offset_km: glam::DVec3::new(radii * 1737.4, 0.0, 0.0), axes: Axes::BodyFixed };
+    for distance_radii in [221.0, 60.0] {
+        let middle_light = |time: &str| {
+            let from_earth = Position::Offset {
+                body: NaifId::MOON,
+                offset_km: glam::DVec3::new(distance_radii * 1737.4, 0.0, 0.0),
+                axes: Axes::BodyFixed,
+            };
             let effects = EffectOverrides::parse("+planet-shine,-normal").expect("effects");
             let base = request(301, time, from_earth);
             let exposure = ExposureRequest::Stops(0.0);
-            let moon = ViewRequest { fov_deg: Some(100.0 / radii), effects, exposure, width: 65, height: 65, ..base };
+            let moon = ViewRequest { fov_deg: Some(100.0 / distance_radii), effects, exposure, width: 65, height: 65, ..base };
             let scene = SESSION.scene(&moon).expect("a scene");
             f64::from(pixels(&scene)[32 * 65 + 32][1])
         };
-        let ratio = middle("2024-05-09T20:00:00Z") / middle("2024-05-23T13:53:00Z");
-        assert!((0.6e-4..1.15e-4).contains(&ratio), "{ratio:e} from {radii} radii");
+        let ratio = middle_light("2024-05-09T20:00:00Z") / middle_light("2024-05-23T13:53:00Z");
+        assert!((0.6e-4..1.15e-4).contains(&ratio), "{ratio:e} from {distance_radii} radii");
     }
 }
 
@@ -194,7 +198,7 @@ fn occluders_out_of_reach_cause_no_eclipse() {
     assert!(changed_pixels(&near, &none).len() > 100, "the true eclipse must be visible");
 }
 
-/// Air of zero density equals no air up to the last bits; it still evaluates an exponential of zero depth.
+/// Air of zero density equals no air, but for the last bits: the shader still evaluates the exponential of an optical depth of 0.
 #[test]
 fn air_of_zero_density_equals_no_air() {
     let earth = over(399, "2024-06-14T06:00:00Z", 3.0, Some(301));

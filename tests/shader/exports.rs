@@ -1,5 +1,6 @@
-//! The three exports: the report (compares two revisions of the shader library), the atlas (a static site with a page for each module) and the corpus
-//! (conformance cases for other implementations of WGSL). Tests their contents, and that the corpus' files alone suffice to draw its cases.
+//! The three exports: the report (compares two revisions of the shader library), the atlas (a static site with a page for each module) and
+//! the corpus (conformance cases for other implementations of WGSL). Tests their contents, and that the files of the corpus suffice to draw
+//! its cases.
 
 #[cfg(feature = "gpu")]
 use crate::support::gpu::gpu;
@@ -86,8 +87,8 @@ fn libraries_are_compared_by_their_entries() {
     assert_eq!((report.equal, report.changed.len()), (2, 0));
     assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
 
-    // A library has a folder for each generator: a digest of fragments, emitter and lowering. With two such folders, two revisions, its path is
-    // ambiguous.
+    // A library has a folder for each generator, named by a digest of fragments, emitter and lowering. With two such folders, that is two
+    // revisions, its path is ambiguous.
     let root = old.path().join("orrery/shaders");
     let generator_folder = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
     std::fs::create_dir(root.join("other")).expect("made");
@@ -257,10 +258,10 @@ impl Case {
     }
 }
 
-/// Cases drawn from their files alone are within their tolerance: every pixel in software (f32), on a GPU all but 1 in 500. With a tenth less albedo
-/// more than 100 pixels are not.
+/// Cases drawn from their files alone are within their tolerance: every pixel in software (f32), on a GPU all but 1 in 500. With a tenth
+/// less albedo, more than 100 pixels are outside it.
 #[test]
-fn a_corpus_is_sufficient_for_an_executor() {
+fn a_corpus_can_be_drawn_from_its_files_alone() {
     let folder = tempfile::tempdir().expect("temp");
     let key_texts = [
         "lambert.albedo-normal.sun1.ellipsoid",

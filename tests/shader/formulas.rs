@@ -1,7 +1,7 @@
-//! Formulas that exist both in Rust (for bounds, decisions and tables) and in the shaders: over its range, the emitted function evaluated in f64 gives the value of the
-//! Rust function.
+//! Formulas that exist both in Rust (for bounds, decisions and tables) and in the shaders: over the range of its arguments, the emitted
+//! function, evaluated in f64, agrees with the Rust function.
 //!
-//! Most tests state a tolerance, and show that an edit of the shader or exchanged arguments exceed it.
+//! Most tests state a tolerance, and show that an edited shader or exchanged arguments exceed it.
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
@@ -55,7 +55,7 @@ fn saturns_ring() -> DrawUniforms {
 }
 
 /// Cosines of the phase angle, closely spaced at both ends, where the opposition surge and forward scattering peak.
-fn phases() -> Vec<f64> {
+fn phase_cosines() -> Vec<f64> {
     (0..=1000).map(|k| f64::from(k) / 1000.0).map(|t| (PI * (t - (2.0 * PI * t).sin() / (2.0 * PI))).cos()).collect()
 }
 
@@ -64,12 +64,12 @@ fn phases() -> Vec<f64> {
 fn the_phase_functions_of_rings_agree_with_the_shader() {
     const TOLERANCE: f64 = 2e-5;
     let uniforms = saturns_ring();
-    let inputs: Vec<EvalInput> = phases().into_iter().map(|c| eval_input([c])).collect();
+    let inputs: Vec<EvalInput> = phase_cosines().into_iter().map(|c| eval_input([c])).collect();
     for (function, reference) in
         [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| dust_phase(c.acos()))]
     {
         let value = format!("vec4f({function}(p.x))");
-        let expected = || phases().into_iter().map(reference);
+        let expected = || phase_cosines().into_iter().map(reference);
         let found = greatest_error(&Emitted::new(RING, &value).evaluate(&uniforms, None, &inputs), expected());
         assert!(found < TOLERANCE, "{function}: {found}");
         for (shipped, edit) in [
@@ -84,13 +84,13 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     }
 }
 
-/// Tolerance 1e-12: both are f64, and the cosine and the asymmetry are given.
+/// Tolerance 1e-12: both compute in f64 from the same cosine and asymmetry.
 #[test]
 fn the_phase_functions_of_air_agree_with_the_shader() {
     const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
     const TOLERANCE: f64 = 1e-12;
     let inputs: Vec<EvalInput> =
-        phases().into_iter().flat_map(|c| [-0.3, 0.0, 0.63, 0.76, 0.95].map(|asymmetry| eval_input([c, asymmetry]))).collect();
+        phase_cosines().into_iter().flat_map(|c| [-0.3, 0.0, 0.63, 0.76, 0.95].map(|asymmetry| eval_input([c, asymmetry]))).collect();
     // The shader's functions are pi times those of Rust.
     let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::rayleigh(i[0]);
     let of_aerosols: fn(&EvalInput) -> f64 = |i| PI * phase::henyey_greenstein(i[0], i[1]);
@@ -116,12 +116,12 @@ fn with_table(base: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTex
     (uniforms, texture)
 }
 
-/// A ring of uniform optical depth against the closed forms, on both sides of the plane and with the Sun's disc partly below it: within 5e-4; for sunlight that passes
-/// through the ring, within the larger of 5e-4 and 1 %. Between its rows the table is linear in the logarithm of the view ray's slope.
+/// A ring of uniform optical depth against the closed forms, on both sides of the plane and with the Sun's disc partly below it: within
+/// 5e-4 plus 1 % of the light that passes through the ring. Between its rows the table is linear in the logarithm of the view ray's slope.
 #[test]
 fn light_scattered_by_a_ring_agrees_with_the_shader() {
     // Larger than the tangent of any Sun's angular radius in the catalog.
-    const TANGENT: f64 = 0.02;
+    const SUN_TANGENT: f64 = 0.02;
     let from_saturn = saturns_ring();
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
     let inputs: Vec<EvalInput> = cosines.iter().map(|c| eval_input([*c])).collect();
@@ -131,21 +131,26 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
         for sine in [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45] {
-            let [sunward, beyond] = sun_halves(sine, TANGENT);
+            let [sunward, beyond] = sun_halves(sine, SUN_TANGENT);
             for sunlight in [[sunward, beyond], [beyond, sunward]] {
                 let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
                 let table = RingTable::of([ring].iter(), 1.0, &RingConditions::new(Some(sunlight), 1.0, 50.0)).expect("a table");
                 let (uniforms, texture) = with_table(&from_saturn, table);
-                let light = |half: usize, x: f64, same_side: bool| {
+                let light = |half: usize, view_slope: f64, same_side: bool| {
                     let [fraction, sine] = sunlight[half];
-                    if fraction > 0.0 { fraction * scattered(tau, x, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
+                    if fraction > 0.0 { fraction * scattered(tau, view_slope, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
                 };
                 for (cosine, a) in cosines.iter().zip(emitted.evaluate(&uniforms, Some(texture), &inputs)) {
-                    let x = 1.0 / cosine;
-                    let (expected, through) = (light(0, x, true) + light(1, x, false), light(1, x, false));
-                    let tolerance = 4.0 * 5e-4 + 0.01 * through;
-                    assert!((a[0] / 4.0 - expected).abs() < tolerance, "tau {tau}, sine {sine}, x {x}: {} for {expected}", a[0] / 4.0);
-                    let swapped = light(0, x, false) + light(1, x, true);
+                    let view_slope = 1.0 / cosine;
+                    let through = light(1, view_slope, false);
+                    let expected = light(0, view_slope, true) + through;
+                    let tolerance = 5e-4 + 0.01 * through;
+                    assert!(
+                        (a[0] / 4.0 - expected).abs() < tolerance,
+                        "tau {tau}, sine {sine}, slope {view_slope}: {} for {expected}",
+                        a[0] / 4.0
+                    );
+                    let swapped = light(0, view_slope, false) + light(1, view_slope, true);
                     detected += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * tolerance);
                 }
             }
@@ -154,8 +159,8 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     assert!(detected > 500, "exchanged sides are detected only {detected} times");
 }
 
-/// The light that Saturn's rings block along a path, averaged over 100 000 random intervals of radius, against the sum over the catalog's ringlets in f64: from 7 km, a
-/// nearly pointlike interval, to the entire ring system, inside and outside it.
+/// The light that Saturn's rings block along a path, averaged over an interval of radius, against the sum over the catalog's ringlets in
+/// f64: for 100 000 random intervals, 0.2 to 54 000 km wide, among the rings, inside and outside of them.
 #[test]
 fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     let catalog = Catalog::embedded();
@@ -185,6 +190,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         let k = edges.partition_point(|e| *e <= r).clamp(1, blocked.len()) - 1;
         blocked_up_to_edge[k] + (r - edges[k]) * blocked[k]
     };
+    // Xorshift.
     let mut random = 88_172_645_463_325_252_u64;
     let mut next = || {
         random ^= random << 13;
@@ -219,6 +225,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     assert!(shifted > 10.0, "a shift of 6 km would pass: {shifted}");
 }
 
+/// A module, its photometric law, and the parameter that the shader gets.
 const LAWS: [(&str, Photometry, f64); 4] = [
     ("lambert.sun1.sphere", Photometry::Lambert, 0.0),
     ("lommel-seeliger.sun1.sphere", Photometry::LommelSeeliger, 0.0),
@@ -226,8 +233,8 @@ const LAWS: [(&str, Photometry, f64); 4] = [
     ("oren-nayar.sun1.sphere", Photometry::OrenNayar { roughness_deg: 20.0 }, 20.0 * PI / 180.0 * 20.0 * PI / 180.0),
 ];
 
-/// The WGSL call of a law whose parameter is `p.w`.
-fn call(module: &str) -> String {
+/// The WGSL call of a law's reflectance; the law's parameter, if any, is `p.w`.
+fn reflectance_call(module: &str) -> String {
     let parameter = if module.starts_with("lunar") || module.starts_with("oren") { ", p.w" } else { "" };
     format!("vec4f(reflectance(p.x, p.y, p.z{parameter}))")
 }
@@ -255,8 +262,8 @@ fn disc_brightness(law: &Emitted, alpha: f64, parameter: f64) -> f64 {
     sum * width / f64::from(LONGITUDES) / f64::from(LATITUDES)
 }
 
-/// The brightness of a point comes from the integrated light of the sphere, the brightness of a disc from the law at each point: both must agree. Tolerance 1e-3 of full
-/// phase.
+/// The brightness of a point comes from the integrated light of the sphere, the brightness of a disc from the law at each point: both must
+/// agree. Tolerance 1e-3 of full phase.
 #[test]
 fn spheres_of_each_law_are_as_bright_as_their_points() {
     const TOLERANCE: f64 = 1e-3;
@@ -266,7 +273,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
         [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(error_at).into_iter().fold(0.0, f64::max)
     };
     for (module, model, parameter) in &LAWS {
-        let found = relative_error(&Emitted::new(module, &call(module)), model, *parameter);
+        let found = relative_error(&Emitted::new(module, &reflectance_call(module)), model, *parameter);
         assert!(found < TOLERANCE, "{module}: {found}");
         let (shipped, edit) = match model {
             Photometry::Lambert => ("return cos_incidence;", "return 1.01 * cos_incidence;"),
@@ -275,7 +282,11 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
             }
             _ => ("0.45 * sigma_sq", "0.48 * sigma_sq"),
         };
-        let found = relative_error(&Emitted::edited(module, &call(module), |text| replace_once(text, shipped, edit)), model, *parameter);
+        let found = relative_error(
+            &Emitted::edited(module, &reflectance_call(module), |text| replace_once(text, shipped, edit)),
+            model,
+            *parameter,
+        );
         assert!(found > 2.0 * TOLERANCE, "{module}, {edit}: {found}");
     }
 }
@@ -296,7 +307,7 @@ fn reflectance_agrees_with_the_shader_at_every_angle() {
     }
     for (module, model, parameter) in &LAWS {
         let inputs: Vec<EvalInput> = angles.iter().map(|[i, e, p]| eval_input([*i, *e, *p, *parameter])).collect();
-        let results = Emitted::new(module, &call(module)).evaluate(&one_light_uniforms(), None, &inputs);
+        let results = Emitted::new(module, &reflectance_call(module)).evaluate(&one_light_uniforms(), None, &inputs);
         let found = greatest_error(&results, angles.iter().map(|[i, e, p]| reflectance(model, *i, *e, *p)));
         assert!(found < 1e-6, "{module}: {found}");
         let other = greatest_error(&results, angles.iter().map(|[i, e, p]| reflectance(model, *e, *i, *p)));

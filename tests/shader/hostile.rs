@@ -6,7 +6,7 @@ use orrery::shader::fragments::FRAGMENTS;
 use orrery::{Fragments, Instant, NaifId, SamplingQuality, ViewRequest};
 use std::time::{Duration, Instant as Clock};
 
-/// Longest time that a refusal may take here; the time budget of one batch is about a second.
+/// The longest time that drawing or refusing may take. The renderer's own limit for one batch is about a second.
 const TIMEOUT: Duration = Duration::from_secs(30);
 
 const TONE_MAP: &str = "entry/tone_map.wesl";
@@ -94,10 +94,11 @@ fn indices_out_of_range_stay_inside_and_long_loops_that_end_are_drawn() {
     }
 }
 
-/// Fragments that the software renderer stops are never sent to a device; the device continues with valid fragments.
+/// A session with a GPU refuses hostile fragments too, because the software renderer runs new modules first. Afterwards the device draws
+/// valid ones.
 #[cfg(feature = "gpu")]
 #[test]
-fn an_endless_loop_never_reaches_the_gpu() {
+fn hostile_fragments_do_not_disturb_the_gpu() {
     if crate::support::gpu::gpu().is_none() {
         return;
     }

@@ -1,5 +1,5 @@
-//! All reachable keys, the covering sets, and a new random sample: each module is emitted, parsed, validated and reflected; failures are
-//! collected.
+//! The modules of all reachable keys, of the covering sets, and of a random sample that differs in each run: each is emitted, parsed, validated,
+//! reflected and lowered. One failure does not hide the others.
 
 use crate::support::sweep;
 use orrery::catalog::Catalog;
@@ -24,6 +24,7 @@ fn reachable() -> BTreeSet<ShaderKey> {
     keys_of(possible_features(&Catalog::embedded()))
 }
 
+/// Builds the modules and translates those whose flag is true; panics with the first failures.
 fn build_all(ids: &[(ModuleId, bool)]) -> Verified {
     Verified::of(ids, &lowering(), || {})
         .unwrap_or_else(|e| panic!("{} of {} modules failed; the first of them:\n{}", e.len(), ids.len(), e[..e.len().min(20)].join("\n")))
@@ -31,28 +32,27 @@ fn build_all(ids: &[(ModuleId, bool)]) -> Verified {
 
 #[test]
 fn reachable_and_covering_modules_are_valid_and_as_recorded() {
-    // The reachable keys include every body's surface in every view that depends on it, with and without each of its maps; covering sets
-    // of strength 3, 2 and 1 are nested.
     let reachable = reachable();
     assert!(reachable.len() > 100, "{} reachable keys", reachable.len());
     let surfaces: BTreeSet<_> = reachable.iter().map(|k| k.features().surface).collect();
-    let in_catalog = Catalog::embedded().bodies().iter().map(|b| std::mem::discriminant(&b.photometry)).fold(Vec::new(), |mut all, d| {
-        if !all.contains(&d) {
-            all.push(d);
-        }
-        all
-    });
-    let (shells, grounds): (BTreeSet<_>, BTreeSet<_>) =
+    let photometric_models =
+        Catalog::embedded().bodies().iter().map(|b| std::mem::discriminant(&b.photometry)).fold(Vec::new(), |mut all, d| {
+            if !all.contains(&d) {
+                all.push(d);
+            }
+            all
+        });
+    let (other_surfaces, grounds): (BTreeSet<_>, BTreeSet<_>) =
         surfaces.into_iter().partition(|s| matches!(s, Surface::Cloud | Surface::Ring | Surface::Sky));
     // In views that do not show the surface, Lambert represents all surfaces, so it may occur without a body that uses it.
-    assert!(grounds.len() == in_catalog.len() || grounds.len() == in_catalog.len() + 1, "{grounds:?}");
-    assert_eq!(shells.len(), 3, "{shells:?}");
-    assert!(covering(3).len() > covering(2).len() && covering(2).len() >= 10 * 8, "the two largest dimensions alone make 80 pairs");
+    assert!(grounds.len() == photometric_models.len() || grounds.len() == photometric_models.len() + 1, "{grounds:?}");
+    assert_eq!(other_surfaces.len(), 3, "{other_surfaces:?}");
+    assert!(covering(3).len() > covering(2).len() && covering(2).len() >= 10 * 8, "`view` has 10 values and `surface` 8");
     let ids = recorded_modules(&reachable);
     let text = include_str!("../shader_digests.txt");
     let record = DigestRecord::parse(text).expect("the record reads");
-    // All modules take five minutes on two cores: .ci/run proves them with ORRERY_FULL_SWEEPS=1. Any other run proves a part, another one each time,
-    // unless it finds the proof of an earlier run, which holds until generator, lowering or keys change.
+    // All modules take five minutes on two cores, so only a full run (ORRERY_FULL_SWEEPS=1, as in .ci/run) builds them all and stores the record as
+    // proof. Any other run builds a part, a different one each time, or none if there is a proof with the same record, generator, lowering and keys.
     let proof_path = proof_file(&ids);
     if !sweep::in_full() {
         assert_eq!(
@@ -73,10 +73,10 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     std::fs::write(&proof_path, text).expect("target/tmp can be written");
 }
 
-/// A run that is not full proves one in so many modules.
+/// A run that is not full builds one in this many modules.
 const PARTS: usize = 64;
 
-/// Builds the modules; they are those of the record.
+/// Builds the modules and checks that their digests equal those of the record.
 fn compare_with(record: &DigestRecord, ids: &[(ModuleId, bool)]) {
     let now = build_all(ids);
     assert_eq!(now.record.len(), ids.len());
@@ -84,13 +84,15 @@ fn compare_with(record: &DigestRecord, ids: &[(ModuleId, bool)]) {
     assert!(changes.is_empty(), "`orrery shader verify --update` records these:\n{}", changes_text(&changes));
 }
 
-/// The file in which a run stores the record that it proved. Its name depends on everything that determines the modules, and on the list
-/// of modules.
+/// The file in which a full run stores the record that it found correct. Its name depends on everything that determines the WGSL and the tapes, and
+/// on the list of modules.
 fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
     let mut hash = std::hash::DefaultHasher::new();
     for (id, translated) in ids {
         (id.to_string(), translated).hash(&mut hash);
     }
+    // They decide what is recorded, but not what a module is, so that the digest below does not cover them.
+    [include_str!("../../src/shader/translate.rs"), include_str!("../../src/shader/record.rs")].hash(&mut hash);
     let name = format!("proven-{}-{:016x}", generator::digest(&lowering().digest), hash.finish());
     std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)
 }
@@ -125,7 +127,7 @@ fn every_fragment_parses_with_its_imports() {
 }
 
 #[test]
-fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
+fn every_line_of_every_fragment_is_in_some_module() {
     let mut emitted_lines = BTreeSet::new();
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
     for id in simple.chain(probe_samples()).chain(covering(3).into_iter().map(ModuleId::Planet)) {
@@ -138,16 +140,16 @@ fn every_fragment_is_used_and_every_line_of_it_by_some_key() {
     for (path, text) in FRAGMENTS.iter() {
         for (number, line) in (1u32..).zip(text.lines()) {
             let line = line.trim();
-            // Lines that never appear in a module: conditions on a line of their own, imports, adjacent blank lines.
-            let is_never_emitted = line.is_empty()
+            // Lines that need not appear in a module: conditions on a line of their own, imports, blank lines.
+            let may_be_missing = line.is_empty()
                 || line.starts_with("@if(")
                 || line.starts_with("@elif(")
                 || line == "@else"
                 || line.starts_with("import ")
                 || line.starts_with("@else import ");
             assert!(
-                is_never_emitted || emitted_lines.contains(&((*path).to_owned(), number)),
-                "shaders/{path}:{number} is in no key's module: {line}"
+                may_be_missing || emitted_lines.contains(&((*path).to_owned(), number)),
+                "shaders/{path}:{number} is in no module: {line}"
             );
         }
     }
@@ -181,19 +183,20 @@ fn emission_is_deterministic_and_differences_name_their_feature() {
     let difference = difference(&smooth, &relief);
     let features: Vec<_> = difference.iter().map(|d| d.feature.as_str()).collect();
     assert!(features.contains(&"maps.normal"), "{features:?}");
-    // Only the lines of the smooth sphere without relief are replaced; all other lines remain.
+    // The module without relief has no lines of its own except those under the condition that there is no relief.
     assert!(difference.iter().all(|d| d.only_first.is_empty() || d.feature.starts_with("not ")), "{difference:?}");
 }
 
 #[test]
-fn modules_are_written_in_every_language_and_their_costs_counted() {
+fn a_module_is_translated_into_every_language_and_its_cost_counted() {
     let id: ModuleId = "oren-nayar.albedo-normal-specular-night.sun3.ellipsoid".parse().expect("key");
     let module = ShaderModule::build(&id, &lowering()).expect("builds");
     for language in Language::ALL {
         let text = translate(&module, language).unwrap_or_else(|e| panic!("{e}"));
         assert!(text.len() > 1000, "{language}: {} bytes", text.len());
     }
-    // The SPIR-V text lists every instruction of the binary once; the first five words are the header.
+    // The disassembly lists every instruction of the binary once. The binary begins with a header of five words; the upper half of an instruction's
+    // first word is its length in words.
     let words: Vec<u32> =
         translate(&module, Language::Spirv).expect("words").lines().map(|l| u32::from_str_radix(l, 16).expect("hex")).collect();
     let instructions =
@@ -207,7 +210,7 @@ fn modules_are_written_in_every_language_and_their_costs_counted() {
 }
 
 #[test]
-fn a_dozen_keys_in_full() {
+fn modules_of_selected_keys_are_as_recorded() {
     for text in [
         "glow",
         "point",

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
-/// A stand-in for the renderer's lowering. Its tape depends on the module, so that an exchanged tape is detected.
+/// A stand-in for the renderer's lowering. Its tape depends on the module, so that the tape of another module is detected.
 fn lowering() -> Lowering {
     Lowering {
         digest: "test 1".into(),
@@ -20,6 +20,7 @@ fn tape_of(module: &naga::Module) -> Vec<u8> {
     format!("{} types", module.types.len()).into_bytes()
 }
 
+/// Four modules; the second text names no lights, so it is not a key and is left out.
 fn ids() -> Vec<ModuleId> {
     ["lambert.albedo-normal.sun1.ellipsoid", "emissive.albedo.sphere", "emissive.albedo.sun0.sphere", "tone_map", "point"]
         .iter()
@@ -97,7 +98,7 @@ fn damaged_entries_are_detected_and_repaired() {
     for keep in [0, 1, 7, 8, 39, 40, 41, intact.len() / 2, intact.len() - 1] {
         assert_repaired(dir.path(), &id, &path, &intact, &intact[..keep], &format!("cut to {keep} bytes"));
     }
-    // Magic, checksum, header, and 24 positions spread over the content.
+    // Magic, checksum, the first bytes of the content, and 24 positions spread over the rest.
     let positions = (0..48).chain((0..24).map(|i| 48 + (intact.len() - 49) * i / 23));
     for at in positions {
         let mut damaged = intact.clone();
@@ -161,7 +162,7 @@ fn missing_folders_are_created_at_the_first_write() {
     assert!(messages.lines().is_empty() && nested.is_dir(), "{:?}", messages.lines());
 }
 
-/// A folder that can be read but not written; for the superuser, who may write into every ordinary folder, one of the kernel's.
+/// A folder that can be read but not written. The superuser may write to any ordinary folder; for that user the test takes a folder of the kernel.
 #[cfg(unix)]
 #[test]
 fn a_read_only_folder_only_warns() {
@@ -202,12 +203,13 @@ fn long_names_give_short_file_names() {
     assert!(file_name(&longest).len() < 200);
 }
 
-const CHILD: &str = "ORRERY_TEST_LIBRARY_CHILD";
+/// Environment variable with the cache folder of a child process.
+const CHILD_CACHE: &str = "ORRERY_TEST_LIBRARY_CHILD";
 
-/// Runs only in the processes that the tests below start: fills the library in the folder that the environment variable names.
+/// Does nothing except in the processes that the tests below start, where it fills the library in [`CHILD_CACHE`].
 #[test]
 fn child_fills_a_library() {
-    let Some(cache) = std::env::var_os(CHILD) else { return };
+    let Some(cache) = std::env::var_os(CHILD_CACHE) else { return };
     let (library, messages) = open(&PathBuf::from(cache));
     for _ in 0..3 {
         for id in ids() {
@@ -221,7 +223,7 @@ fn child(cache: &Path) -> Command {
     let mut command = Command::new(std::env::current_exe().expect("this binary"));
     // The test binary lists its tests by their path without the crate name.
     let own_path = module_path!().split_once("::").map_or("", |(_, path)| path);
-    command.args(["--exact", &format!("{own_path}::child_fills_a_library"), "--nocapture"]).env(CHILD, cache);
+    command.args(["--exact", &format!("{own_path}::child_fills_a_library"), "--nocapture"]).env(CHILD_CACHE, cache);
     command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::piped());
     command
 }
@@ -257,7 +259,7 @@ fn a_full_disk_only_warns() {
     let child_command = child(dir.path());
     let mut command = Command::new("sh");
     command.args(["-c", "trap '' XFSZ; ulimit -f 0; exec \"$0\" \"$@\""]).arg(child_command.get_program()).args(child_command.get_args());
-    let output = command.env(CHILD, dir.path()).output().expect("sh runs");
+    let output = command.env(CHILD_CACHE, dir.path()).output().expect("sh runs");
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("written 0") && text.matches("cannot be written").count() == 1, "{text}");
@@ -267,18 +269,18 @@ fn a_full_disk_only_warns() {
     assert!(messages.lines().is_empty());
 }
 
-/// An entry with edited content and a correct checksum: what an attacker with write access to the folder could create.
+/// An entry with edited content and a correct checksum, such as an attacker with write access to the folder could create.
 fn forged(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
-    // The magic number of 8 bytes, the checksum of 32, the content.
+    // An entry is a magic number of 8 bytes, a checksum of 32, and the content.
     let (magic, content) = (&intact[..8], &intact[40..]);
     let mut content = content.to_vec();
     edit(&mut content);
     [magic, Sha256::digest(&content).as_slice(), &content].concat()
 }
 
-/// Single bytes at positions throughout the content are replaced, with the software renderer's lowering: an entry that is accepted is valid and
-/// has a matching tape, and `verify` handles each without a panic.
+/// One byte is changed at each of 400 positions throughout the content. Every entry that is still accepted is a valid module with a matching tape, by
+/// the software renderer's lowering; `verify` reports each changed entry and never panics.
 #[test]
 fn forged_entries_are_accepted_only_if_valid() {
     let dir = tempfile::tempdir().expect("temp");
@@ -321,13 +323,14 @@ fn forged_entries_are_accepted_only_if_valid() {
     assert_eq!((library.verify().valid, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
 }
 
-/// A forged entry that a plan or a renderer cannot use does not abort the frame: the entry is rebuilt and the image is unchanged.
+/// A forged entry that a plan or a renderer cannot use does not fail the frame: the entry is replaced and the image is the same.
 #[test]
 fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
     let dir = tempfile::tempdir().expect("temp");
     let messages = Arc::new(Mutex::new(Vec::<String>::new()));
     let request = {
+        // Amalthea.
         let mut request = ViewRequest::of(NaifId(505), orrery::Instant::parse("2024-01-01").expect("a time"));
         (request.width, request.height) = (16, 16);
         request
@@ -346,7 +349,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     let mut renamed = 0;
     for path in &entries {
         let intact = std::fs::read(path).expect("read");
-        // Each field and binding of the module is renamed: the module stays valid, but no plan can fill it.
+        // One name at a time is changed wherever it occurs. If it is the name of a field or binding, no plan can fill the module.
         let names = ["exposure", "body_from", "camera", "source", "image", "scene"];
         for name in names {
             let places: Vec<usize> =

@@ -1,4 +1,5 @@
-//! Queries that emitted modules answer: lanes keep every digit, and an invalid query gets one line.
+//! Queries that emitted modules answer: each pixel answers its own query, answers agree with images and references, and an invalid query gets an error
+//! of one line.
 
 use crate::support::session::SESSION;
 use orrery::probe::batch::ProbeBatch;
@@ -11,32 +12,33 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 }
 
 #[test]
-fn each_lane_answers_its_own_query() {
+fn each_query_gets_its_own_answer() {
+    // probe_disc_overlap by the linear model: the semi-axes of an occluding disc and its distance from the Sun's centre, in solar radii.
     let module = probe_samples().into_iter().next().expect("a probe");
-    let lanes = ProbeBatch::plain(module, 1);
-    // A ramp over the distance, so that a swapped or blended lane is visible.
-    let questions: Vec<_> = (0..1000)
+    let batch = ProbeBatch::plain(module, 1);
+    // The answer changes from query to query, so exchanged or blended answers are detected.
+    let queries: Vec<_> = (0..1000)
         .map(|k| {
-            let mut q = [0.0; 12];
-            (q[0], q[1], q[2]) = (1.0, 1.0, 2.0 * f64::from(k) / 1000.0);
-            q
+            let mut query = [0.0; 12];
+            (query[0], query[1], query[2]) = (1.0, 1.0, 2.0 * f64::from(k) / 1000.0);
+            query
         })
         .collect();
     for (precision, tolerance) in [(Precision::F32, 2e-7), (Precision::F64, 6e-8)] {
-        let answers = lanes.answers(&renderer(precision), SESSION.library(), &questions).expect("answers");
-        assert_eq!(answers.len(), questions.len());
-        for (rows, q) in answers.iter().zip(&questions) {
-            let expected = 1.0 - q[2] / 2.0;
+        let answers = batch.answers(&renderer(precision), SESSION.library(), &queries).expect("answers");
+        assert_eq!(answers.len(), queries.len());
+        for (rows, query) in answers.iter().zip(&queries) {
+            let expected = 1.0 - query[2] / 2.0;
             assert!((f64::from(rows[0][0]) - expected).abs() < tolerance, "{precision:?}: {} for {expected}", rows[0][0]);
         }
     }
 }
 
 #[test]
-fn an_invalid_query_field_is_named_in_one_line() {
+fn an_invalid_query_gets_an_error_of_one_line() {
     let renderer = renderer(Precision::F32);
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    for (question, message_part) in [
+    for (query, message_part) in [
         ("", "JSON"),
         ("[]", "JSON object"),
         ("{}", "\"q\" is missing"),
@@ -49,12 +51,12 @@ fn an_invalid_query_field_is_named_in_one_line() {
         (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
     ] {
-        let error = prober.answer(question).expect_err(question).to_string();
-        assert!(error.contains(message_part) && !error.contains('\n'), "{question}: {error}");
+        let error = prober.answer(query).expect_err(query).to_string();
+        assert!(error.contains(message_part) && !error.contains('\n'), "{query}: {error}");
     }
 }
 
-/// The list that `probe --questions` prints matches the parser: every field and no other, and each optional field is optional.
+/// The list that `probe --questions` prints agrees with the parser on the fields of each query, and on which of them are optional.
 #[test]
 fn the_list_of_queries_matches_their_fields() {
     let renderer = renderer(Precision::F32);
@@ -90,7 +92,7 @@ fn the_list_of_queries_matches_their_fields() {
     }
 }
 
-/// Without a model the Sun's disc is limb-darkened, by the Sun's own law if none is given.
+/// A query without a model uses the limb-darkened disc; without coefficients it uses those of the Sun.
 #[test]
 fn the_default_model_is_limb_darkened() {
     let renderer = renderer(Precision::F64);
@@ -100,10 +102,10 @@ fn the_default_model_is_limb_darkened() {
     let by_default = blocked("");
     assert_eq!(by_default, blocked(r#","model":"limb-darkened","u1":0.40,"u2":0.26"#));
     assert!(by_default.as_f64() > blocked(r#","model":"uniform-disc""#).as_f64(), "the middle of the disc is brighter than its mean");
-    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "a law with one term has no second");
+    assert_eq!(blocked(r#","u1":0.6"#), blocked(r#","u1":0.6,"u2":0"#), "u2 is 0 if only u1 is given");
     let sunlight = |more: &str| {
-        let question = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
-        prober.answer(&question).expect("answers")
+        let query = format!(r#"{{"q":"sunlight","body":"earth","time":"2024-04-08T18:17:16Z","lat":30,"lon":-100{more}}}"#);
+        prober.answer(&query).expect("answers")
     };
     assert_eq!(sunlight(""), sunlight(r#","model":"limb-darkened""#));
 }
@@ -115,8 +117,8 @@ fn pixel(precision: Precision, x: u32, y: u32) -> serde_json::Value {
     let renderer = renderer(precision);
     let prober = Prober { session: &SESSION, renderer: &renderer };
     let time = "2024-04-08T18:17:16Z";
-    let question = format!(r#"{{"q":"pixel","view":{CAMERA},"time":"{time}","size":[{SIDE},{SIDE}],"x":{x},"y":{y}}}"#);
-    prober.answer(&question).expect("answers")
+    let query = format!(r#"{{"q":"pixel","view":{CAMERA},"time":"{time}","size":[{SIDE},{SIDE}],"x":{x},"y":{y}}}"#);
+    prober.answer(&query).expect("answers")
 }
 
 #[test]
@@ -132,16 +134,16 @@ fn a_pixel_reports_the_values_of_its_draws() {
     let mars = drawn.scene.bodies.iter().find(|b| b.name == "Mars").expect("Mars");
     for (x, y) in [(32, 32), (25, 40), (40, 22)] {
         let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));
-        let shown = drawn.frame.hdr[(y * SIDE + x) as usize];
-        for (k, expected) in shown[..3].iter().enumerate() {
+        let in_image = drawn.frame.hdr[(y * SIDE + x) as usize];
+        for (k, expected) in in_image[..3].iter().enumerate() {
             assert_eq!(single["radiance"][k].as_f64(), Some(f64::from(*expected)), "channel {k} of {x},{y}");
-            let fine = double["radiance"][k].as_f64().expect("a number");
-            assert!((fine - f64::from(*expected)).abs() < 1e-4, "{fine} {expected}");
+            let in_f64 = double["radiance"][k].as_f64().expect("a number");
+            assert!((in_f64 - f64::from(*expected)).abs() < 1e-4, "{in_f64} {expected}");
         }
         assert_eq!((single["body"].as_str(), single["part"].as_str()), (Some("Mars"), Some("globe")));
         let globe = single["draws"].as_array().expect("draws").iter().find(|d| d["part"] == "globe").expect("the globe");
         let values = globe["values"].as_object().expect("values");
-        // The globe is drawn last and sets the colour; every value has a name.
+        // The colour that the globe's draw writes is its radiance times its coverage.
         for k in 0..3 {
             let number = |v: &serde_json::Value| v.as_f64().expect("a number");
             let (radiance, coverage) = (number(&values["radiance"][k]), number(&values["coverage"]));
@@ -163,12 +165,13 @@ fn a_pixel_reports_the_values_of_its_draws() {
     assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
 }
 
-/// The pixels of a star, a body and a direction equal those of the reference (tests/data/stars_public.json), in the frame or behind the camera, hidden
-/// or visible.
+/// The pixels of stars and of a direction equal those of the reference (tests/data/stars_public.json), in the frame or behind the camera; what the Earth
+/// covers is reported as hidden.
 #[test]
-fn a_star_and_a_body_have_their_pixel() {
+fn stars_and_directions_are_projected_to_the_reference_pixels() {
     let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
     let answer = |more: &str| {
+        // The view `bull` of the reference.
         let look = "[0.40193385173382296,0.8619499266302462,0.3090169943749474]";
         let view =
             format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
@@ -180,7 +183,7 @@ fn a_star_and_a_body_have_their_pixel() {
     // Antares is behind the camera.
     let antares = answer(r#""star":"80763""#).expect("a star");
     assert!(is_near(&antares, 397.066, 237.970) && antares["in_frame"] == false, "{antares}");
-    // The same position by right ascension and declination, J2000, without proper motion.
+    // The position of Aldebaran by right ascension and declination, J2000, without proper motion.
     let by_coordinates = answer(r#""ra_deg":68.98016,"dec_deg":16.50930"#).expect("a direction");
     assert!(is_near(&by_coordinates, 354.653, 486.187), "{by_coordinates}");
     // The Earth hides objects behind it, towards -x, but not itself.

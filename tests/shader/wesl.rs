@@ -1,12 +1,12 @@
-//! WESL as the generator reads it: conditions, imports, and errors with their positions. The comparison with the reference compiler is in
-//! tests/reference_compiler/, a package of its own.
+//! WESL as the generator reads it: conditions, imports, and errors with their positions. tests/reference_compiler/, a package of its own, compares the
+//! generator with WESL's reference compiler.
 
 use orrery::shader::emit::emit_module_with;
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::shader::module::diagnosis;
 use orrery::shader::{ModuleId, ShaderError};
 
-/// The shipped fragments with a user's text in place of a fragment that every globe uses.
+/// The shipped fragments with a user's text in place of the Lambert reflectance.
 fn with_fragment(text: &str) -> Fragments {
     Fragments::with_files([("lib/photometry/lambert.wesl".to_owned(), text.to_owned())])
 }
@@ -112,7 +112,7 @@ fn a_fragment_that_the_parser_cannot_finish_is_refused_with_its_position() {
         }
     }
     assert!(start.elapsed().as_secs() < 5);
-    // As many `<` as real code contains.
+    // Types nested as in real code are accepted, and `<` in a comment does not count.
     build(format!("{text}\nalias A = array<array<vec4<f32>, 4>, 2>; // < < < < < < < < < < < < < < < <\n")).expect("a valid fragment");
     // The shipped fragments are far below the limit.
     for (name, text) in FRAGMENTS.iter() {

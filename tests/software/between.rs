@@ -1,5 +1,5 @@
-//! `texels_between` (shaders/lib/texels_between.wesl): run on the tape as four texel loads per lane, against the single texture operation that the software renderer
-//! substitutes for it. The renderer replaces only the unedited function.
+//! Bilinear interpolation by `texels_between` (shaders/lib/texels_between.wesl): the function run as four texel loads per lane, against the single
+//! texture operation that the software renderer substitutes for it. Only the unedited function is replaced.
 
 use super::filtered::{program, reads};
 use orrery::image::{Level, TexelFormat, Texture};
@@ -16,10 +16,10 @@ const FRAGMENT: &str = include_str!("../../shaders/lib/texels_between.wesl");
 const ENTRY: &str = "
 @group(0) @binding(1) var image: texture_2d<f32>;
 @fragment fn main(@location(0) at: vec2f) -> @location(0) vec4f { return texels_between(image, at); }";
-/// Size of the image in texels; odd, so that a row is not mistaken for a column.
+/// Width and height of the image in texels; unequal, so that exchanged axes are detected.
 const SIZE: [u32; 2] = [37, 21];
 
-/// Noise in a format.
+/// Noise from 0 to 1 in the given format.
 fn noise(format: TexelFormat) -> Texture {
     let mut seed = 7_u32;
     let mut next = || {
@@ -39,7 +39,7 @@ fn noise(format: TexelFormat) -> Texture {
 enum Positions {
     /// Over the image and beyond its edges.
     Scattered,
-    /// The pixels of a block whose quads lie between the same four texels.
+    /// The pixels of a block, so dense that the four pixels of a quad lie between the same four texels.
     Magnified,
 }
 
@@ -48,7 +48,7 @@ fn position(positions: Positions, lane: usize, batch: usize) -> [f64; 2] {
     match positions {
         Positions::Scattered => [unit(0) * 45.0 - 4.0, unit(1) * 29.0 - 4.0],
         Positions::Magnified => {
-            // Quads of a block of 16 x 8 pixels, four pixels to a texel.
+            // Quads of a block of 16 x 8 pixels; a texel is four pixels wide.
             let (quad, corner) = (lane / 4, lane % 4);
             let pixel = [2 * (quad % 8) + corner % 2, 2 * (quad / 8) + corner / 2];
             [0, 1].map(|axis| (pixel[axis] as f64 + 0.5) / 4.0 + 3.0 * batch as f64 - 2.0)
@@ -64,7 +64,7 @@ fn run<R: Real>(
     active: LaneMask,
     at: impl Fn(usize) -> [f64; 2],
 ) -> Vec<[f64; 4]> {
-    let texels = Arc::new(Texels::of_texture(texture).expect("whole"));
+    let texels = Arc::new(Texels::of_texture(texture).expect("complete levels"));
     let uses = program.textures.iter().map(|_| BoundTexture { texels: Arc::clone(&texels), sampler: None });
     let textures = Textures::new(uses.collect(), class);
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
@@ -92,7 +92,7 @@ fn largest_difference<R: Real>(native: &Program, loads: &Program, format: TexelF
 const FORMATS: [TexelFormat; 3] = [TexelFormat::Rgba32Float, TexelFormat::Rgba8Unorm, TexelFormat::Rgba8Srgb];
 
 #[test]
-fn the_operation_equals_four_loads() {
+fn the_operation_gives_the_values_of_four_loads() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     let renamed = format!("{FRAGMENT}{ENTRY}").replace("texels_between", "by_four_loads");
     let loads = program(&renamed);
@@ -111,7 +111,7 @@ fn the_operation_equals_four_loads() {
 }
 
 #[test]
-fn every_class_gives_the_same_bits() {
+fn every_kernel_class_gives_the_same_bits() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     for format in FORMATS {
         let texture = noise(format);
@@ -133,9 +133,10 @@ fn infinite_huge_and_nan_positions_read_values_in_range() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     let texture = noise(TexelFormat::Rgba32Float);
     for class in KernelClass::available() {
-        for wild in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -1e30] {
-            let result = run::<f32>(&native, &texture, class, LaneMask::MAX, |lane| if lane % 3 == 0 { [wild, 2.5] } else { [4.5, wild] });
-            assert!(result.iter().flatten().all(|v| (0.0..=1.0).contains(v)), "{} {wild}", class.name());
+        for extreme in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -1e30] {
+            let at = |lane: usize| if lane % 3 == 0 { [extreme, 2.5] } else { [4.5, extreme] };
+            let result = run::<f32>(&native, &texture, class, LaneMask::MAX, at);
+            assert!(result.iter().flatten().all(|v| (0.0..=1.0).contains(v)), "{} {extreme}", class.name());
         }
     }
 }

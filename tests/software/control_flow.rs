@@ -132,9 +132,9 @@ fn lanes_leave_loops_independently() {
     check("", "var n = 0; loop { n++; continuing { break if f32(n) > p.x; } } return vec4f(f32(n));", 0.0, |x, _| [x.floor() + 1.0; 4]);
 }
 
-/// Lanes that leave an iteration by `continue` come back, even if none is left in that iteration; lanes that break do not.
+/// Lanes that `continue` take part in the next iteration, even if no lane is left in the current one. Lanes that `break` do not.
 #[test]
-fn an_iteration_without_lanes_ends_the_loop_only_after_a_break() {
+fn a_loop_goes_on_after_an_iteration_that_every_lane_continued() {
     check(
         "",
         "var a = 0.0; for (var i = 0; i < 6; i++) { if (f32(i) < 3.0 + 0.0 * p.x) { continue; } a += exp(f32(i)); }
@@ -180,7 +180,7 @@ fn loop_invariants_are_computed_once() {
     let program = compile(&format!("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
     let ops = |instr: &Instr| match instr {
         Instr::Lane { op, .. } => vec![*op],
-        Instr::FusedKernel { ops, .. } => ops.iter().map(|l| l.op).collect(),
+        Instr::FusedKernel { ops, .. } => ops.iter().map(|fused| fused.op).collect(),
         _ => Vec::new(),
     };
     let loop_bodies = program.lane_tape.iter().enumerate().filter_map(|(at, instr)| match instr {
@@ -190,8 +190,7 @@ fn loop_invariants_are_computed_once() {
     let inside: Vec<Op> = loop_bodies.flat_map(|range| &program.lane_tape[range]).flat_map(ops).collect();
     let runs_in_loop = |op: Op| inside.contains(&op);
     assert!(!runs_in_loop(Op::Sqrt) && !runs_in_loop(Op::Div), "{inside:?}");
-    // Hoisting these out of the branch would cost more than running them only for the lanes that
-    // need them.
+    // Hoisting these out of the branch would cost more than running them only for the lanes that need them.
     assert!(runs_in_loop(Op::Exp) && runs_in_loop(Op::Log) && runs_in_loop(Op::Sin), "{inside:?}");
     // A counted loop exits with a single jump.
     let is_double_exit = |w: &[Instr]| matches!(w, [Instr::JumpIf { .. }, Instr::Jump { .. }]);

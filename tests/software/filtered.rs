@@ -1,8 +1,8 @@
-//! shaders/lib/filtered_map.wesl on the tape, tap by tap, against the single texture operation that the software renderer substitutes for it, on
-//! random footprints.
+//! Anisotropic filtering by `filtered_map` (shaders/lib/filtered_map.wesl): the function run tap by tap, against the single texture operation that the
+//! software renderer substitutes for it, on random footprints.
 //!
-//! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. An edited function is not
-//! replaced by that operation.
+//! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. Only the unedited function is
+//! replaced.
 
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -29,7 +29,7 @@ struct Draw { max_taps: f32 }
     return filtered_map(map, map_sampler, uv, gradients.xy, gradients.zw, draw.max_taps);
 }";
 
-/// Reads of a module whose filter is not replaced by the native operation: four texels of two levels.
+/// Texture operations of a tape whose filter is not replaced: one read for each of four texels of two levels.
 const TAP_BY_TAP: [TextureOp; 8] = [TextureOp::Level; 8];
 
 /// The fragment stage `main` of a module.
@@ -61,16 +61,16 @@ fn noise() -> Texture {
 /// A position on the map and the ellipse of a pixel's footprint, in texels.
 struct Footprint {
     uv: [f64; 2],
-    /// Semi-axes, texels.
+    /// Lengths of the axes, texels.
     major: f64,
     minor: f64,
     /// Angle of the major axis, radians.
     rotation: f64,
-    /// The point of the ellipse that the gradient in x leads to, as the ellipse's parameter from the major axis; radians.
+    /// Direction of the gradient along x as the parameter of the ellipse: 0 along the major axis; radians.
     phase: f64,
 }
 
-/// A quasi-random position and footprint: the semi-major axis 1/8 to 256 texels, up to 32 times the semi-minor one, in any direction.
+/// A quasi-random position and footprint: the major axis is 1/8 to 256 texels long, up to 32 times the minor one, in any direction.
 fn random(index: usize) -> Footprint {
     let unit = |k: usize| (index as f64 * [0.618_034, 0.754_878, 0.819_173, 0.856_675, 0.880_2][k]).fract();
     let major = (unit(2) * 11.0 - 3.0).exp2();
@@ -78,7 +78,7 @@ fn random(index: usize) -> Footprint {
     Footprint { uv: [3.0 * unit(0) - 1.0, 3.0 * unit(1) - 1.0], major, minor, rotation: unit(4) * 6.3, phase: unit(0) * 6.3 }
 }
 
-/// One batch of `LANES` footprints.
+/// Filtered values of one batch: the lane number gives the footprint.
 fn batch<R: Real>(
     program: &Program,
     textures: &Textures<'_>,
@@ -90,10 +90,11 @@ fn batch<R: Real>(
     for (k, input) in program.inputs.iter().enumerate() {
         for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
             let Footprint { uv, major, minor, rotation, phase } = footprint(lane);
-            // The gradients of a rotated ellipse, in texels; then in map coordinates.
-            let ([a, b], [c, d]) = ([major * rotation.cos(), major * rotation.sin()], [-minor * rotation.sin(), minor * rotation.cos()]);
-            let x = [a * phase.cos() + c * phase.sin(), b * phase.cos() + d * phase.sin()];
-            let y = [c * phase.cos() - a * phase.sin(), d * phase.cos() - b * phase.sin()];
+            // Axes of the ellipse, then gradients along x and y, in texels; the inputs of the shader are in map coordinates.
+            let [major_x, major_y] = [major * rotation.cos(), major * rotation.sin()];
+            let [minor_x, minor_y] = [-minor * rotation.sin(), minor * rotation.cos()];
+            let x = [major_x * phase.cos() + minor_x * phase.sin(), major_y * phase.cos() + minor_y * phase.sin()];
+            let y = [minor_x * phase.cos() - major_x * phase.sin(), minor_y * phase.cos() - major_y * phase.sin()];
             *v = R::from_f64(match input {
                 LaneInput::Location { index: 0, component, .. } => uv[*component as usize],
                 LaneInput::Location { component, .. } => [x[0] / 256.0, x[1] / 128.0, y[0] / 256.0, y[1] / 128.0][*component as usize],
@@ -105,15 +106,15 @@ fn batch<R: Real>(
     (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
 }
 
-/// The noise, bound to each use of a program.
+/// The texture, bound at every place where the program reads a texture.
 fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Textures<'a> {
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
-    let texels = Arc::new(Texels::of_texture(texture).expect("whole"));
+    let texels = Arc::new(Texels::of_texture(texture).expect("complete levels"));
     let uses = program.textures.iter().map(|t| BoundTexture { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
     Textures::new(uses.collect(), class)
 }
 
-/// Differences of all lanes (the largest of the four channels), in ascending order.
+/// Differences between two programs in each lane (the largest of the four channels), in ascending order.
 fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, max_taps: f32) -> Vec<f64> {
     let texture = noise();
     let (native_textures, tap_textures) = (bound(native, &texture, class), bound(taps, &texture, class));
@@ -130,7 +131,7 @@ fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, ma
 }
 
 #[test]
-fn the_operation_equals_the_fragment_tap_by_tap() {
+fn the_operation_gives_the_values_of_the_fragment() {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     let renamed = format!("{FRAGMENT}{ENTRY}").replace("filtered_map", "tap_by_tap");
     let taps = program(&renamed);
@@ -154,7 +155,8 @@ fn the_operation_equals_the_fragment_tap_by_tap() {
     }
 }
 
-/// The greatest change of the value between footprints whose lengths differ by a thousandth of their width, 1 to 17 widths long, at one position.
+/// The greatest change of the value from one footprint to the next, while a footprint at a fixed position grows from 1 to 17 widths in steps of a
+/// thousandth of its width.
 fn greatest_step(program: &Program, width: f64) -> f64 {
     let texture = noise();
     let class = KernelClass::detect();
@@ -174,8 +176,8 @@ fn greatest_step(program: &Program, width: f64) -> f64 {
 
 #[test]
 fn an_added_tap_causes_no_jump() {
-    // Texels are noise between 0 and 1. A footprint that is longer by a thousandth of its width moves a tap by at most half of that thousandth, and the
-    // texels read are half to all of the width across.
+    // Texels are noise between 0 and 1. A footprint that is longer by a thousandth of its width moves a tap by at most half of that thousandth. The
+    // texels of the finer of the two mip levels are at least half as wide as the footprint.
     for width in [1.0, 1.4, 3.0] {
         let step = greatest_step(&program(&format!("{FRAGMENT}{ENTRY}")), width);
         assert!(step < 2e-3, "a step of {step} at a width of {width} texels");
@@ -210,7 +212,7 @@ fn an_edited_function_is_not_replaced() {
         let sorted = differences::<f64>(&edited_program, &native, class, 8.0);
         assert!(sorted[sorted.len() - 1] > 1e-3, "{edit} is not detected");
     }
-    // Statements without a result, such as discard, count as edits too.
+    // A statement without a result, such as `discard`, is an edit too.
     let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if max_taps > 100.0 { discard; }\n    let reach =")));
     assert!(discarding.uses_discard && reads(&discarding) == TAP_BY_TAP);
     let discarding = program(&format!("{}{ENTRY}", edited("return sum / reach.length;", "discard;\n    return sum / reach.length;")));
@@ -218,7 +220,7 @@ fn an_edited_function_is_not_replaced() {
 }
 
 #[test]
-fn names_comments_and_the_module_around_it_change_no_operation() {
+fn a_function_with_other_local_names_or_comments_is_still_replaced() {
     let equivalent = [
         edited("reach", "extent"),
         edited("excess", "overhang").replace("let overhang", "// Of the last tap.\n    let overhang"),
@@ -229,7 +231,7 @@ fn names_comments_and_the_module_around_it_change_no_operation() {
     }
 }
 
-/// A planet's module with its map, and the same module with a user's fragment, given by the digest of its file as `view --shaders` does.
+/// A planet's module with a map, and the same module with the user's version of the fragment, as with `view --shaders`.
 #[test]
 fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
     let reads_of = |fragments: &Fragments| {

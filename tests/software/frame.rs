@@ -1,5 +1,5 @@
-//! Complete frames through generated modules: a lit sphere against its formula, points against their flux, display bytes against sRGB,
-//! and identical bits for every number of threads and for all kernel classes with the same rounding.
+//! Complete frames drawn with generated modules: a lit sphere against its formula, points against their flux, display bytes against sRGB; the same bits
+//! for every number of threads, and for all kernel classes that round alike.
 
 use glam::{Vec2, Vec3, Vec4};
 use orrery::image::{TexelFormat, Texture};
@@ -75,18 +75,20 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         pixel_size: Vec2::ONE,
         ..DrawUniforms::default()
     };
-    let name = ModuleId::Planet(ShaderKey::for_draw(&features));
-    let uniform_bytes = uniforms_of(&LIBRARY.module(&name).expect("emitted").layout, &uniforms, 8).expect("every field is there");
-    draw("sphere", name, uniform_bytes, Vertices::Count(6))
+    let id = ModuleId::Planet(ShaderKey::for_draw(&features));
+    let map_taps = 8;
+    let uniform_bytes = uniforms_of(&LIBRARY.module(&id).expect("emitted").layout, &uniforms, map_taps).expect("every field is there");
+    draw("sphere", id, uniform_bytes, Vertices::Count(6))
 }
 
+/// The tone map of the image of an HDR pass, by the pass's index.
 pub(super) fn tone_map(pass: usize) -> PlanDraw {
-    let name = ModuleId::Simple("tone_map");
-    let module = LIBRARY.module(&name).expect("emitted");
+    let id = ModuleId::Simple("tone_map");
+    let module = LIBRARY.module(&id).expect("emitted");
     let mut writer = module.layout.writer();
     writer.f32("exposure", 1.0).expect("a field");
     writer.f32("linear_limit", 0.8).expect("a field");
-    let mut tone_map_draw = draw("tone map", name, writer.finish().expect("filled"), Vertices::Count(3));
+    let mut tone_map_draw = draw("tone map", id, writer.finish().expect("filled"), Vertices::Count(3));
     tone_map_draw.blend = Blend::Replace;
     tone_map_draw.depth = DepthState { test: false, write: false };
     tone_map_draw.textures =
@@ -98,13 +100,14 @@ pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, sam
     Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Hdr, draws }
 }
 
+/// An HDR pass with these draws, and its tone map.
 pub(super) fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
     let bodies = pass("bodies", size, ColourFormat::Hdr, 4, [0.0, 0.0, 0.0, 1.0], draws);
     Plan { passes: vec![bodies, pass("tone map", size, ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)])] }
 }
 
 fn render(plan: &Plan, options: Options) -> Frame {
-    let renderer = SoftwareRenderer::new(Options { ..options }).expect("a renderer");
+    let renderer = SoftwareRenderer::new(options).expect("a renderer");
     renderer.render(plan, &*LIBRARY, true).expect("a frame").0
 }
 
@@ -156,8 +159,8 @@ fn antialiasing_keeps_the_discs_area() {
 
 #[test]
 fn points_keep_their_flux() {
-    let name = ModuleId::Simple("point");
-    let module = LIBRARY.module(&name).expect("emitted");
+    let id = ModuleId::Simple("point");
+    let module = LIBRARY.module(&id).expect("emitted");
     let mut writer = module.layout.writer();
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
     writer.f32("core_sigma_px", CORE_SIGMA_PX as f32).expect("a field");
@@ -166,7 +169,7 @@ fn points_keep_their_flux() {
         let [core, glare] = point_spread(f64::from(radius_px));
         [radius_px, core as f32, glare as f32]
     };
-    let mut points = draw("points", name, writer.finish().expect("filled"), Vertices::Count(6));
+    let mut points = draw("points", id, writer.finish().expect("filled"), Vertices::Count(6));
     points.blend = Blend::Add;
     points.depth.write = false;
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
@@ -198,8 +201,8 @@ fn display_bytes_are_srgb_of_the_scene() {
 }
 
 #[test]
-fn threads_and_kernels_change_no_bit() {
-    let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("whole"));
+fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
+    let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("complete levels"));
     let mut body = sphere(Vec3::new(1.0, 0.3, 0.2), MapSet { albedo: true, ..MapSet::default() });
     body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(map) }];
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
@@ -210,6 +213,7 @@ fn threads_and_kernels_change_no_bit() {
     for threads in [1, 2, 5] {
         assert!(render(&plan, with_threads(threads)) == single_threaded, "{threads} threads");
     }
+    // The frame without and the one with fused multiply-add.
     let mut by_rounding: [Option<Frame>; 2] = [None, None];
     for kernels in KernelClass::available() {
         let frame = render(&plan, Options { kernels, ..Options::default() });
@@ -229,7 +233,7 @@ fn noise(texels: u32) -> Vec<u8> {
 }
 
 #[test]
-fn errors_name_what_does_not_fit() {
+fn an_invalid_plan_is_refused_with_the_kind_of_error() {
     let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
     let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
     let without_texture = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
@@ -255,7 +259,7 @@ fn errors_name_what_does_not_fit() {
 #[ignore = "prints times"]
 fn times_of_the_passes() {
     let maps = MapSet { albedo: true, ..MapSet::default() };
-    let map = Arc::new(Texture::from_rgba8(2048, 1024, noise(2048 * 1024), TexelFormat::Rgba8Srgb).expect("whole"));
+    let map = Arc::new(Texture::from_rgba8(2048, 1024, noise(2048 * 1024), TexelFormat::Rgba8Srgb).expect("complete levels"));
     for (label, maps, threads) in [("no map", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
         let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
         if maps.albedo {
@@ -289,6 +293,6 @@ fn the_benches_draw_their_images() {
     let [corner, middle] = [0, 32 * 64 + 32].map(|k: usize| frame.hdr[k]);
     assert_eq!(corner, [0.0, 0.0, 0.0, 1.0]);
     assert!(middle.iter().all(|v| v.is_finite() && *v > 0.0), "{middle:?}");
-    let (frame, _) = renderer().render(&heavy::tone_map_plan(64), &heavy::shared_module("tone_map"), false).expect("the tone map draws");
+    let (frame, _) = renderer().render(&heavy::tone_map_plan(64), &heavy::simple_module("tone_map"), false).expect("the tone map draws");
     assert!(frame.display.iter().any(|p| p[0] > 200) && frame.display.iter().any(|p| p[1] < 64));
 }

@@ -1,5 +1,5 @@
-//! The tape against the semantics of WGSL: most tests write a small fragment shader, run it on every kernel class and compare each lane
-//! with the value that Rust computes for it. `tolerance` is relative to the larger of 1 and the value.
+//! The tape against the semantics of WGSL: most tests lower a small fragment shader, run it on every kernel class and compare each lane with the value
+//! that Rust computes for it. A `tolerance` is a fraction of the value, or of 1 if the value is smaller.
 
 use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, NoTextures, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
@@ -23,7 +23,7 @@ pub(super) fn compile(wgsl: &str) -> Program {
     let name = module.entry_points[0].name.clone();
     let program = lower(&module, &info, &name).unwrap_or_else(|e| panic!("{}", e.with_source(wgsl)));
     let bytes = lower_to_bytes(&module, &info).expect("lowers to bytes");
-    assert_eq!(programs_from_bytes(&bytes).expect("reads back")[0], program, "bytes hold the program");
+    assert_eq!(programs_from_bytes(&bytes).expect("reads back")[0], program, "the bytes encode another program");
     program
 }
 
@@ -36,6 +36,7 @@ pub(super) fn lane_y(i: usize) -> f32 {
     10.0 - i as f32 * 0.5
 }
 
+/// Runs a program on one batch; returns the outputs of each lane, and the lanes that were active and not discarded.
 pub(super) fn run_with<R: Real>(
     program: &Program,
     class: KernelClass,
@@ -67,6 +68,7 @@ pub(super) fn check(declarations: &str, body: &str, tolerance: f64, expected: im
     check_uniform(declarations, body, &[], tolerance, expected);
 }
 
+/// [`check`] of a shader whose uniform block has these bytes.
 pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8], tolerance: f64, expected: impl Fn(f64, f64) -> [f64; 4]) {
     let wgsl = format!("{declarations}\n@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{\n{body}\n}}");
     let program = compile(&wgsl);
@@ -86,7 +88,7 @@ pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8]
         assert_eq!(alive, ALL);
         compare(&lanes, tolerance, class.name());
         let first = by_fusion[usize::from(class.has_fma())].get_or_insert_with(|| lanes.clone());
-        assert!(same_bits(first, &lanes), "{}: other bits than a class that fuses multiply-add alike", class.name());
+        assert!(same_bits(first, &lanes), "{}: the bits differ from those of another class that rounds alike", class.name());
         let (double, _) = run_with::<f64>(&program, class, uniform_bytes, ALL, &NoTextures);
         compare(&double, tolerance, "f64");
     }
@@ -134,7 +136,7 @@ fn integers_follow_wgsl() {
 }
 
 #[test]
-fn bit_functions() {
+fn bit_and_packing_functions() {
     check(
         "",
         "let u = u32(p.x) * 0x01010101u; let i = i32(p.y);
@@ -247,7 +249,7 @@ fn derivatives_are_quad_differences() {
 /// A texture source that returns its own arguments.
 struct EchoTextures;
 
-/// Writes the requested channels.
+/// Writes the values of each lane. A channel that was not requested has no lanes.
 fn write_channels<R: Real>(out: [&mut [R]; 4], of_lane: impl Fn(usize) -> [R; 4]) {
     for (k, to) in out.into_iter().enumerate() {
         to.iter_mut().enumerate().for_each(|(i, to)| *to = of_lane(i)[k]);
@@ -294,7 +296,7 @@ fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
     };
     assert_eq!(reads(&program("return textureSampleLevel(t, s, p, q);")), 0, "no lane is active");
     assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler needs differences between lanes");
-    // Lanes next to inactive ones: y falls by 0.5 per lane from 10, so lanes 0 to 120 are inactive.
+    // y falls by 0.5 per lane from 10, so lanes 0 to 120 are discarded; lane 121 needs the value of lane 120 for its derivative.
     let program = program("return vec4f(dpdx(q), 0.0, 0.0, 1.0);");
     let (lanes, alive) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
     assert_eq!(alive, ALL << 121);
@@ -391,7 +393,7 @@ fn fused_operations_change_no_bit() {
     let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
     assert!(chains(&fused) > 20 && chains(&unfused) == 0, "{} chains", chains(&fused));
     assert!(3 * fused.lane_tape.len() < 2 * unfused.lane_tape.len(), "{} of {} steps", fused.lane_tape.len(), unfused.lane_tape.len());
-    // A negation is merged into the sum of products that follows it; these operations are neither added nor lost.
+    // Fusing may merge a negation into a following multiply-add; it neither adds nor removes these operations.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
         assert_eq!(count(&fused, op), count(&unfused, op), "{op:?}");
@@ -422,7 +424,7 @@ fn fused_operations_change_no_bit() {
                 values
             });
             assert!(a == b, "{} {}", class.name(), std::any::type_name::<R>());
-            assert!(a.iter().any(|v| *v != a[0]), "a uniform image proves nothing");
+            assert!(a.iter().any(|v| *v != a[0]), "the values must differ");
         }
     }
     compare::<f32>(&fused, &unfused, &uniform_bytes);

@@ -1,5 +1,5 @@
-//! The elementary functions against the standard library's, in units in the last place of the result, with and without fused multiply-add;
-//! their edge cases; and every kernel, lane by lane, against the scalar form of its operation.
+//! The elementary functions, with and without fused multiply-add, against those of the standard library; errors are in units in the last place (ulp) of
+//! the result. Their edge cases; and every kernel, lane by lane, against the scalar form of its operation.
 
 use orrery::render::software::exec::{Executor, LaneMask, NoTextures};
 use orrery::render::software::kernels::{self, KernelClass, chains};
@@ -16,7 +16,7 @@ fn ulp32(found: f32, exact: f64) -> f64 {
     (f64::from(found) - exact).abs() / 2f64.powi(exponent - 23)
 }
 
-/// The same for f64; results below 2^-970 are measured in units of 2^-1022, the smallest normal number.
+/// The same for f64; below 2^-970, in units of 2^-1022, the smallest normal number.
 fn ulp64(found: f64, exact: f64) -> f64 {
     if found == exact || (found.is_nan() && exact.is_nan()) {
         return 0.0;
@@ -50,7 +50,7 @@ fn cases() -> Vec<Case> {
     let both = |v: Vec<f64>| v.iter().flat_map(|x| [*x, -x]).collect::<Vec<_>>();
     vec![
         case("exp", Op::Exp, f64::exp, even_steps(-86.98, 88.7, N).collect(), [1.1, 1.5]),
-        // Near the end of f32's range, half of the result has one bit less.
+        // The code computes half of the result first. At the lower end of f32's range that half is subnormal and has one bit less.
         case("exp2", Op::Exp2, f64::exp2, even_steps(-125.49, 127.9, N).collect(), [1.4, 2.5]),
         case("log", Op::Log, f64::ln, exponent_steps(1e-38, 1e38, N).chain(even_steps(0.5, 2.0, N)).collect(), [1.1, 1.5]),
         case("log2", Op::Log2, f64::log2, exponent_steps(1e-38, 1e38, N).chain(even_steps(0.5, 2.0, N)).collect(), [1.6, 1.5]),
@@ -265,7 +265,7 @@ fn assert_edge_cases<R: Real>(smallest_subnormal: f64) {
 }
 
 #[test]
-fn edges_of_the_domain() {
+fn values_at_the_edges_of_domain_and_range() {
     assert_edge_cases::<f32>(2f64.powi(-149));
     assert_edge_cases::<f64>(f64::from_bits(1));
     // f64 extends to the smallest subnormal. In f32, results below 2^-125.5, just above the smallest normal number 2^-126, become zero.
@@ -306,7 +306,7 @@ fn both_roundings_to_integers_give_the_same_bits() {
     compare::<f64>(4_503_599_627_370_496.0);
 }
 
-/// Operand values that include the edge cases of every operation.
+/// Operand values with edge cases of all operations: floats, bit patterns of integers, masks.
 fn operands<R: Real>() -> Vec<R> {
     let floats = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 1e-30, 3e20, -7e9, f64::INFINITY, -f64::INFINITY, f64::NAN, 0.3, 88.0, 1e-42];
     let ints = [0u32, 1, 2, 31, 32, 33, 0x8000_0000, u32::MAX, 0x7fff_ffff, 12345, 0x00ff_00ff, 77, 0xdead_beef, 5, 3, 4];
@@ -337,7 +337,7 @@ fn assert_kernels_match<R: Real>() {
                 a = std::array::from_fn(|i| R::from_mask(i % 3 == 0));
             }
             for single_valued in 0..8u8 {
-                // Whether each operand has a value per lane, or one value for all lanes.
+                // Whether each operand has a value per lane; the others have one value for all lanes.
                 let per_lane = [single_valued & 1 == 0, single_valued & 2 == 0, single_valued & 4 == 0];
                 let run = match R::specialised(class, op, per_lane) {
                     Some(kernel) => kernel,
@@ -345,9 +345,9 @@ fn assert_kernels_match<R: Real>() {
                     None => continue,
                 };
                 let mut out = [R::ZERO; N];
-                let arena = [a, b, c].concat();
-                // SAFETY: each operand has N lanes of the arena, and the class is one that this machine has.
-                unsafe { run(&mut out, arena.as_ptr(), [0, N as u32, 2 * N as u32].as_ptr()) };
+                let operand_lanes = [a, b, c].concat();
+                // SAFETY: each operand has N lanes of `operand_lanes`, and the class is one that this machine has.
+                unsafe { run(&mut out, operand_lanes.as_ptr(), [0, N as u32, 2 * N as u32].as_ptr()) };
                 for i in 0..N {
                     let pick = |v: &[R; N], k: usize| if per_lane[k] { v[i] } else { v[0] };
                     let expected = kernels::eval(op, class.has_fma(), pick(&a, 0), pick(&b, 1), pick(&c, 2));
@@ -364,7 +364,7 @@ fn assert_kernels_match<R: Real>() {
     }
 }
 
-/// The value of a chain, computed one operation after the other.
+/// The value of a chain of operations, computed one after the other.
 fn evaluate_one_by_one<R: Real>(ops: &[FusedOp], fused: bool, mut operands: impl Iterator<Item = R>) -> R {
     let mut last = None;
     for fused_op in ops {
@@ -411,18 +411,18 @@ fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program
     }
 }
 
-/// Checks chains computed by one kernel or, in a class without kernels for chains, by the kernels of the operations.
+/// Compares every chain with its operations computed one by one. A class without fused kernels runs a chain by the kernels of its operations.
 fn assert_chains_match<R: Real>() {
     const N: usize = kernels::LANES;
     let pool = operands::<R>();
     for class in KernelClass::available() {
         let count = R::chain_kernels(class).len();
         assert!(count == 0 || count == chains::all().len(), "{}: {count}", class.name());
-        for (place, &(ops, kinds)) in chains::all().iter().enumerate() {
-            assert_eq!(chains::find(ops, chains::kind_bits(kinds)), Some(place), "{ops:?} {kinds} is listed twice");
+        for (index, &(ops, kinds)) in chains::all().iter().enumerate() {
+            assert_eq!(chains::find(ops, chains::kind_bits(kinds)), Some(index), "{ops:?} {kinds} is listed twice");
             assert!(ops.len() > 1 && ops.len() <= chains::MAX_CHAIN_OPS && kinds.len() <= chains::MAX_OPERANDS && kinds.contains('L'));
             assert_eq!(chains::operand_count(ops), kinds.len(), "{ops:?} {kinds}");
-            // First special values of every kind, then ordinary ones, which pass through more operations before a NaN.
+            // First edge cases, then ordinary values, which do not become NaN after a few operations.
             for ordinary in [false, true] {
                 let operands: [[R; N]; chains::MAX_OPERANDS] = [1, 5, 3, 7, 11, 13, 17, 19].map(|step: usize| {
                     std::array::from_fn(|i| match ordinary {

@@ -1,4 +1,4 @@
-//! The HDR pass and its tone map fused tile by tile, against separate passes: every byte of the display image is equal.
+//! The HDR pass and its tone map, fused tile by tile, against two separate passes: every byte of the display image is the same.
 
 use super::frame::{pass, scene, sphere, tone_map, with_threads};
 use super::lower::compile;
@@ -12,7 +12,7 @@ use orrery::shader::fragments::Fragments;
 /// The shipped tone map.
 const TONE_MAP: &str = include_str!("../../shaders/entry/tone_map.wesl");
 
-/// A library whose tone map has a modified fragment stage.
+/// A library whose tone map has `to` in place of `from`.
 fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
     assert!(TONE_MAP.contains(from));
     let library = ShaderLibrary::in_memory(lowering());
@@ -20,7 +20,7 @@ fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
     library
 }
 
-/// The display bytes of a plan drawn in two passes and in one.
+/// The display bytes of a plan drawn in two passes, because the HDR image is kept, and in fused passes.
 fn separate_and_fused(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     [true, false].map(|keep_hdr| {
@@ -39,7 +39,7 @@ fn lit_sphere(size: [u32; 2]) -> Plan {
 }
 
 #[test]
-fn one_pass_gives_the_bytes_of_two() {
+fn fused_passes_give_the_bytes_of_separate_ones() {
     let library = ShaderLibrary::in_memory(lowering());
     for size in [[150, 130], [64, 64], [1, 1], [333, 70], [17, 200]] {
         for samples in [1, 4] {
@@ -59,7 +59,7 @@ fn one_pass_gives_the_bytes_of_two() {
 }
 
 #[test]
-fn untouched_tiles_equal_shaded_ones() {
+fn tiles_without_draws_equal_shaded_ones() {
     let library = ShaderLibrary::in_memory(lowering());
     for clear in [[0.0, 0.0, 0.0, 1.0], [0.02, 0.5, 1e-4, 1.0], [3.0, 0.1, 40.0, 1.0]] {
         let mut plan = scene([150, 130], Vec::new());
@@ -70,7 +70,7 @@ fn untouched_tiles_equal_shaded_ones() {
     }
 }
 
-/// The largest difference in levels between two images, and the share of pixels that differ.
+/// The largest difference between two images in levels of 255, and the fraction of pixels that differ.
 fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (u8, f64) {
     let of_pixel = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|c| a[c].abs_diff(b[c])).max().unwrap_or(0);
     let all: Vec<u8> = a.iter().zip(b).map(of_pixel).collect();
@@ -81,7 +81,7 @@ fn difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> (u8, f64) {
 fn the_native_tone_map_is_within_a_level_of_its_tape() {
     let exposed = "radiance * draw.exposure";
     let shipped = ShaderLibrary::in_memory(lowering());
-    // Another text with the same values: it is not recognised, so the tape executes it.
+    // Another text with the same values is not recognised as the shipped tone map, so it runs on the tape.
     let same = with_tone_map(exposed, "radiance * (draw.exposure * 1.0)");
     let brighter = with_tone_map(exposed, "radiance * (draw.exposure * 1.02)");
     let mut plan = lit_sphere([333, 200]);
@@ -91,13 +91,13 @@ fn the_native_tone_map_is_within_a_level_of_its_tape() {
         let [_, other] = separate_and_fused(&plan, &library, with_threads(2));
         difference(&image, &other)
     });
-    // Values within a thousandth of a level of a half may be rounded differently: 0.002 of them in each of three channels.
+    // A value within a thousandth of a level of a rounding boundary may be rounded the other way: 0.002 of the values in each of three channels.
     assert!(of_same.0 <= 1 && of_same.1 < 0.006, "{of_same:?}");
-    assert!(of_brighter.0 > 1, "the measure must see a brighter image: {of_brighter:?}");
+    assert!(of_brighter.0 > 1, "a brighter image must be detected: {of_brighter:?}");
 }
 
 #[test]
-fn draws_over_the_image_are_kept() {
+fn draws_after_the_tone_map_are_kept() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit_sphere([150, 130]);
     let mut top = sphere(Vec3::X, MapSet::default());
@@ -111,7 +111,7 @@ fn draws_over_the_image_are_kept() {
 }
 
 #[test]
-fn a_tone_map_that_depends_on_more_than_its_pixels_light_keeps_its_bytes() {
+fn a_tone_map_that_reads_more_than_the_light_of_its_pixel_gives_the_same_bytes() {
     let own_pixel = "vec2i(floor(position.xy))";
     for (from, to) in [
         (own_pixel, "vec2i(floor(position.xy)) + vec2i(1, 0)"),
@@ -129,7 +129,7 @@ fn a_tone_map_that_depends_on_more_than_its_pixels_light_keeps_its_bytes() {
 }
 
 #[test]
-fn light_that_is_read_twice_is_stored() {
+fn an_hdr_image_that_two_passes_read_is_stored() {
     let library = ShaderLibrary::in_memory(lowering());
     let mut plan = lit_sphere([150, 130]);
     // The second tone map needs the light of the first HDR pass.

@@ -1,4 +1,4 @@
-//! Coverage, clipping, interpolation, depth, anti-aliasing and blending of the software rasteriser, with hand-written stages.
+//! Coverage, clipping, interpolation, depth, anti-aliasing and blending of the software rasteriser, with vertex and fragment stages written in Rust.
 
 use crate::support::hand_shader::{HandShader, LaneFunction, colour_outputs, draw, fragment, location, mesh, pass, pass_through, render};
 use orrery::render::plan::{Blend, Cull, DepthState, Pass};
@@ -22,7 +22,7 @@ fn one_colour(colour: [f32; 4]) -> impl Fn(&[f32]) -> Option<Vec<f32>> + Sync {
     move |_| Some(colour.to_vec())
 }
 
-/// Draws triangles that each add one, and returns the red channel: the coverage count.
+/// Draws triangles that each add one, and returns the red channel: the number of triangles that cover each pixel, as a mean over its samples.
 fn count_covered(vertices: &[[f32; 4]], width: u32, height: u32, samples: u8) -> Vec<f32> {
     let pass = pass(width, height, samples, vec![draw(mesh(vertices, &[]), Blend::Add)]);
     let add_one = one_colour([1.0; 4]);
@@ -31,7 +31,8 @@ fn count_covered(vertices: &[[f32; 4]], width: u32, height: u32, samples: u8) ->
 
 #[test]
 fn a_fan_covers_every_sample_exactly_once() {
-    // Fans of 7 triangles around random centres, with corners on multiples of a pixel, on multiples of half a pixel, and anywhere.
+    // Fans of 7 triangles around random centres, with corners on multiples of a pixel, on multiples of half a pixel, and anywhere; one corner of the border
+    // is at half the coordinate of another.
     let mut seed = 7;
     for samples in [1, 4] {
         for round in 0..30 {
@@ -43,7 +44,7 @@ fn a_fan_covers_every_sample_exactly_once() {
             let (w, h) = (101.0, 101.0);
             let centre = clip_at(coordinate(1.0, w - 1.0), coordinate(1.0, h - 1.0), w);
             let (x, y) = (coordinate(0.0, w), coordinate(0.0, h));
-            // The square's border as a fan, in order.
+            // Points along the border of the image, in order; each triangle joins two neighbours to the centre.
             let rim: Vec<_> =
                 [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| clip_at(x, y, w)).to_vec();
             let fan: Vec<_> = (0..7).flat_map(|k| [centre, rim[k], rim[(k + 1) % 7]]).collect();
@@ -74,7 +75,7 @@ fn a_gap_between_triangles_changes_the_count() {
 
 #[test]
 fn coverage_is_close_to_the_area_beside_an_edge() {
-    // A half plane at many slopes; the mean over the boundary pixels against the area computed by 64x64 points per pixel.
+    // A half plane at many slopes; the covered fraction of each pixel against its area, counted with 64 x 64 points.
     let mut worst_mean: f64 = 0.0;
     for k in 0..24 {
         let angle = (k as f32 + 0.3) * std::f32::consts::TAU / 24.0;
@@ -85,7 +86,7 @@ fn coverage_is_close_to_the_area_beside_an_edge() {
         for (i, covered) in counts.iter().enumerate() {
             let edge_distance = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
             let (left, top) = ((i % 64) as f32, (i / 64) as f32);
-            // No point of a pixel is farther from its centre than 0.71.
+            // No point of a pixel is farther from its centre than 0.71 pixels.
             let centre_distance = edge_distance(left + 0.5, top + 0.5);
             let inside = if centre_distance.abs() > 0.75 {
                 if centre_distance > 0.0 { 4096 } else { 0 }
@@ -95,7 +96,7 @@ fn coverage_is_close_to_the_area_beside_an_edge() {
                     .count()
             };
             let area = inside as f64 / 4096.0;
-            // Four samples: no pixel deviates by more than one and a half of them.
+            // No pixel deviates by more than one and a half of its four samples.
             assert!((f64::from(*covered) - area).abs() <= 0.375, "pixel {i}: {covered} against {area}");
             if inside > 0 && inside < 4096 {
                 sum += (f64::from(*covered) - area).abs();
@@ -104,7 +105,7 @@ fn coverage_is_close_to_the_area_beside_an_edge() {
         }
         worst_mean = worst_mean.max(sum / n);
     }
-    assert!(worst_mean < 0.125, "half a sample: {worst_mean}");
+    assert!(worst_mean < 0.125, "a mean deviation of {worst_mean}, more than half a sample");
 }
 
 #[test]
@@ -167,8 +168,8 @@ fn varyings_are_perspective_correct() {
 }
 
 #[test]
-fn with_w_one_the_plane_is_exact() {
-    // u = x in pixels: exact at every centre.
+fn varyings_are_exact_where_w_is_one() {
+    // The varying is x in pixels; it must be exact at every pixel centre.
     let vertex_at = |x: f32, y: f32| (clip_at(x, y, 256.0), vec![x]);
     let (vertices, varyings): (Vec<_>, Vec<_>) = [vertex_at(0.0, 0.0), vertex_at(0.0, 512.0), vertex_at(512.0, 0.0)].into_iter().unzip();
     let pass = pass(256, 256, 1, vec![draw(mesh(&vertices, &varyings), Blend::Replace)]);
@@ -181,7 +182,7 @@ fn with_w_one_the_plane_is_exact() {
 }
 
 #[test]
-fn flat_uses_the_first_vertex_and_facing_follows_the_winding() {
+fn flat_varyings_use_the_first_vertex_and_facing_follows_the_winding() {
     let vertices = [
         clip_at(0.0, 0.0, 64.0),
         clip_at(0.0, 64.0, 64.0),
@@ -206,7 +207,7 @@ fn flat_uses_the_first_vertex_and_facing_follows_the_winding() {
 
 #[test]
 fn helper_lanes_extrapolate_the_plane_outside_the_triangle() {
-    // A triangle of a few pixels without any complete quad: du/dx from lane differences is still that of the plane.
+    // A narrow triangle, many of whose quads are covered only in part: lane differences still give the slopes of the plane.
     let vertex_at = |x: f32, y: f32| (clip_at(x, y, 64.0), vec![3.0 * x - 2.0 * y]);
     let (vertices, varyings): (Vec<_>, Vec<_>) = [vertex_at(9.2, 9.3), vertex_at(10.1, 20.7), vertex_at(13.9, 9.4)].into_iter().unzip();
     let differences =
@@ -228,7 +229,7 @@ fn rect(z_over_w: f32) -> Vec<[f32; 4]> {
 
 #[test]
 fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
-    // Reversed depth, 1e-3 / distance in km: a metre, a kilometre, the Moon's distance, 1 au, 100 au and slightly more.
+    // Reversed depth, 1 m / distance: a metre, a kilometre, the Moon's distance, 1 au, 100 au and slightly more.
     let depths = [1.0e3_f32, 1.0, 1.0 / 384_400.0, 1.0 / 1.496e8, 1.0 / 1.496e10, 1.0 / 1.4961e10].map(|inverse_km| inverse_km / 1.0e3);
     let colours = [0, 1, 2, 3, 4, 5].map(|k| one_colour([k as f32 + 1.0, 0.0, 0.0, 1.0]));
     let vertex = pass_through::<f32>(0);
@@ -254,7 +255,7 @@ fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
 #[test]
 fn written_depth_and_discard_are_honoured() {
     let vertex = pass_through::<f32>(0);
-    // Left half at depth 0.75, right half at 0.25; the middle column of the left discards.
+    // Left half at depth 0.75, right half at 0.25; column 8 discards.
     let stepped = |v: &[f32]| (v[0] as u32 != 8).then(|| vec![1.0, 0.0, 0.0, 1.0, if v[0] < 16.0 { 0.75 } else { 0.25 }]);
     let mut outputs = colour_outputs();
     outputs.push(LaneOutput::FragDepth);
@@ -311,8 +312,8 @@ fn draws_stay_inside_their_scissor() {
     }
 }
 
-/// Many small and large overlapping triangles, for which draw order decides every pixel.
-fn overlapping_triangles() -> (Pass, Vec<Vec<f32>>) {
+/// A pass with many small and large overlapping triangles, whose blended colours depend on the order of drawing.
+fn overlapping_triangles() -> Pass {
     let mut seed = 3;
     let (mut vertices, mut varyings) = (Vec::new(), Vec::new());
     for k in 0..600 {
@@ -325,26 +326,17 @@ fn overlapping_triangles() -> (Pass, Vec<Vec<f32>>) {
             varyings.push(vec![random(&mut seed), random(&mut seed), random(&mut seed)]);
         }
     }
-    let mut d = draw(mesh(&vertices, &varyings), Blend::PremultipliedOver);
-    d.depth = DEPTH;
-    (
-        pass(
-            200,
-            200,
-            4,
-            vec![d.clone(), {
-                d.depth.test = false;
-                d.blend = Blend::Add;
-                d
-            }],
-        ),
-        varyings,
-    )
+    let mut over = draw(mesh(&vertices, &varyings), Blend::PremultipliedOver);
+    over.depth = DEPTH;
+    let mut add = over.clone();
+    add.depth.test = false;
+    add.blend = Blend::Add;
+    pass(200, 200, 4, vec![over, add])
 }
 
 #[test]
-fn threads_and_repetition_change_no_bit() {
-    let (pass, _) = overlapping_triangles();
+fn the_number_of_threads_changes_no_bit() {
+    let pass = overlapping_triangles();
     let vertex = pass_through::<f32>(3);
     let show = |v: &[f32]| Some(vec![v[0] * 0.5, v[1] * 0.5, v[2] * 0.5, 0.5]);
     let shader = fragment((0..3).map(|c| location(0, c)).collect(), &show);

@@ -1,4 +1,4 @@
-//! Texture filtering against independent f64 arithmetic, and its behaviour at the extremes.
+//! Texture filtering against its definition in f64, and with extreme coordinates and gradients; the same bits in every kernel class.
 
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 const REPEAT: SamplerState = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
 
-/// A noise texture with a mip chain of 2x2 means (the sizes here are powers of two).
+/// A noise texture with a mip chain of 2 x 2 means; both sides must be powers of two.
 fn noise(width: u32, height: u32) -> Texture {
     let mut seed = 11_u64;
     let mut level: Vec<[f32; 4]> = (0..width * height)
@@ -29,15 +29,15 @@ fn noise(width: u32, height: u32) -> Texture {
         if w == 1 && h == 1 {
             return Texture { format: TexelFormat::Rgba32Float, levels };
         }
-        let (nw, nh) = ((w / 2).max(1), (h / 2).max(1));
-        level = (0..nw * nh)
+        let (half_w, half_h) = ((w / 2).max(1), (h / 2).max(1));
+        level = (0..half_w * half_h)
             .map(|i| {
-                let (x, y) = (i % nw, i / nw);
-                let at = |dx: u32, dy: u32| level[(((y * h / nh) + dy.min(h - 1)) * w + (x * w / nw) + dx.min(w - 1)) as usize];
+                let (x, y) = (i % half_w, i / half_w);
+                let at = |dx: u32, dy: u32| level[(((y * h / half_h) + dy.min(h - 1)) * w + (x * w / half_w) + dx.min(w - 1)) as usize];
                 std::array::from_fn(|k| 0.25 * (at(0, 0)[k] + at(1, 0)[k] + at(0, 1)[k] + at(1, 1)[k]))
             })
             .collect();
-        (w, h) = (nw, nh);
+        (w, h) = (half_w, half_h);
     }
 }
 
@@ -46,10 +46,13 @@ fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
 }
 
 fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
-    Textures::new(vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
+    Textures::new(
+        vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("complete levels")), sampler: Some(sampler) }],
+        class,
+    )
 }
 
-/// Samples with gradients (du, dv) along x and y, one lane each, without anisotropy.
+/// Samples at each position, one lane each, with gradients `dx` and `dy` = (du, dv) along x and y; isotropic.
 fn sample<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 2], dy: [f64; 2]) -> Vec<[f64; 4]> {
     sample_filtered::<R>(textures, uv, dx, dy, None)
 }
@@ -60,11 +63,11 @@ fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 
     let (u, v) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]));
     let (du_dx, dv_dx, du_dy, dv_dy) = (lanes(&|_| dx[0]), lanes(&|_| dx[1]), lanes(&|_| dy[0]), lanes(&|_| dy[1]));
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
-    let [r, g, bl, al] = &mut out;
+    let [r, g, b, a] = &mut out;
     let gradients = Gradients { du_dx: &du_dx, dv_dx: &dv_dx, du_dy: &du_dy, dv_dy: &dv_dy };
     match max_taps {
-        Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, bl, al]),
-        None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, bl, al]),
+        Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, b, a]),
+        None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, b, a]),
     }
     (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
 }
@@ -89,20 +92,20 @@ fn positions(count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|k| [(k as f64 * 0.618_033_988_75) % 1.0 * 3.0 - 1.0, (k as f64 * 0.754_877_666) % 1.0 * 1.2 - 0.1]).collect()
 }
 
-/// The greatest error of filtering at `rho_texels` texels per pixel.
-fn greatest_error<R: Real>(rho_texels: f64) -> f64 {
+/// The greatest error of filtering, for pixels that span this many texels.
+fn greatest_error<R: Real>(texels_per_px: f64) -> f64 {
     let texture = noise(64, 32);
     let uv = positions(100);
-    let (dx, dy) = ([rho_texels / 64.0, 0.0], [0.0, rho_texels / 32.0]);
-    let got = sample::<R>(&bind(&texture, REPEAT), &uv, dx, dy);
-    let level = rho_texels.log2().clamp(0.0, texture.levels.len() as f64 - 1.0);
+    let (dx, dy) = ([texels_per_px / 64.0, 0.0], [0.0, texels_per_px / 32.0]);
+    let sampled = sample::<R>(&bind(&texture, REPEAT), &uv, dx, dy);
+    let level = texels_per_px.log2().clamp(0.0, texture.levels.len() as f64 - 1.0);
     let (fine, level_fraction) = (level.floor() as usize, level.fract());
     let mut worst = 0.0_f64;
-    for (got, [u, v]) in got.iter().zip(uv) {
-        for (c, got) in got.iter().enumerate() {
-            let a = tent(&texture.levels[fine], u, v, c);
-            let b = tent(&texture.levels[(fine + 1).min(texture.levels.len() - 1)], u, v, c);
-            worst = worst.max((got - (a + level_fraction * (b - a))).abs());
+    for (rgba, [u, v]) in sampled.iter().zip(uv) {
+        for (c, value) in rgba.iter().enumerate() {
+            let of_fine = tent(&texture.levels[fine], u, v, c);
+            let of_coarse = tent(&texture.levels[(fine + 1).min(texture.levels.len() - 1)], u, v, c);
+            worst = worst.max((value - (of_fine + level_fraction * (of_coarse - of_fine))).abs());
         }
     }
     worst
@@ -110,11 +113,11 @@ fn greatest_error<R: Real>(rho_texels: f64) -> f64 {
 
 #[test]
 fn bilinear_and_trilinear_match_the_definition() {
-    for rho in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
-        let (single, double) = (greatest_error::<f32>(rho), greatest_error::<f64>(rho));
+    for texels_per_px in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
+        let (single, double) = (greatest_error::<f32>(texels_per_px), greatest_error::<f64>(texels_per_px));
         // f32 coordinates in a map of 64 texels are accurate to 2^-17 texel.
-        assert!(single < 3e-5, "f32 at {rho} texels a pixel: {single}");
-        assert!(double < 1e-12, "f64 at {rho} texels a pixel: {double}");
+        assert!(single < 3e-5, "f32 at {texels_per_px} texels per pixel: {single}");
+        assert!(double < 1e-12, "f64 at {texels_per_px} texels per pixel: {double}");
     }
 }
 
@@ -122,12 +125,13 @@ fn bilinear_and_trilinear_match_the_definition() {
 fn a_different_mip_level_is_detected() {
     let texture = noise(64, 32);
     let uv = [[0.3, 0.4]];
-    let one = sample::<f64>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 1.0 / 32.0]);
-    let two = sample::<f64>(&bind(&texture, REPEAT), &uv, [2.0 / 64.0, 0.0], [0.0, 2.0 / 32.0]);
-    assert!((one[0][0] - two[0][0]).abs() > 1e-3);
+    let finest = sample::<f64>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 1.0 / 32.0]);
+    let next = sample::<f64>(&bind(&texture, REPEAT), &uv, [2.0 / 64.0, 0.0], [0.0, 2.0 / 32.0]);
+    assert!((finest[0][0] - next[0][0]).abs() > 1e-3);
 }
 
-/// Mean, and contrast (mean absolute deviation), of stripes two texels wide at a grazing angle: a pixel spans 16 texels along the stripes (v) and one across them (u).
+/// Mean and contrast (mean absolute deviation) of stripes two texels wide at a grazing angle: a pixel spans 16 texels along the stripes (v) and one
+/// across them (u).
 fn stripe_contrast(taps: f64) -> (f64, f64) {
     let mut texture = noise(64, 64);
     for level in &mut texture.levels {
@@ -144,13 +148,13 @@ fn stripe_contrast(taps: f64) -> (f64, f64) {
         *level = Level::new(w, level.height, (0..(w * w) as usize).flat_map(|i| [texel(i); 4]).flat_map(f32::to_le_bytes).collect());
     }
     let uv: Vec<_> = (0..64).map(|k| [(f64::from(k) + 0.5) / 64.0, 0.5]).collect();
-    let got = sample_filtered::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
-    let mean = got.iter().map(|p| p[0]).sum::<f64>() / 64.0;
-    (mean, got.iter().map(|p| (p[0] - mean).abs()).sum::<f64>() / 64.0)
+    let sampled = sample_filtered::<f32>(&bind(&texture, REPEAT), &uv, [1.0 / 64.0, 0.0], [0.0, 16.0 / 64.0], Some(taps));
+    let mean = sampled.iter().map(|p| p[0]).sum::<f64>() / 64.0;
+    (mean, sampled.iter().map(|p| (p[0] - mean).abs()).sum::<f64>() / 64.0)
 }
 
 #[test]
-fn anisotropic_taps_keep_a_grid_at_grazing_angles_and_its_mean() {
+fn anisotropic_taps_keep_stripes_at_a_grazing_angle_and_their_mean() {
     let (mean_1, contrast_1) = stripe_contrast(1.0);
     let (mean_16, contrast_16) = stripe_contrast(16.0);
     assert!((mean_1 - 0.5).abs() < 1e-6 && (mean_16 - 0.5).abs() < 1e-6, "{mean_1} {mean_16}");
@@ -160,7 +164,7 @@ fn anisotropic_taps_keep_a_grid_at_grazing_angles_and_its_mean() {
 
 #[test]
 fn exchanged_gradients_have_the_same_footprint() {
-    // The major axis is along (1, 1) in texels. Exchanging the gradients and the sign of the axis describes the same footprint.
+    // The major axis is along (1, 1) in texels. Exchanged gradients, one of them with the opposite sign, describe the same ellipse.
     let texture = noise(64, 64);
     let uv = positions(50).into_iter().map(|[u, v]| [u, 0.3 + 0.3 * v]).collect::<Vec<_>>();
     let (along, across) = ([5.0 / 64.0, 5.0 / 64.0], [0.7 / 64.0, -0.7 / 64.0]);
@@ -193,16 +197,16 @@ fn a_constant_texture_stays_constant_for_any_gradients() {
     }
 }
 
-/// Samples `count` lanes from the lane `first` on; each has its own position and footprint. Outputs are 7 before.
+/// Samples `count` lanes from the lane `first` on; each has its own position and footprint. Lanes that are not written keep 7.
 fn sample_varied_lanes<R: Real>(textures: &Textures<'_>, max_taps: f64, first: usize, count: usize, active: u128) -> [Vec<R>; 4] {
     let lanes = |f: &dyn Fn(f64) -> f64| (first..first + count).map(|k| R::from_f64(f(k as f64))).collect::<Vec<R>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (du_dx, dv_dx) = (lanes(&|k| f64::exp2(k * 0.37 % 9.0 - 8.0)), lanes(&|k| (k * 0.11).sin() * 0.02));
     let (du_dy, dv_dy) = (lanes(&|k| (k * 0.23).cos() * 0.03), lanes(&|k| f64::exp2(k * 0.53 % 7.0 - 7.0)));
     let mut out = [const { Vec::new() }; 4].map(|_: Vec<R>| vec![R::from_f64(7.0); count]);
-    let [r, g, bl, al] = &mut out;
+    let [r, g, b, a] = &mut out;
     let gradients = Gradients { du_dx: &du_dx, dv_dx: &dv_dx, du_dy: &du_dy, dv_dy: &dv_dy };
-    textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), active, [r, g, bl, al]);
+    textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), active, [r, g, b, a]);
     out
 }
 
@@ -234,10 +238,10 @@ fn assert_lanes_are_independent<R: Real>(texture: &Texture, state: SamplerState,
 }
 
 #[test]
-fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
+fn a_lane_depends_neither_on_other_lanes_nor_on_the_kernel_class() {
     let float = noise(256, 128);
     let bytes: Vec<u8> = (0..256 * 128 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("whole");
+    let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("complete levels");
     for (linear, max_taps) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
         let state = SamplerState { linear, ..REPEAT };
         assert_lanes_are_independent::<f32>(&srgb, state, max_taps);
@@ -246,7 +250,7 @@ fn a_lane_depends_neither_on_its_neighbours_nor_on_the_instruction_set() {
     }
 }
 
-/// Samples 128 lanes with one footprint: `width` texels along u, four times less along v. `max_taps`: one value, or one per lane.
+/// Samples lanes with one footprint: `width` texels along u, a quarter of that along v. `max_taps`: one value, or one per lane.
 fn sample_one_footprint(
     textures: &Textures<'_>,
     width: f64,
@@ -264,9 +268,9 @@ fn sample_one_footprint(
     out
 }
 
-/// A batch whose lanes share a level, or read no other level than the finest, has ways of its own. Their values are those of each lane alone.
+/// Batches whose lanes share a mip level, or read only the finest, take faster code paths. Each lane gets the value that it gets alone.
 #[test]
-fn lanes_that_share_a_footprint_have_the_values_of_each_alone() {
+fn lanes_that_share_a_footprint_get_the_values_of_each_alone() {
     let same = |a: f32, b: f32| a.to_bits() == b.to_bits();
     for texture in of_each_format() {
         let mut of_widths = Vec::new();
@@ -287,6 +291,7 @@ fn lanes_that_share_a_footprint_have_the_values_of_each_alone() {
             }
             of_widths.push(alone[5][0][0]);
         }
+        // One tap, and footprints 0.2, 0.7 and 5.3 texels wide.
         assert!(
             same(of_widths[0], of_widths[2]) && !same(of_widths[0], of_widths[10]),
             "levels differ only where a pixel spans several texels"
@@ -297,12 +302,12 @@ fn lanes_that_share_a_footprint_have_the_values_of_each_alone() {
 /// A texture of each format.
 fn of_each_format() -> [Texture; 3] {
     let bytes: Vec<u8> = (0..64 * 32 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
-    let texture_of = |format| Texture::from_rgba8(64, 32, bytes.clone(), format).expect("whole");
+    let texture_of = |format| Texture::from_rgba8(64, 32, bytes.clone(), format).expect("complete levels");
     [texture_of(TexelFormat::Rgba8Srgb), texture_of(TexelFormat::Rgba8Unorm), noise(64, 32)]
 }
 
 #[test]
-fn a_channel_does_not_depend_on_which_others_are_requested() {
+fn a_channel_does_not_depend_on_the_other_requested_channels() {
     let lanes = |f: &dyn Fn(f64) -> f64| (0..128).map(|k| f32::from_f64(f(f64::from(k)))).collect::<Vec<f32>>();
     let (u, v) = (lanes(&|k| k * 0.618 % 3.0 - 1.0), lanes(&|k| k * 0.754 % 1.2 - 0.1));
     let (a, b) = (lanes(&|k| f64::exp2(k * 0.37 % 6.0 - 6.0)), lanes(&|k| (k * 0.11).sin() * 0.02));

@@ -1,5 +1,5 @@
-//! Times parts of the software renderer, for development: `cargo test --test main software::speed -- --ignored --nocapture`. Time is not
-//! asserted. Each time is the minimum of many short rounds on one thread, which a busy machine disturbs least.
+//! Times parts of the software renderer, for development: `cargo test --test main software::speed -- --ignored --nocapture`. Nothing is asserted. Each
+//! time is the minimum of many short rounds on one thread, which a busy machine disturbs least.
 
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
@@ -28,12 +28,12 @@ fn best_of(calls: usize, mut work: impl FnMut(usize)) -> f64 {
 fn map() -> Texture {
     let (w, h) = (2048_u32, 1024_u32);
     let rgba = (0..w * h).flat_map(|i| [(i % 251) as u8, (i / w % 253) as u8, (i % 17 * 15) as u8, 255]).collect();
-    Texture::from_rgba8(w, h, rgba, TexelFormat::Rgba8Srgb).expect("whole")
+    Texture::from_rgba8(w, h, rgba, TexelFormat::Rgba8Srgb).expect("complete levels")
 }
 
 fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
     let state = |linear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear };
-    // Maximum number of taps, texels per pixel along x and y.
+    // `dx` and `dy`: texels per pixel along x and y.
     for (filter, sampler, max_taps, dx, dy) in [
         ("nearest", state(false), 1.0, 0.7, 0.7),
         ("bilinear", state(true), 1.0, 0.7, 0.7),
@@ -43,7 +43,7 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
         ("8 taps, ratio 8", state(true), 8.0, 12.0, 1.5),
     ] {
         let textures = bind(texture, sampler, class);
-        // 64 blocks of 16x8 pixels side by side, in quads, the rasteriser's order.
+        // 8 x 8 blocks of 16 x 8 pixels; the lanes of a block are ordered by quads, as in the rasteriser.
         let uv = |block: usize, lane: usize| {
             let (quad, corner) = (lane / 4, lane % 4);
             let x = block % 8 * 16 + quad % 8 * 2 + corner % 2;
@@ -62,12 +62,15 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
             textures.sample_filtered(0, [&blocks[k][0], &blocks[k][1]], gradients, &max_taps, u128::MAX, [r, g, b, a]);
             black_box(&out);
         });
-        println!("{:8} {:>4} {filter:22} {:7.1} ns a lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
+        println!("{:8} {:>4} {filter:22} {:7.1} ns per lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
     }
 }
 
 fn bind(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
-    Textures::new(vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("whole")), sampler: Some(sampler) }], class)
+    Textures::new(
+        vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("complete levels")), sampler: Some(sampler) }],
+        class,
+    )
 }
 
 #[test]
@@ -95,7 +98,7 @@ fn kernels_of_one_batch() {
                 run(&mut out, operands.as_ptr(), offsets.as_ptr());
                 black_box(&out);
             });
-            println!("{:8} {op:?}: {:6.2} ns a lane", class.name(), ns / LANES as f64);
+            println!("{:8} {op:?}: {:6.2} ns per lane", class.name(), ns / LANES as f64);
         }
     }
 }

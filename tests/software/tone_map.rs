@@ -1,4 +1,4 @@
-//! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and brightness.
+//! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and over a wide range of brightness.
 
 use orrery::render::software::exec::{Executor, Gradients, LaneMask, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
@@ -11,13 +11,13 @@ const LANES: usize = 128;
 const TOLERANCE: f64 = 1.5e-6;
 
 fn program() -> Program {
-    let id = "tone_map".parse().expect("a shared module");
+    let id = "tone_map".parse().expect("a simple module");
     let module = naga::front::wgsl::parse_str(&emit_module(&id).expect("emitted").wgsl).expect("WGSL");
     let info = orrery::shader::module::validate(&module).expect("valid");
     lower(&module, &info, "fragment_main").expect("lowers")
 }
 
-/// A texture whose texels are given lane by lane, for any coordinates.
+/// A texture that returns these texels lane by lane, whatever the coordinates.
 struct Image([[f32; LANES]; 3]);
 
 impl TextureUnit<f32> for Image {
@@ -45,9 +45,10 @@ impl TextureUnit<f32> for Image {
     }
 }
 
-/// Runs one batch: pixels along a row of 128, `radiance` per lane.
+/// Runs one batch of 128 pixels along a row, with the radiance of each lane by channel.
 fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3], row: u32, exposure: f32) -> [[f32; LANES]; 4] {
-    let uniform_bytes: Vec<u8> = [exposure, 0.8].iter().flat_map(|v| v.to_le_bytes()).collect();
+    let linear_limit = 0.8;
+    let uniform_bytes: Vec<u8> = [exposure, linear_limit].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mut executor = Executor::<f32>::with_class(program, class).expect("binds");
     for (k, input) in program.inputs.iter().enumerate() {
         for (i, v) in executor.input_mut(k).iter_mut().enumerate() {
@@ -62,7 +63,7 @@ fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3],
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 
-/// The formula in the shader's comments, with the exponent of the sRGB curve as an argument.
+/// The formula of shaders/lib/display.wesl at the linear limit 0.8, with the exponent of the sRGB curve as an argument.
 fn formula(radiance: [f64; 3], exponent: f64) -> [f64; 3] {
     let colour = radiance.map(|c| c.clamp(0.0, 1.0e6));
     let peak = colour.iter().fold(1.0e-12, |a: f64, b| a.max(*b));
@@ -110,7 +111,7 @@ fn the_tone_map_agrees_with_its_formula() {
         println!("{}: {error:.2e}", class.name());
         assert!(error < TOLERANCE, "{}: {error}", class.name());
     }
-    assert!(greatest_error(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "the measure must detect a wrong exponent");
+    assert!(greatest_error(KernelClass::Portable, 1.0 / 2.4 + 1e-5) > TOLERANCE, "a wrong exponent must be detected");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The sweeps of `stability` detect faults: each past fault, when injected, exceeds the bound of a sweep that passes without the fault.
+//! The sweeps of `stability` detect faults: each fault of the past, injected again, exceeds the bound of a sweep that passes without it.
 
 use crate::support::session::SESSION;
 use crate::support::sweep;
@@ -38,8 +38,8 @@ fn session_with_edits(changes: &[(&str, &str, &str)]) -> Session {
     session
 }
 
-/// When the entire Sun is covered, the closed form at the limb is accurate only to the last digits: without the early return and the
-/// clamps the light in an umbra is not 0.
+/// Where the entire Sun is covered, rounding leaves a remainder in the closed form of the overlap. Without the early return and the clamps, the light in
+/// an umbra would not be 0.
 #[test]
 fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     assert!(!swept(&SESSION, "shadows", InjectedFaults::default()).has_failed());
@@ -99,14 +99,14 @@ fn clouds_with_depth_conflicts_are_detected() {
 }
 
 #[test]
-fn a_feature_that_is_chosen_too_late_is_detected() {
+fn a_feature_that_is_left_out_too_long_is_detected() {
     assert!(!sweep::in_full() || !swept(&SESSION, "needs-linear", InjectedFaults::default()).has_failed());
-    // A floor of half the light instead of a thousandth.
+    // A feature is drawn only if it changes half of the light, instead of a thousandth.
     let coarse = Purpose::Linear { floor: 0.5 };
     assert!(swept(&SESSION, "needs-linear", InjectedFaults { purpose: Some(coarse), ..InjectedFaults::default() }).has_failed());
 }
 
-/// The sweeps that no test above covers: the cases of `orrery stability --short`.
+/// The sweeps that no test above runs, with the cases of `orrery stability --short`.
 #[test]
 fn every_other_sweep_keeps_its_bound() {
     let tested_above = ["shadows", "umbra-exposure", "light-time", "depth", "needs-linear"];

@@ -1,11 +1,12 @@
 //! Reference for single scattering along a ray through spherical shells: tests/atmosphere/model_bounds.rs compares the shaders with it.
 //!
 //! In: an atmosphere, a ray, a Sun at infinity. Out: radiance per irradiance (1/sr) and transmittance, in f64. Method: globally adaptive Gauss-Kronrod 7/15 on
-//! intervals cut where the integrand or its derivative jumps: where the ray crosses the shell of a knot of the triangular profile, where the sunlight
-//! that reaches it grazes such a shell or the ground (the edge of the planet's shadow), and at the ray's point closest to the planet's centre. Column
-//! densities: 12-point Gauss-Legendre on shells of 2.5 scale heights, the triangular profile in closed form. No code is shared with the program.
-//! Verified against tests/data/rayleigh_reference_public.json by tests/atmosphere/model_bounds.rs. Lengths: planet radii, from the planet's centre p
-//! = 0. Square excess: |p|^2 - 1, which keeps its digits near the ground (the program's `radius_sq_minus_1`). Sunward: dot(p, direction of the Sun).
+//! intervals cut where the integrand or its derivative jumps: where the ray crosses the shell of a knot of the triangular profile, and where the sunlight
+//! that reaches it grazes such a shell or the ground (the edge of the planet's shadow); also at the ray's point closest to the planet's centre. Column
+//! densities: 12-point Gauss-Legendre on shells of 2.5 scale heights for the exponential profile, in closed form for the triangular one. No code is
+//! shared with the program. tests/atmosphere/model_bounds.rs also verifies this reference against tests/data/rayleigh_reference_public.json. Lengths are
+//! in planet radii; a point p is relative to the planet's centre. `radius_sq_minus_1`: |p|^2 - 1, which keeps its digits near the ground. `sunward`:
+//! dot(p, direction of the Sun).
 
 use glam::DVec3;
 
@@ -77,17 +78,18 @@ const KRONROD: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_83, 0.417_959_183_673_469_4),
 ];
 
-/// Relative tolerance of the entire integral. The difference of the two rules, which serves as the error, overestimates that of Kronrod's by far.
+/// Relative tolerance of the entire integral. The difference of the two rules serves as the error, and greatly overestimates that of Kronrod's rule.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 const MAX_INTERVALS: usize = 600;
 
-fn square_excess_of(height: f64) -> f64 {
+/// |p|^2 - 1 at a height.
+fn radius_sq_minus_1_of(height: f64) -> f64 {
     height * (2.0 + height)
 }
 
-/// Height of a point.
-fn height_of(square_excess: f64) -> f64 {
-    square_excess / (1.0 + (1.0 + square_excess).sqrt())
+/// Height of a point, given |p|^2 - 1.
+fn height_of(radius_sq_minus_1: f64) -> f64 {
+    radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt())
 }
 
 fn exp(v: DVec3) -> DVec3 {
@@ -104,22 +106,23 @@ impl Profile {
         }
     }
 
-    /// Column density along a line, between two distances from its point closest to the centre, both at least 0. `closest_square_excess`: of that
+    /// Column density along a line, between two distances from its point closest to the centre, both at least 0. `closest_radius_sq_minus_1`: of that
     /// point.
-    fn column(&self, closest_square_excess: f64, from: f64, to: f64) -> f64 {
+    fn column(&self, closest_radius_sq_minus_1: f64, from: f64, to: f64) -> f64 {
         if to <= from {
             return 0.0;
         }
         match self {
             Self::Exponential { scale_height } => {
-                let (first, last) = (height_of(closest_square_excess + from * from), height_of(closest_square_excess + to * to));
+                let (first, last) = (height_of(closest_radius_sq_minus_1 + from * from), height_of(closest_radius_sq_minus_1 + to * to));
                 let (mut sum, mut start, mut height) = (0.0, from, first);
                 // Beyond forty scale heights the density no longer changes the sum in f64.
                 while start < to && height < first + 40.0 * scale_height {
                     height += 2.5 * scale_height;
-                    let end = if height < last { (square_excess_of(height) - closest_square_excess).max(0.0).sqrt().min(to) } else { to };
+                    let end =
+                        if height < last { (radius_sq_minus_1_of(height) - closest_radius_sq_minus_1).max(0.0).sqrt().min(to) } else { to };
                     let (middle, half) = (0.5 * (start + end), 0.5 * (end - start));
-                    let density_at = |s: f64| (-height_of(closest_square_excess + s * s) / scale_height).exp();
+                    let density_at = |s: f64| (-height_of(closest_radius_sq_minus_1 + s * s) / scale_height).exp();
                     sum +=
                         half * GAUSS.iter().map(|(x, w)| w * (density_at(middle - half * x) + density_at(middle + half * x))).sum::<f64>();
                     start = end;
@@ -127,12 +130,12 @@ impl Profile {
                 sum
             }
             Self::Triangle { knots } => {
-                let knot_distances = knots.map(|h| (square_excess_of(h) - closest_square_excess).max(0.0).sqrt());
-                // Antiderivative of the height r - 1 along the line, where r^2 = 1 + closest_square_excess + s^2.
+                let knot_distances = knots.map(|h| (radius_sq_minus_1_of(h) - closest_radius_sq_minus_1).max(0.0).sqrt());
+                // Antiderivative of the height r - 1 along the line, where r^2 = 1 + closest_radius_sq_minus_1 + s^2.
                 let height_integral = |s: f64| {
-                    let r = (1.0 + closest_square_excess + s * s).sqrt();
+                    let r = (1.0 + closest_radius_sq_minus_1 + s * s).sqrt();
                     // At least 1e-200, for a line through the centre, where the term with the logarithm is 0.
-                    let closest_radius_sq = (1.0 + closest_square_excess).max(1e-200);
+                    let closest_radius_sq = (1.0 + closest_radius_sq_minus_1).max(1e-200);
                     0.5 * (s * r + closest_radius_sq * ((s + r).ln() - 0.5 * closest_radius_sq.ln())) - s
                 };
                 // A flank of the triangle: density (height - zero_height) / height_to_peak.
@@ -149,9 +152,9 @@ impl Profile {
 }
 
 impl Air {
-    fn optical_depth(&self, closest_square_excess: f64, from: f64, to: f64) -> DVec3 {
+    fn optical_depth(&self, closest_radius_sq_minus_1: f64, from: f64, to: f64) -> DVec3 {
         let half_line_depth = |from: f64, to: f64| {
-            self.species.iter().map(|s| s.extinction * s.profile.column(closest_square_excess, from, to)).sum::<DVec3>()
+            self.species.iter().map(|s| s.extinction * s.profile.column(closest_radius_sq_minus_1, from, to)).sum::<DVec3>()
         };
         if from >= 0.0 {
             half_line_depth(from, to)
@@ -163,9 +166,9 @@ impl Air {
     }
 
     /// Optical depth from a point towards the Sun. The line's closest point is `sunward` behind it.
-    fn depth_to_sun(&self, square_excess: f64, sunward: f64) -> DVec3 {
-        let closest_square_excess = square_excess - sunward * sunward;
-        self.optical_depth(closest_square_excess, sunward, (square_excess_of(self.top) - closest_square_excess).max(0.0).sqrt())
+    fn depth_to_sun(&self, radius_sq_minus_1: f64, sunward: f64) -> DVec3 {
+        let closest_radius_sq_minus_1 = radius_sq_minus_1 - sunward * sunward;
+        self.optical_depth(closest_radius_sq_minus_1, sunward, (radius_sq_minus_1_of(self.top) - closest_radius_sq_minus_1).max(0.0).sqrt())
     }
 
     /// Scattering coefficient times phase function, per planet radius and steradian. `cosine`: of the angle between ray and direction of the Sun.
@@ -183,59 +186,59 @@ impl Air {
         // Distances along the ray count from its point closest to the centre.
         let camera_s = ray.camera.dot(direction);
         let closest = ray.camera - direction * camera_s;
-        let camera_square_excess = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
-        let closest_square_excess = camera_square_excess - camera_s * camera_s;
-        let top_square_excess = square_excess_of(self.top);
-        let exit_distance = (top_square_excess - closest_square_excess).max(0.0).sqrt();
-        let hits_ground = closest_square_excess < 0.0 && camera_s < 0.0;
+        let camera_radius_sq_minus_1 = (ray.camera.length() - 1.0) * (ray.camera.length() + 1.0);
+        let closest_radius_sq_minus_1 = camera_radius_sq_minus_1 - camera_s * camera_s;
+        let top_radius_sq_minus_1 = radius_sq_minus_1_of(self.top);
+        let exit_distance = (top_radius_sq_minus_1 - closest_radius_sq_minus_1).max(0.0).sqrt();
+        let hits_ground = closest_radius_sq_minus_1 < 0.0 && camera_s < 0.0;
         let from = camera_s.max(-exit_distance);
-        let to = if hits_ground { -(-closest_square_excess).sqrt() } else { exit_distance };
-        if closest_square_excess >= top_square_excess || to <= from {
+        let to = if hits_ground { -(-closest_radius_sq_minus_1).sqrt() } else { exit_distance };
+        if closest_radius_sq_minus_1 >= top_radius_sq_minus_1 || to <= from {
             return RayResult { radiance: DVec3::ZERO, transmittance: DVec3::ONE, hits_ground, meets_air: false };
         }
-        // Sunward is closest_sunward + sun_cosine * s: 0, the Sun at the horizon, at the last of these cuts, where nothing jumps.
+        // At the last of these cuts `sunward`, closest_sunward + sun_cosine * s, is 0: the Sun is at the horizon. Nothing jumps there.
         let (closest_sunward, sun_cosine) = (closest.dot(sun), direction.dot(sun));
         let mut cuts = vec![from, to, 0.0, -closest_sunward / sun_cosine];
         for species in &self.species {
             match species.profile {
                 Profile::Triangle { knots } => {
-                    for knot_excess in knots.map(square_excess_of) {
-                        let distance = (knot_excess - closest_square_excess).sqrt();
+                    for knot_radius_sq_minus_1 in knots.map(radius_sq_minus_1_of) {
+                        let distance = (knot_radius_sq_minus_1 - closest_radius_sq_minus_1).sqrt();
                         cuts.extend([distance, -distance]);
-                        cuts.extend(tangents(closest_square_excess - knot_excess, closest_sunward, sun_cosine));
+                        cuts.extend(tangents(closest_radius_sq_minus_1 - knot_radius_sq_minus_1, closest_sunward, sun_cosine));
                     }
                 }
                 // The integrand does not jump here, but a narrow peak must not be missed.
                 Profile::Exponential { scale_height } => {
                     for scale_heights in [1.0, 3.0, 6.0, 12.0, 20.0] {
-                        let distance = (square_excess_of(scale_heights * scale_height) - closest_square_excess).sqrt();
+                        let distance = (radius_sq_minus_1_of(scale_heights * scale_height) - closest_radius_sq_minus_1).sqrt();
                         cuts.extend([distance, -distance]);
                     }
                 }
             }
         }
-        cuts.extend(tangents(closest_square_excess, closest_sunward, sun_cosine));
+        cuts.extend(tangents(closest_radius_sq_minus_1, closest_sunward, sun_cosine));
         cuts.retain(|s| s.is_finite() && *s >= from && *s <= to);
         cuts.sort_by(f64::total_cmp);
         // Light scattered towards the camera per unit of length, dimmed on both ways.
         let in_scattering = |s: f64| {
-            let (square_excess, sunward) = (closest_square_excess + s * s, closest_sunward + sun_cosine * s);
-            if sunward < 0.0 && square_excess - sunward * sunward < 0.0 {
+            let (radius_sq_minus_1, sunward) = (closest_radius_sq_minus_1 + s * s, closest_sunward + sun_cosine * s);
+            if sunward < 0.0 && radius_sq_minus_1 - sunward * sunward < 0.0 {
                 return DVec3::ZERO;
             }
-            let optical_depth = self.optical_depth(closest_square_excess, from, s) + self.depth_to_sun(square_excess, sunward);
-            self.scattering_towards(height_of(square_excess), sun_cosine) * exp(-optical_depth)
+            let optical_depth = self.optical_depth(closest_radius_sq_minus_1, from, s) + self.depth_to_sun(radius_sq_minus_1, sunward);
+            self.scattering_towards(height_of(radius_sq_minus_1), sun_cosine) * exp(-optical_depth)
         };
         let radiance = integrate_adaptively(&cuts, in_scattering);
-        RayResult { radiance, transmittance: exp(-self.optical_depth(closest_square_excess, from, to)), hits_ground, meets_air: true }
+        RayResult { radiance, transmittance: exp(-self.optical_depth(closest_radius_sq_minus_1, from, to)), hits_ground, meets_air: true }
     }
 }
 
-/// Distances s from the ray's closest point at which sunlight grazes a shell: roots of closest_excess + s^2 - (closest_sunward + sun_cosine s)^2.
-/// `closest_excess`: |p|^2 - r^2 of the closest point for a shell of radius r.
-fn tangents(closest_excess: f64, closest_sunward: f64, sun_cosine: f64) -> [f64; 2] {
+/// Distances s from the ray's closest point at which sunlight grazes a shell: roots of closest_sq_minus_shell_sq + s^2 - (closest_sunward + sun_cosine s)^2.
+/// `closest_sq_minus_shell_sq`: |p|^2 - r^2 of the closest point for a shell of radius r.
+fn tangents(closest_sq_minus_shell_sq: f64, closest_sunward: f64, sun_cosine: f64) -> [f64; 2] {
     let (quadratic, half_linear) = (1.0 - sun_cosine * sun_cosine, -closest_sunward * sun_cosine);
-    let root = (half_linear * half_linear - quadratic * (closest_excess - closest_sunward * closest_sunward)).sqrt();
+    let root = (half_linear * half_linear - quadratic * (closest_sq_minus_shell_sq - closest_sunward * closest_sunward)).sqrt();
     [(-half_linear - root) / quadratic, (-half_linear + root) / quadratic]
 }
 

@@ -17,8 +17,11 @@ use orrery::shader::emit::emit_module;
 use orrery::shader::{Layout, ModuleId};
 use std::sync::Arc;
 
-/// The components of `p`, then those of `q`, in the expression.
+/// The components of `p`, then those of `q`: the inputs of the expression for one query.
 pub type EvalInput = [f64; 8];
+
+/// Maximum number of taps on a map; with one tap, filtering is isotropic.
+const MAP_TAPS: u8 = 1;
 
 pub struct Emitted {
     program: Program,
@@ -28,12 +31,12 @@ pub struct Emitted {
 }
 
 impl Emitted {
-    /// `value`: a `vec4f` in terms of `p` and `q`, both `vec4f`.
+    /// `value`: a WGSL expression of type `vec4f` in `p` and `q`, both `vec4f`.
     pub fn new(module: &str, value: &str) -> Self {
         Self::edited(module, value, |text| text)
     }
 
-    /// The same with the module's text changed.
+    /// [`Emitted::new`] with the module's text edited.
     pub fn edited(module: &str, value: &str, edit: impl Fn(String) -> String) -> Self {
         let id: ModuleId = module.parse().expect("a module");
         let text = edit(emit_module(&id).expect("emits").wgsl);
@@ -54,15 +57,15 @@ impl Emitted {
         self.evaluate_in::<f64>(uniforms, texture, inputs)
     }
 
-    /// The same in f32, as for frames, or in f64, as for references.
+    /// [`Emitted::evaluate`] in f32, as when frames are drawn, or in f64.
     pub fn evaluate_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
         let uniform_bytes = match self.is_planet_module {
-            true => uniforms_of(&self.layout, uniforms, 1).expect("uniforms"),
+            true => uniforms_of(&self.layout, uniforms, MAP_TAPS).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
         let class = KernelClass::detect();
         let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
-        let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("whole")));
+        let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("complete levels")));
         let bound = self
             .program
             .textures
@@ -76,6 +79,7 @@ impl Emitted {
             for (k, input) in self.program.inputs.iter().enumerate() {
                 let LaneInput::Location { index, component, .. } = *input else { panic!("{input:?}") };
                 for (lane, v) in executor.input_mut(k).iter_mut().enumerate() {
+                    // The last query also fills the unused lanes.
                     *v = R::from_f64(chunk[lane.min(chunk.len() - 1)][(4 * index + component) as usize]);
                 }
             }

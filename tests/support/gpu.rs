@@ -1,4 +1,4 @@
-//! The GPU renderer for tests, or one printed line with the reason why there is none.
+//! The GPU renderer for tests. If there is none, the reason is printed in one line and the test is skipped.
 //!
 //! `ORRERY_REQUIRE_GPU=1` makes a missing GPU a failure; .ci/run sets it if it finds a driver.
 
@@ -8,7 +8,7 @@ fn is_required(value: Option<&str>) -> bool {
     !matches!(value, None | Some("" | "0"))
 }
 
-/// The opened value; `None`, with a printed reason, if it failed and no GPU is required.
+/// The value, if opening succeeded; otherwise `None` and a printed reason, or a panic if a GPU is required.
 pub fn or_skipped<T>(opened: Result<T, impl std::fmt::Display>) -> Option<T> {
     let required = std::env::var("ORRERY_REQUIRE_GPU").ok();
     match opened {

@@ -65,9 +65,9 @@ impl<R: Real> LaneRun<R> for HandRun<'_, R> {
                     }
                 }
                 LaneFunction::Quad(f) => {
-                    let quads = f(&std::array::from_fn(|c| gather(quad * 4 + c)));
-                    for (c, values) in quads.into_iter().enumerate() {
-                        values.into_iter().enumerate().for_each(|(k, v)| self.outputs[k][quad * 4 + c] = v);
+                    let of_corners = f(&std::array::from_fn(|corner| gather(quad * 4 + corner)));
+                    for (corner, values) in of_corners.into_iter().enumerate() {
+                        values.into_iter().enumerate().for_each(|(k, v)| self.outputs[k][quad * 4 + corner] = v);
                     }
                 }
             }
@@ -87,7 +87,7 @@ pub fn colour_outputs() -> Vec<LaneOutput> {
     (0..4).map(|component| LaneOutput::Location { index: 0, component, flat: false }).collect()
 }
 
-/// A vertex shader that passes attribute 0 (four components) as the position and `scalars` components of attribute 1 as location 0.
+/// A vertex shader that returns attribute 0 (four components) as the position, and `scalars` components of attribute 1 as location 0.
 pub fn pass_through<R: Real>(scalars: u32) -> HandShader<'static, R> {
     let mut inputs: Vec<_> = (0..4).map(|c| location(0, c)).collect();
     inputs.extend((0..scalars).map(|c| location(1, c)));
@@ -96,7 +96,7 @@ pub fn pass_through<R: Real>(scalars: u32) -> HandShader<'static, R> {
     HandShader { inputs, outputs, discards: false, function: LaneFunction::Lane(&|v| Some(v.to_vec())) }
 }
 
-/// A fragment shader with the given inputs.
+/// A fragment shader whose function maps these inputs of a lane to its colour.
 pub fn fragment<'a, R: Real>(inputs: Vec<LaneInput>, f: &'a PerLane<R>) -> HandShader<'a, R> {
     HandShader { inputs, outputs: colour_outputs(), discards: false, function: LaneFunction::Lane(f) }
 }
@@ -132,7 +132,7 @@ pub fn pass(width: u32, height: u32, samples: u8, draws: Vec<PlanDraw>) -> Pass 
     Pass { name: "test", width, height, format: ColourFormat::Hdr, samples, clear: [0.0; 4], depth: true, draws }
 }
 
-/// Renders a pass with the stages of its draws in order.
+/// Renders a pass; `stages` has the vertex and the fragment shader of each draw.
 pub fn render<R: Real>(pass: &Pass, stages: &[(&HandShader<'_, R>, &HandShader<'_, R>)]) -> Vec<[f32; 4]> {
     let stages: Vec<_> = stages.iter().map(|(vertex, fragment)| DrawStages { vertex: *vertex, fragment: *fragment }).collect();
     match execute(pass, &stages).expect("the pass renders").0 {

@@ -1,4 +1,4 @@
-//! Helpers that several tests share. No tests.
+//! Helpers that several tests share.
 
 pub mod air_reference;
 pub mod emitted;

@@ -1,7 +1,7 @@
-//! One session for all tests of images, so that maps are decoded, modules lowered and scattering tables computed only once.
+//! A session that the tests share, so that maps are decoded, modules lowered and scattering tables computed only once.
 //!
 //! It draws in software, keeps its cache in a temporary folder, and panics on any message. A test that changes catalogs, or checks
-//! messages, opens its own.
+//! messages, opens its own; tests of the window share the session of `view::interface`.
 
 use orrery::session::{Session, Sources};
 use std::path::Path;
@@ -15,7 +15,7 @@ pub fn sources() -> Sources {
     Sources { cache: Some(cache), ..Sources::default() }
 }
 
-/// A session with the catalogs and images of a folder, and its messages.
+/// A session whose catalogs, maps and cache are in a folder, and the list of its messages.
 pub fn session_over(folder: &Path) -> (Session, Arc<Mutex<Vec<String>>>) {
     let messages: Arc<Mutex<Vec<String>>> = Arc::default();
     let sink = messages.clone();

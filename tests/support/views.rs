@@ -14,23 +14,24 @@ const ECLIPSE_DAY: &str = "2024-04-08T18:17:16Z";
 
 struct View {
     name: &'static str,
+    /// NAIF id.
     target: i32,
-    at: CameraPlace,
+    camera: CameraPlace,
     time: &'static str,
 }
 
 /// Position of the camera.
 enum CameraPlace {
-    /// Over the default side ([`Position::Over`]), at the distance at which the disc fills 3/4 of the image's height.
+    /// Over the default side of the body ([`Position::Over`]), at the distance at which the disc fills 3/4 of the image's height.
     Fitted,
-    /// Over the default side, at this distance from the centre in equatorial radii.
+    /// Over the same side, at this distance from the centre in equatorial radii.
     Radii(f64),
     /// At the Earth's centre, with this field of view in degrees.
     EarthDeg(f64),
 }
 
-const fn view(name: &'static str, target: i32, at: CameraPlace, time: &'static str) -> View {
-    View { name, target, at, time }
+const fn view(name: &'static str, target: i32, camera: CameraPlace, time: &'static str) -> View {
+    View { name, target, camera, time }
 }
 
 const VIEWS: [View; 11] = [
@@ -44,14 +45,14 @@ const VIEWS: [View; 11] = [
     view("io", 501, CameraPlace::Fitted, ECLIPSE_DAY),
     view("sun", 10, CameraPlace::Fitted, ECLIPSE_DAY),
     view("pluto", 999, CameraPlace::Fitted, ECLIPSE_DAY),
-    // Jupiter is half a pixel wide and drawn as a point, with its moons beside it.
+    // Jupiter is half a pixel wide and drawn as a point; its moons are beside it.
     view("jupiter-a-point", 599, CameraPlace::EarthDeg(5.0), "2024-12-07T20:00:00Z"),
 ];
 
 /// The views by name.
 pub fn views() -> Vec<(&'static str, ViewRequest)> {
     let request = |v: View| {
-        let (position, fov_deg) = match v.at {
+        let (position, fov_deg) = match v.camera {
             CameraPlace::Fitted => (Position::Over { towards: None, distance_radii: None }, None),
             CameraPlace::Radii(radii) => (Position::Over { towards: None, distance_radii: Some(radii) }, None),
             CameraPlace::EarthDeg(fov_deg) => (Position::Centre(NaifId::EARTH), Some(fov_deg)),
@@ -71,7 +72,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         stars_boost: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
-    // A view from close to the ground, where rays start at the camera (`anchor_is_camera`), and views of stars and of a belt of minor planets.
+    // A view from so close to the ground that rays start at the camera (`anchor_is_camera`), the night sky, and the belt of minor planets.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
     let single_images = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
     single_images.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
@@ -88,14 +89,15 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     let stereo = |layout| Composition { stereo: Some(Stereo { layout, eye_separation_km: None }), ..Composition::default() };
     let sphere = |projection| Composition { projection, ..Composition::default() };
     let saturn = |layout| view_of(699, "2017-05-17T00:00:00Z", stereo(layout));
-    let screen: String = (0..12)
+    // A warp mesh of 4 x 3 nodes: a trapezoid with curved edges, darker on the left.
+    let nodes: String = (0..12)
         .map(|k| {
             let (u, v) = (f64::from(k % 4) / 3.0, f64::from(k / 4) / 2.0);
             let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
             format!("{} {} {u} {v} {}\n", x * (1.0 - 0.2 * y), y - 0.2 * x * x, 0.4 + 0.6 * u)
         })
         .collect();
-    let mesh = WarpMesh::parse("screen", &format!("2\n4 3\n{screen}")).expect("a mesh");
+    let mesh = WarpMesh::parse("screen", &format!("2\n4 3\n{nodes}")).expect("a mesh");
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.8, longitude_deg: -96.8, height_km: 0.002 };
     let dome = Composition { zenith_centred: true, ..sphere(Projection::Fisheye) };
     let near_mars = Position::Over { towards: None, distance_radii: Some(1.6) };

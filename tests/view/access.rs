@@ -41,7 +41,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     settle(&mut harness);
     let plot = harness.get_by_role_and_label(Role::Image, "Frame times").accesskit_node().value().unwrap_or_default();
     assert!(plot.contains("frames") && plot.contains("draw") && plot.contains(" ms"), "{plot}");
-    // The announcement does not change every second.
+    // While time runs, the announced title does not change, and the announced time changes only from minute to minute.
     harness.state_mut().settings.panels.timeline_shown = true;
     harness.state_mut().viewer.time_rate.toggle_pause();
     advance_time(&mut harness, 0.1);
@@ -55,13 +55,13 @@ fn a_screen_reader_is_told_what_the_window_shows() {
         announced.insert(timeline_day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }
-    // Ninety seconds contain one end of a minute, or two.
-    assert!((1..=3).contains(&announced.len()), "{} values in 90 seconds", announced.len());
+    // Ninety seconds contain the end of one minute or of two.
+    assert!((1..=3).contains(&announced.len()), "{} announced times in 90 seconds", announced.len());
     assert!((timeline_day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
 
 #[test]
-fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
+fn the_source_is_one_stop_for_the_tab_key_and_arrows_walk_its_lines() {
     let mut harness = saturn();
     harness.state_mut().tab = Some(Tab::Shader);
     settle(&mut harness);
@@ -69,11 +69,11 @@ fn the_keyboard_stops_once_at_the_source_and_walks_its_lines() {
         h.query_all_by_label_contains(", needed by ").filter(|n| n.accesskit_node().data().supports_action(Action::Focus)).count()
     };
     assert!(harness.query_all_by_label_contains(", needed by ").count() > 0);
-    assert_eq!(stops(&harness), 0, "a line beside the source stops the keyboard");
+    assert_eq!(stops(&harness), 0, "a line of the margin can have the focus");
     let list = "Lines of the source";
     harness.get_by_label_contains(list).focus();
     harness.run_steps(2);
-    // A screen reader is at the line itself.
+    // The number of the line that a screen reader reads.
     let line = |h: &Harness<'static, Interface>| {
         let list = h.get_by_label_contains(list);
         let at = list.accesskit_node().active_descendant().and_then(|n| n.value()).unwrap_or_default();
@@ -193,10 +193,10 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
     }
 }
 
-/// In a slow frame a complete search arrives at once. All of its text belongs to the search field, such as a date, whose digits are shortcuts elsewhere, or a word
-/// with an e, the shortcut of the next event. Escape, in the same frame or later, leaves the view unchanged.
+/// In a slow frame a complete search arrives at once. All of it is text for the search field: digits of a date and letters such as e are not taken as
+/// shortcuts. Escape, in the same frame or later, leaves the view unchanged.
 #[test]
-fn a_search_that_arrives_in_one_frame_is_searched() {
+fn a_search_typed_within_one_frame_triggers_no_shortcut() {
     let key = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
     let typed = |text: &str| text.chars().map(|letter| Event::Text(letter.to_string())).collect::<Vec<_>>();
     let mut harness = saturn();
@@ -212,7 +212,7 @@ fn a_search_that_arrives_in_one_frame_is_searched() {
         send_in_one_frame(&mut harness, [typed("/nowhere q"), end].concat());
         settle(&mut harness);
         assert_eq!(harness.state().viewer.view.time(), time, "a letter acted as a shortcut");
-        assert!(!harness.state().quit_requested, "a searched q quits");
+        assert!(!harness.state().quit_requested, "the q in a search quits");
         press_keys(&mut harness, &[Key::Escape, Key::Escape]);
     }
     // What is typed after Escape is a shortcut again.
@@ -257,24 +257,24 @@ fn panels_are_remembered() {
     harness.state_mut().tab = Some(Tab::Events);
     harness.state_mut().settings.panels.on_left = true;
     settle(&mut harness);
-    let heading = |h: &Harness<'static, Interface>| h.get_by_role_and_label(Role::CheckBox, "Solar eclipses").rect();
-    let heading_rect = heading(&harness);
-    assert!(heading_rect.left() < 400.0, "at the left: {heading_rect}");
+    let checkbox = |h: &Harness<'static, Interface>| h.get_by_role_and_label(Role::CheckBox, "Solar eclipses").rect();
+    let checkbox_rect = checkbox(&harness);
+    assert!(checkbox_rect.left() < 400.0, "at the left: {checkbox_rect}");
     let text = serde_json::to_string(&harness.state().settings).expect("text");
     let mut settings: orrery::view::app::settings::Settings = serde_json::from_str(&text).expect("settings");
     assert_eq!(settings.panels.open.as_deref(), Some("Events"));
     let width = settings.panels.panel_width.expect("a width");
     assert!((280.0..500.0).contains(&width), "{width}");
-    // Another window with these settings; wider, and with the list of bodies hidden.
+    // Another window with these settings, but with a wider panel and the list of bodies hidden.
     settings.panels.panel_width = Some(width + 80.0);
     settings.panels.bodies_shown = false;
     let restored = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
     let mut restored = crate::view::interface::harness(restored);
     settle(&mut restored);
     assert_eq!((restored.state().tab, restored.state().bodies_shown), (Some(Tab::Events), false));
-    assert!(heading(&restored).left() < 40.0);
+    assert!(checkbox(&restored).left() < 40.0);
     assert!((restored.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
-    // Invalid values in a settings file do not make a panel unusable.
+    // A missing or invalid width in a settings file is replaced by the default.
     for width in [Some(f32::NAN), Some(-3.0), Some(1e9), None] {
         assert_eq!(orrery::view::app::settings::valid_width(width, 330.0), 330.0);
     }

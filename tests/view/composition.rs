@@ -1,4 +1,4 @@
-//! Domes, whole spheres and stereo pairs in the window: chosen in the panel, kept in links, and clicked on where things are drawn.
+//! Domes, whole spheres and stereo pairs in the window: they are chosen in the panel and kept in links, and a click selects what is drawn there.
 
 use crate::view::input::{SATURN, TIME, Window, click, pausable_window};
 use crate::view::interface::{interface, session, settle};
@@ -41,8 +41,8 @@ fn drawn(composition: &CompositionState) -> Window {
     window
 }
 
-/// In every composition a click on the middle of Saturn, and on each moon that has a mark, selects a body, and at least once that body; a side-by-side pair is clicked
-/// in both images.
+/// In every composition, clicks on the middles of Saturn and of three moons each select a body, at least once the one that was aimed at. A side-by-side
+/// pair is clicked in both images.
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     for composition in compositions() {
@@ -57,7 +57,7 @@ fn a_click_selects_what_the_image_shows_there() {
         };
         let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(pixel_of).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
-        // The target is in the middle of its image, except for a dome's tilt.
+        // The target is in the middle of its image; a dome's tilt moves it up or down only.
         let images = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
         assert!((places[0].1.x - 0.5 * width / images).abs() < 1.0, "{composition:?}: {places:?} of {width}");
         let image_offsets = if images == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
@@ -71,7 +71,7 @@ fn a_click_selects_what_the_image_shows_there() {
                     continue;
                 }
                 window.state_mut().viewer.selected = NaifId::SUN;
-                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points_per_px) as f32, (px.y * points_per_px) as f32), false);
+                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points_per_px) as f32, (px.y * points_per_px) as f32));
                 // A moon may be in front of or behind the planet or another moon.
                 let selected = window.state().viewer.selected;
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
@@ -84,9 +84,9 @@ fn a_click_selects_what_the_image_shows_there() {
     }
 }
 
-/// A mesh mirrors and shifts the image: clicks follow it, and at Saturn's position without the mesh there is no Saturn.
+/// A warp mesh mirrors and shifts the image: a click selects Saturn where the mesh puts it, and not above the middle of the image.
 #[test]
-fn a_click_follows_the_mesh_of_a_projector() {
+fn a_click_follows_the_warp_mesh() {
     let aspect = 1.6;
     let mut mesh = "2\n9 7\n".to_owned();
     for (row, column) in (0..7).flat_map(|r| (0..9).map(move |c| (r, c))) {
@@ -105,17 +105,17 @@ fn a_click_follows_the_mesh_of_a_projector() {
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
     let at = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
     let middle = 0.5 * DVec2::new(f64::from(rendered.width), f64::from(rendered.height));
-    // u and v of the middle are one half: x is 0.45 of half the height, y -0.075 of it.
+    // At the middle, u = v = 0.5; there x = 0.45 and y = -0.075, in halves of the height.
     assert!(at.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "{at} of {middle}");
     for (px, is_saturn) in [(at, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {
         window.state_mut().viewer.selected = NaifId::SUN;
-        click(&mut window, sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32), false);
+        click(&mut window, sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32));
         assert_eq!(window.state().viewer.selected == SATURN, is_saturn, "at {px}");
         crate::view::input::advance(&mut window, 1.0);
     }
 }
 
-/// The session draws what the panel chooses: projection and stereo switch each other off.
+/// The image has the composition that was chosen in the panel. A projection switches stereo off, and stereo the projection.
 #[test]
 fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     let mut interface = saturn_with(&CompositionState::default());
@@ -145,7 +145,7 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     assert_eq!(window.state().viewer.view.composition, CompositionState::default());
 }
 
-/// The frames of a dome have other sizes than the image, so a pixel of the image does not correspond to a pixel of a frame.
+/// A dome is combined from frames of other sizes, so a pixel of the image is no pixel of a frame.
 #[test]
 fn the_probe_refuses_a_pixel_of_a_dome() {
     let mut interface = saturn_with(&compositions()[1]);

@@ -29,12 +29,12 @@ struct PaintedText {
     background: Color32,
 }
 
-/// Texts in the order of painting, each with the last fill below it. Texts over the sky's image have their own shadows and are excluded.
+/// Texts in the order of painting, each with the last fill below it. Texts over the sky's image have shadows of their own and are left out.
 fn painted_texts(shapes: &[ClippedShape]) -> Vec<PaintedText> {
     fn walk(shape: &Shape, clip: Rect, filled: &mut Vec<(Rect, Color32)>, found: &mut Vec<PaintedText>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|s| walk(s, clip, filled, found)),
-            // An image's background counts as black.
+            // An image counts as black; texts over black are left out below.
             Shape::Rect(r) if r.brush.is_some() => filled.push((r.rect.intersect(clip), Color32::BLACK)),
             Shape::Rect(r) if r.fill.a() > 0 => {
                 let below = filled.iter().rev().find(|(rect, _)| rect.contains(r.rect.center())).map_or(Color32::BLACK, |f| f.1);
@@ -68,7 +68,7 @@ fn painted_texts(shapes: &[ClippedShape]) -> Vec<PaintedText> {
     found
 }
 
-/// Disabled controls are excluded, as in the criterion, and so are the axis labels of *Performance*, which fade with the available space (egui_plot).
+/// Disabled controls are left out, as in the criterion, and so are the axis labels of *Performance*, which egui_plot fades where they are dense.
 #[test]
 fn all_text_is_legible_in_both_themes() {
     let mut harness = harness(interface(NaifId(699), "2017-05-17T00:00:00Z"));
@@ -80,10 +80,10 @@ fn all_text_is_legible_in_both_themes() {
             harness.state_mut().help_shown = tab.is_none();
             settle(&mut harness);
             let disabled: Vec<Rect> = harness.query_all(By::new().predicate(|node| node.is_disabled())).map(|n| n.rect()).collect();
-            let is_tick = |painted: &PaintedText| tab == Some(Tab::Performance) && painted.text.parse::<f64>().is_ok();
+            let is_axis_label = |painted: &PaintedText| tab == Some(Tab::Performance) && painted.text.parse::<f64>().is_ok();
             let all: Vec<PaintedText> = painted_texts(&harness.output().shapes)
                 .into_iter()
-                .filter(|painted| !disabled.iter().any(|d| d.contains(painted.middle)) && !is_tick(painted))
+                .filter(|painted| !disabled.iter().any(|d| d.contains(painted.middle)) && !is_axis_label(painted))
                 .collect();
             assert!(all.len() > 30, "{tab:?}: {} texts", all.len());
             for painted in all {

@@ -1,4 +1,4 @@
-//! Files dropped on the window: they become layers, and errors are reported.
+//! Data files dropped on the window: each becomes a layer, and errors are reported.
 
 use super::interface::{harness_of, interface, settle};
 use orrery::catalog::NaifId;
@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 #[derive(Debug)]
-struct File(PathBuf);
+struct FileOnDisk(PathBuf);
 
-impl egui::DroppedFile for File {
+impl egui::DroppedFile for FileOnDisk {
     fn path(&self) -> &Path {
         &self.0
     }
     fn bytes(&self) -> Result<Vec<u8>, String> {
-        Err("read by its path".into())
+        Err("the window reads the file by its path".into())
     }
 }
 
@@ -32,7 +32,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let mut drop_file = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).expect("written");
-        harness.input_mut().dropped_files.push(Arc::new(File(path)));
+        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(path)));
         harness.run_steps(1);
         harness.input_mut().dropped_files.clear();
         settle(&mut harness);
@@ -40,7 +40,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     };
     let (message, dots_shown) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
     assert_eq!((message.as_str(), dots_shown), ("own.csv: 2 points and 0 lines on Earth", 2));
-    // An invalid file changes nothing, and its error has a position.
+    // An invalid file changes nothing, and the message names its line and field.
     let (message, dots_shown) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
     assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots_shown == 2, "{message}");
     let (message, dots_shown) = drop_file("own.png", "");

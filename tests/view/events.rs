@@ -1,7 +1,7 @@
-//! The Events panel: what it finds, the views it opens, contacts at a place; stopped searches and stable rows.
+//! The Events panel: the events it finds and the views it opens; contacts at a place; rows that do not move while a search goes on or is stopped.
 
 use crate::view::input::{Window, advance, without_images};
-use crate::view::interface::{OwnPainter, interface, session};
+use crate::view::interface::{CpuTestRenderer, interface, session};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -27,7 +27,7 @@ fn between(kinds: &[EventKind], from: &str, to: &str) -> Vec<SkyEvent> {
     events_between(session().catalog(), session().ephemeris(), kinds, parse_time(from), parse_time(to)).expect("within the theories")
 }
 
-fn seconds(event: &SkyEvent) -> f64 {
+fn greatest_tdb_s(event: &SkyEvent) -> f64 {
     event.greatest().tdb_seconds_past_j2000()
 }
 
@@ -40,14 +40,14 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
         (vec![EventKind::Moons], "2015-01-20", "2015-02-03"),
         (EventKind::ALL.to_vec(), "2015-03-15", "2015-03-25"),
     ] {
-        let expected: Vec<f64> = between(&kinds, from, to).iter().map(seconds).collect();
+        let expected: Vec<f64> = between(&kinds, from, to).iter().map(greatest_tdb_s).collect();
         assert!(expected.len() > 3 || kinds.len() > 2 && !expected.is_empty(), "{kinds:?}: {}", expected.len());
         let reach_s = parse_time(to).tdb_seconds_past_j2000() - parse_time(from).tdb_seconds_past_j2000();
         for backward in [false, true] {
             let mut search = EventSearch::new(kinds.clone(), parse_time(if backward { to } else { from }), reach_s, backward);
             let (mut found, mut progress) = (Vec::new(), -1.0);
             while !search.is_over() {
-                found.extend(search.step(session().catalog(), session().ephemeris()).expect("found").iter().map(seconds));
+                found.extend(search.step(session().catalog(), session().ephemeris()).expect("found").iter().map(greatest_tdb_s));
                 assert!(search.progress() > progress, "{kinds:?}: no progress at {progress}");
                 progress = search.progress();
             }
@@ -56,14 +56,15 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
                 found.reverse();
             }
             assert_eq!(found.len(), expected.len(), "{kinds:?}, backward {backward}");
-            // An event near the end of a step is refined from another start: to less than a second.
+            // An event near the end of a step is refined from another starting value, so its time may differ by less than a second.
             assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
         }
     }
     assert!(EventSearch::new(Vec::new(), parse_time("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
-/// Twenty years: a solar eclipse is viewed from a place where the discs overlap above the horizon; lunar eclipses and transits are viewed from the Earth's centre.
+/// Over twenty years, each solar eclipse is viewed from a place where the discs overlap above the horizon, lunar eclipses and transits from the Earth's
+/// centre.
 #[test]
 fn each_view_shows_its_event() {
     let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
@@ -73,7 +74,7 @@ fn each_view_shows_its_event() {
         let view = event.view(catalog, &places, &base_view);
         let name = format!("{} {}", event.title(catalog), event.summary());
         assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
-        assert_eq!(view.tdb_s, seconds(&event), "{name}");
+        assert_eq!(view.tdb_s, greatest_tdb_s(&event), "{name}");
         match (&event, view.eye) {
             (SkyEvent::Solar(_), CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, .. }) => {
                 let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km };
@@ -81,7 +82,7 @@ fn each_view_shows_its_event() {
                 let [sun, moon] = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
                 let separation_deg = orrery::ephemeris::angle_rad(sun.direction, moon.direction).to_degrees();
                 assert!(separation_deg < sun.semidiameter_deg + moon.semidiameter_deg, "{name}: {separation_deg} degrees apart");
-                // The dip of the horizon grows with the square root of twice the height.
+                // Dip of the horizon for a height h over a sphere of radius R: sqrt(2 h / R).
                 let dip_deg = (2.0 * height_km / 6371.0).sqrt().to_degrees();
                 assert!(sun.altitude_deg + dip_deg > sun.semidiameter_deg, "{name}: the Sun at {} degrees", sun.altitude_deg);
                 from_a_height += usize::from(height_km > 1.0);
@@ -108,7 +109,7 @@ fn contacts_below_the_horizon_are_marked() {
     for (name, is_up) in [("P1", true), ("U1", true), ("U2", true), ("U3", false), ("U4", false), ("P4", false)] {
         assert_eq!(lines.iter().find(|l| l.name == name).map(|l| l.is_up), Some(is_up), "{name}");
     }
-    // Jupiter was up in Greenwich in the night of the triple shadow, and down at noon.
+    // In Greenwich Jupiter was above the horizon in the night of the triple shadow, and below it at noon.
     let events = between(&[EventKind::Moons], "2015-01-24", "2015-01-25");
     let is_up_around = |hour: f64| {
         let lines =
@@ -157,7 +158,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
         assert!(real_s < 60.0, "the watch never ends");
     }
     assert!((20.0..40.0).contains(&real_s), "{real_s} s");
-    // Half the passage of the penumbra over a location: 1 to 2 hours.
+    // Half the time that the penumbra takes to pass over a place is 1 to 2 hours.
     let after_s = window.state().viewer.view.tdb_s - greatest_s;
     assert!((3600.0..8000.0).contains(&after_s), "{after_s} s after the greatest eclipse");
     window.get_by_label("Greatest").click();
@@ -199,7 +200,7 @@ fn kinds_and_direction_choose_what_is_listed() {
     assert!(row_tops[0] < row_tops[1]);
 }
 
-/// Tasks of a worker that draws nothing and runs each task only when a test asks for it.
+/// Tasks that wait until a test runs them.
 #[derive(Default)]
 struct TaskQueue {
     tasks: Mutex<VecDeque<Task>>,
@@ -212,9 +213,10 @@ impl TaskQueue {
     }
 }
 
-struct SlowWorker(Arc<TaskQueue>);
+/// Draws nothing, and queues its tasks.
+struct QueuingWorker(Arc<TaskQueue>);
 
-impl RenderWorker for SlowWorker {
+impl RenderWorker for QueuingWorker {
     fn session(&self) -> &Session {
         session()
     }
@@ -228,11 +230,14 @@ impl RenderWorker for SlowWorker {
 }
 
 #[test]
-fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
+fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
     let queue: Arc<TaskQueue> = Arc::default();
-    let worker = SlowWorker(Arc::clone(&queue));
-    let mut window: Window =
-        Harness::builder().with_size([1100.0, 900.0]).with_step_dt(1.0 / 60.0).renderer(OwnPainter(Painter::default())).build_ui_state(
+    let worker = QueuingWorker(Arc::clone(&queue));
+    let mut window: Window = Harness::builder()
+        .with_size([1100.0, 900.0])
+        .with_step_dt(1.0 / 60.0)
+        .renderer(CpuTestRenderer(Painter::default()))
+        .build_ui_state(
             move |ui, state| orrery::view::panels::Interface::ui(state, ui, &worker),
             interface(NaifId::EARTH, "2000-01-01T00:00:00Z"),
         );
@@ -245,7 +250,7 @@ fn rows_stay_where_they_are_while_a_search_goes_on_until_it_is_stopped() {
     assert!(rows(&window).is_empty());
     let mut before = Vec::new();
     for step in 0..3 {
-        assert!(queue.run_next(), "step {step} was not asked for");
+        assert!(queue.run_next(), "step {step} was not requested");
         window.run_steps(3);
         let now = rows(&window);
         assert!(now.len() > before.len() || step == 2, "step {step} added nothing to {}", before.len());

@@ -1,4 +1,4 @@
-//! If the first image cannot be drawn, the window and standard error say why, and the window goes on.
+//! If the first image cannot be drawn, the window and the messages for standard error give the reason, and the window keeps running.
 
 use super::interface::{harness_of, settle};
 use egui_kittest::kittest::Queryable;
@@ -14,16 +14,16 @@ use orrery::view::panels::Interface;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-type Lines = Arc<Mutex<Vec<String>>>;
+type Messages = Arc<Mutex<Vec<String>>>;
 
-/// A session with a folder of fragments, its messages, and an interface with the view of a new window.
-fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interface) {
-    let messages = Lines::default();
+/// A session whose fragments may come from a folder, its messages, and the interface of a new window.
+fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Messages, Interface) {
+    let messages = Messages::default();
     let sink = Arc::clone(&messages);
     let cache = tempfile::tempdir().expect("a folder").keep();
     let sources = Sources { cache: Some(cache), shaders: shaders.map(Path::to_owned), ..Sources::default() };
     let session = Session::open(&sources, move |line| sink.lock().expect("no panic").push(line.to_owned())).expect("a session");
-    // A test's interface lives until the process ends.
+    // The harness needs a session that lives until the process ends.
     let session: &'static Session = Box::leak(Box::new(session));
     let catalog = session.catalog();
     let view = initial_view(catalog, &SessionPositions(session), NaifId::MOON, Instant::parse(utc).expect(utc)).expect("a view");
@@ -32,8 +32,8 @@ fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Lines, Interf
     (session, messages, Interface::new(viewer, Settings::default()))
 }
 
-/// Checks that the reason is accessible in the window, and was reported once.
-fn assert_reported_once(session: &'static Session, messages: &Lines, interface: Interface, part: &str) {
+/// Checks that the reason contains `part`, is accessible in the window, and was reported once.
+fn assert_reported_once(session: &'static Session, messages: &Messages, interface: Interface, part: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     assert!(harness.state().shown().is_none());
@@ -49,9 +49,9 @@ fn a_time_outside_the_ephemeris_is_reported() {
     assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
 }
 
-/// The window says it in its language, and standard error in English.
+/// The window gives the reason in its language, and standard error in English.
 #[test]
-fn a_german_window_says_why_in_german() {
+fn a_german_window_gives_the_reason_in_german() {
     let (session, messages, mut interface) = window(None, "9999-12-31T00:00:00Z");
     interface.language = Language::German;
     let mut harness = harness_of(session, interface);

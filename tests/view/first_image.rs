@@ -1,6 +1,6 @@
 //! The first image is requested before there is a window, so that it is drawn while the window opens.
 
-use crate::view::interface::{OwnPainter, interface, session, settle};
+use crate::view::interface::{CpuTestRenderer, interface, session, settle};
 use egui_kittest::Harness;
 use orrery::catalog::NaifId;
 use orrery::session::{Session, SessionError};
@@ -11,11 +11,19 @@ use std::sync::{Arc, Mutex};
 
 type Sizes = Arc<Mutex<Vec<[u32; 2]>>>;
 
-/// Records the sizes of the requested images, and draws them if `draws`.
+/// What happens to the requested images.
+#[derive(Clone, Copy, PartialEq)]
+enum Images {
+    Drawn,
+    /// They never arrive.
+    Withheld,
+}
+
+/// Records the sizes of the requested images.
 struct RecordingWorker {
     inner: InlineWorker<'static>,
     sizes: Sizes,
-    draws: bool,
+    images: Images,
 }
 
 impl RenderWorker for RecordingWorker {
@@ -24,7 +32,7 @@ impl RenderWorker for RecordingWorker {
     }
     fn submit(&self, job: RenderJob) {
         self.sizes.lock().expect("sizes").push([job.request.width, job.request.height]);
-        if self.draws {
+        if self.images == Images::Drawn {
             self.inner.submit(job);
         }
     }
@@ -38,9 +46,9 @@ impl RenderWorker for RecordingWorker {
 
 /// A window whose first image is requested for a viewport of this size, and the sizes of all requested images. `change`: what happens before
 /// the first frame.
-fn opened(viewport_px: [u32; 2], draws: bool, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
+fn opened(viewport_px: [u32; 2], images: Images, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
     let sizes = Sizes::default();
-    let worker = RecordingWorker { inner: InlineWorker::new(session()), sizes: Arc::clone(&sizes), draws };
+    let worker = RecordingWorker { inner: InlineWorker::new(session()), sizes: Arc::clone(&sizes), images };
     let mut interface = interface(NaifId(301), "2017-05-17T00:00:00Z");
     interface.settings.panels.viewport_px = viewport_px;
     interface.request_first_image(&worker);
@@ -48,7 +56,7 @@ fn opened(viewport_px: [u32; 2], draws: bool, change: fn(&mut Interface)) -> (Ha
     let window = Harness::builder()
         .with_size([900.0, 560.0])
         .with_max_steps(40)
-        .renderer(OwnPainter(Painter::default()))
+        .renderer(CpuTestRenderer(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
     (window, sizes)
 }
@@ -56,19 +64,19 @@ fn opened(viewport_px: [u32; 2], draws: bool, change: fn(&mut Interface)) -> (Ha
 #[test]
 fn the_first_image_is_requested_once_and_before_the_first_frame() {
     for viewport_px in [[720, 480], [300, 900], [0, 0]] {
-        let (mut window, sizes) = opened(viewport_px, true, |_| {});
+        let (mut window, sizes) = opened(viewport_px, Images::Drawn, |_| {});
         settle(&mut window);
         let sizes = sizes.lock().expect("sizes").clone();
         let last = window.state().shown().expect("an image");
-        // A coarse image for the size of the last run, and then no other coarse one: the next has the window's size.
+        // One coarse image, a third as wide and high as the viewport of the last run; all further ones have the full resolution of this window.
         let expected = viewport_px.map(|side| side.max(1).div_ceil(3));
         assert_eq!(sizes[0], expected, "{sizes:?}");
         assert!(sizes.len() > 1 && sizes[1..].iter().all(|[width, _]| *width == last.width), "{sizes:?}");
         assert_eq!(window.state().settings.panels.viewport_px, [last.width, last.height], "the next run starts with the right size");
     }
-    // While the image is on its way, the same view is not requested again, and another one is.
+    // While the image is on its way, a request is made only if the view changes.
     let requests = |change: fn(&mut Interface)| {
-        let (mut window, sizes) = opened([720, 480], false, change);
+        let (mut window, sizes) = opened([720, 480], Images::Withheld, change);
         window.run_steps(3);
         assert!(window.state().shown().is_none());
         sizes.lock().expect("sizes").len()

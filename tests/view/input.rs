@@ -1,8 +1,8 @@
-//! The window under clicks and keys: the pressed row is selected, Escape closes one thing at a time and never the program, a failed search is reported and replaced, and
-//! no image is stretched.
+//! The window under clicks and keys: the pressed row is selected; Escape closes one thing at a time and never the program; a failed search is reported
+//! until the next input; no image is stretched.
 
 use crate::support::sweep;
-use crate::view::interface::{OwnPainter, interface, session, settle};
+use crate::view::interface::{CpuTestRenderer, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Rect};
 use egui_kittest::Harness;
@@ -47,18 +47,19 @@ impl RenderWorker for PausableWorker {
     }
 }
 
-/// A window that draws images while `is_drawing` is set, tall enough for every row of the list.
+/// A window of this height that draws images while `is_drawing` is set.
 pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = PausableWorker { inline: InlineWorker::new(session()), is_drawing: Arc::clone(is_drawing) };
     Harness::builder()
         .with_size([1100.0, height])
         .with_max_steps(40)
-        // Two clicks of two steps each are a double-click.
+        // Steps so short that two clicks in a row are a double-click.
         .with_step_dt(1.0 / 60.0)
-        .renderer(OwnPainter(Painter::default()))
+        .renderer(CpuTestRenderer(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
+/// A window that never draws an image, tall enough for every row of the list.
 pub(super) fn without_images(target: NaifId) -> Window {
     let mut window = pausable_window(interface(target, TIME), &Arc::default(), 1900.0);
     window.run_steps(3);
@@ -81,21 +82,25 @@ fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
     subjects.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
 }
 
-fn button(pos: Pos2, pressed: bool) -> Event {
+fn primary_button(pos: Pos2, pressed: bool) -> Event {
     Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
 }
 
-/// Presses and releases in separate frames, or in one.
-pub(super) fn click(window: &mut Window, pos: Pos2, in_one_frame: bool) {
+/// Presses and releases in separate frames.
+pub(super) fn click(window: &mut Window, pos: Pos2) {
     window.hover_at(pos);
     window.run_steps(1);
-    if in_one_frame {
-        window.input_mut().events.extend([button(pos, true), button(pos, false)]);
-    } else {
-        window.event(button(pos, true));
-        window.run_steps(1);
-        window.event(button(pos, false));
-    }
+    window.event(primary_button(pos, true));
+    window.run_steps(1);
+    window.event(primary_button(pos, false));
+    window.run_steps(1);
+}
+
+/// Presses and releases in one frame.
+fn click_in_one_frame(window: &mut Window, pos: Pos2) {
+    window.hover_at(pos);
+    window.run_steps(1);
+    window.input_mut().events.extend([primary_button(pos, true), primary_button(pos, false)]);
     window.run_steps(1);
 }
 
@@ -103,18 +108,19 @@ pub(super) fn click(window: &mut Window, pos: Pos2, in_one_frame: bool) {
 fn the_pressed_row_is_the_selected_row() {
     let count = rows(&without_images(NaifId::EARTH)).len();
     assert!(count > 12, "{count} rows");
-    // Each row after a fresh start, when another body's moons are about to expand.
+    // Each row in a new window, whose list is about to expand another body's moons.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
         let visible_rows = rows(&without_images(target));
         for (k, (id, name, _)) in visible_rows.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
             let mut window = without_images(target);
             let rect = rows(&window)[k].2;
-            click(&mut window, rect.center(), k % 2 == 0);
+            let click_as_chosen = if k % 2 == 0 { click_in_one_frame } else { click };
+            click_as_chosen(&mut window, rect.center());
             window.run_steps(2);
             assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
         }
     }
-    // One after the other in one window while branches expand; every row is reached in the end.
+    // The rows one after the other in one window while branches expand; every body's row is reached in the end.
     let mut window = without_images(NaifId::EARTH);
     let mut clicked = std::collections::BTreeSet::new();
     for attempt in 0..200 {
@@ -123,13 +129,13 @@ fn the_pressed_row_is_the_selected_row() {
         clicked.insert(id.0);
         window.hover_at(rect.center());
         window.run_steps(1);
-        window.event(button(rect.center(), true));
+        window.event(primary_button(rect.center(), true));
         window.run_steps(1);
         let at_press = rows(&window);
         // A selection from elsewhere moves nothing under the pointer.
         window.state_mut().viewer.selected = NaifId(599 + 100 * (attempt % 4));
         window.run_steps(2);
-        window.event(button(rect.center(), false));
+        window.event(primary_button(rect.center(), false));
         window.run_steps(1);
         assert_eq!(rows(&window), at_press, "the list moved under a click on {name}");
         window.run_steps(1);
@@ -144,15 +150,15 @@ fn a_second_click_hits_the_same_row() {
     for target in [NaifId(599), SATURN, NaifId(799), NaifId(899)] {
         let mut window = without_images(NaifId::EARTH);
         let place = rows(&window).into_iter().find(|r| r.0 == target).expect("a row").2.center();
-        click(&mut window, place, false);
-        click(&mut window, place, false);
+        click(&mut window, place);
+        click(&mut window, place);
         window.run_steps(1);
         assert!(window.state().viewer.is_flying() && window.state().viewer.destination().target == target, "{target:?}");
     }
 }
 
 #[test]
-fn collapsed_branches_stay_collapsed() {
+fn branches_expand_and_collapse_whatever_is_selected() {
     let arrow = |window: &Window, name: &str| {
         let label = format!("Moons of {name}");
         let node = window.get_by_role_and_label(Role::DisclosureTriangle, &label);
@@ -163,7 +169,8 @@ fn collapsed_branches_stay_collapsed() {
             let mut window = without_images(selected);
             let (arrow_pos, mut is_open) = arrow(&window, name);
             for click_index in 0..4 {
-                click(&mut window, arrow_pos, click_index % 2 == 0);
+                let click_as_chosen = if click_index % 2 == 0 { click_in_one_frame } else { click };
+                click_as_chosen(&mut window, arrow_pos);
                 (0..3).for_each(|_| advance(&mut window, 0.25));
                 let now = arrow(&window, name).1;
                 assert!(now != is_open, "{name}'s arrow does nothing at click {click_index}, {selected:?} selected");
@@ -189,6 +196,7 @@ fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
     }
 }
 
+/// States of the search field, or an open list in its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Search {
     Untouched,
@@ -197,6 +205,7 @@ enum Search {
     Failed,
     /// With text, but without the focus.
     Unfocused,
+    /// The search is untouched, and the list *View from* is open.
     Menu,
 }
 
@@ -226,7 +235,7 @@ fn bring_search_into(window: &mut Window, search: Search) {
         Search::Unfocused => {
             type_text(window, "satu");
             // On the empty sky.
-            click(window, Pos2::new(620.0, 300.0), false);
+            click(window, Pos2::new(620.0, 300.0));
         }
         Search::Menu => {
             window.get_by_role_and_label(Role::ComboBox, "View from").click();
@@ -235,7 +244,7 @@ fn bring_search_into(window: &mut Window, search: Search) {
     }
 }
 
-/// Number of open things that Escape closes.
+/// Number of things on screen that Escape closes.
 fn open_things(window: &Window) -> usize {
     let state = window.state();
     let (is_focused, text) = search_field(window);
@@ -250,8 +259,8 @@ fn open_things(window: &Window) -> usize {
     things.into_iter().filter(|open| *open).count()
 }
 
-/// Every combination of search, menu, warning, help, one panel and fullscreen, and every panel with each of them: each Escape closes exactly one, further ones close
-/// nothing, and none ends the program.
+/// Combinations of a state of the search or a menu with a panel, help, full screen and a warning: each Escape closes exactly one of them, further ones
+/// close nothing, and none ends the program.
 #[test]
 fn escape_closes_one_thing_at_a_time_and_never_the_program() {
     let tabs: Vec<Option<Tab>> = std::iter::once(None).chain(Tab::ALL.map(Some)).collect();
@@ -262,14 +271,14 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
         for tab in &tabs {
             for bits in 0..8 {
                 let [help, full, warned] = [1, 2, 4].map(|bit| bits & bit != 0);
-                // The warning has the focus.
+                // A warning takes the focus, so nothing can be typed.
                 if warned && search != Search::Untouched {
                     continue;
                 }
-                // The open panel is varied with one state of the search and with each of the others open and closed.
-                let is_varied = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
+                // Panels other than Information only with an untouched search, or with help in full screen.
+                let is_case = tab.is_none() || matches!(tab, Some(Tab::Information)) || search == Search::Untouched || bits == 3;
                 cases += 1;
-                if !is_varied || !sweep::runs(cases, 5) {
+                if !is_case || !sweep::runs(cases, 5) {
                     continue;
                 }
                 // After everything is closed, the state is the initial one.
@@ -293,10 +302,10 @@ fn escape_closes_one_thing_at_a_time_and_never_the_program() {
                     let now = open_things(&window);
                     assert!(!window.state().quit_requested, "{case}: Escape {press} quits");
                     assert_eq!(now, open.saturating_sub(1), "{case}: Escape {press}");
-                    // Only the topmost item is closed.
+                    // Full screen is left last.
                     assert!(
                         now == 0 || window.state().fullscreen == full,
-                        "{case}: Escape {press} leaves the full screen before what lies over it"
+                        "{case}: Escape {press} leaves full screen before all else is closed"
                     );
                     open = now;
                 }
@@ -323,7 +332,7 @@ fn only_ctrl_q_quits() {
 }
 
 #[test]
-fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
+fn a_failed_search_is_reported_below_the_field_until_the_next_input() {
     for (query, answer) in [
         ("nowhere", "Nothing is called “nowhere”"),
         ("satrun", "Nothing is called “satrun”"),
@@ -348,7 +357,7 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
         assert_eq!(window.state().viewer.destination().target, NaifId(499));
         assert_eq!(search_field(&window), (false, String::new()));
     }
-    // Left and re-entered: by key, by key with a letter in the same frame, by mouse.
+    // The field is left and entered again: by key, by key and a letter in the same frame, by mouse. The next letter replaces its text.
     for way in 0..3 {
         let mut window = without_images(SATURN);
         bring_search_into(&mut window, Search::Unfocused);
@@ -364,7 +373,7 @@ fn a_failed_search_is_reported_at_its_field_and_replaced_by_the_next_input() {
                 window.run_steps(3);
             }
             _ => {
-                click(&mut window, field_centre, false);
+                click(&mut window, field_centre);
                 type_text(&mut window, "i");
             }
         }
@@ -414,12 +423,12 @@ fn an_image_keeps_its_shape_until_the_next_one_is_there() {
             assert!((middle.x - sky_now.center().x).abs() < 3.0, "{case}: middle at {middle}");
             // A click hits the body displayed there.
             window.state_mut().viewer.selected = NaifId::SUN;
-            click(&mut window, middle, false);
+            click(&mut window, middle);
             window.run_steps(1);
             assert_eq!(window.state().viewer.selected, NaifId::MOON, "{case}");
         }
     }
-    // In the next image it is at the same position.
+    // In the next image the Moon has the same size and position.
     let sky_now = sky(&window);
     let (w, h, middle) = bright_area(&mut window, sky_now);
     is_drawing.store(true, Ordering::Relaxed);
@@ -433,7 +442,7 @@ fn an_image_keeps_its_shape_until_the_next_one_is_there() {
     );
 }
 
-/// The compared images in windows with another aspect ratio than when they were drawn.
+/// Compared images are shown in windows of other aspect ratios than the one for which they were drawn.
 #[test]
 fn compared_images_are_never_stretched() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
@@ -460,12 +469,12 @@ fn compared_images_are_never_stretched() {
             if page != "Side by side" {
                 assert!((f64::from(rect.width() / rect.height()) / aspect - 1.0).abs() < 0.02, "{case}");
             }
-            // The Moon appears round wherever it is not cropped.
+            // The Moon is round wherever it is not cropped.
             if page == "Side by side" && rect.bottom() < size[1] - 40.0 {
                 let (width, height, _) = bright_area(&mut window, rect);
                 assert!(width > 20.0 && (width / height - 1.0).abs() < 0.15, "{case}: the Moon is {width} by {height}");
             }
         }
     }
-    assert!(sizes.len() > 1, "the halves of a pair are smaller than a whole image: {sizes:?}");
+    assert!(sizes.len() > 1, "images have one size in all windows: {sizes:?}");
 }

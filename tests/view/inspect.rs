@@ -1,4 +1,4 @@
-//! The Shader and Compare panels, which analyse an image's shaders, operated by the accessible names of their controls, without a window or a GPU.
+//! The Shader and Compare panels, operated by the accessible names of their controls, without a window or a GPU.
 
 use crate::view::interface::{interface, session};
 use egui_kittest::Harness;
@@ -41,7 +41,7 @@ fn open_shader_page(harness: &mut Harness<'_, Interface>, page: &str) {
     press(harness, page);
 }
 
-/// The entry of the legend among these names: a feature and its number of lines. The margin's labels have more words.
+/// The entry of the legend among these names: a feature and its number of lines, two words. The labels of the margin are longer.
 fn legend_entry(names: &[String]) -> &str {
     names.iter().find(|name| name.split(' ').count() == 2).expect("a legend")
 }
@@ -63,14 +63,14 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
         assert!(!names_containing(&harness, word).is_empty(), "{language} without {word}");
         assert!(names_containing(&harness, ", needed by ").is_empty(), "{language} has a source map");
     }
-    // The ring draw has no shadow of the ring on itself: only lines that the feature's absence needs ("not ring-shadow...").
+    // The draw of the rings has no shadow of the rings: it has only lines for the absence of that feature ("not ring-shadow...").
     press(&mut harness, "WGSL");
     press(&mut harness, "ring");
     assert!(names_containing(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "a line is for the ring's shadow");
 }
 
 #[test]
-fn another_value_of_a_dimension_gives_another_key_and_shows_the_difference() {
+fn a_key_chosen_in_the_gallery_is_compared_with_the_drawn_one() {
     let worker = InlineWorker::new(session());
     let mut harness = harness(&worker, interface_at_saturn());
     open_shader_page(&mut harness, "Key");
@@ -78,7 +78,7 @@ fn another_value_of_a_dimension_gives_another_key_and_shows_the_difference() {
     assert_eq!(names_containing(&harness, "Reachable: one of").len(), 1, "the drawn key is not among the reachable ones");
     press(&mut harness, "Gallery");
     let tile = names_containing(&harness, "Inspect ring-shadow: none");
-    // It may be scrolled out of view.
+    // A click by the pointer would need the tile to be in view.
     harness.get_by_label(tile.first().expect("a tile without the ring's shadow")).click_accesskit();
     harness.run_steps(6);
     press(&mut harness, "Key");
@@ -112,8 +112,8 @@ fn two_variants_are_drawn_and_compared() {
     harness.state_mut().tab = Some(Tab::Compare);
     harness.run_steps(8);
     let metrics = names_containing(&harness, "PSNR");
-    // At first draft and reference are compared.
-    assert_eq!(metrics.len(), 1, "other than one line of metrics");
+    // The variants compared at first are draft and reference.
+    assert_eq!(metrics.len(), 1, "there must be one line of metrics");
     assert!(!metrics[0].contains("infinite"), "draft and reference do not differ: {}", metrics[0]);
     // The same variant on both sides: no difference at all.
     harness.get_all_by_label("draft").nth(1).expect("the right side's").click();
@@ -123,11 +123,11 @@ fn two_variants_are_drawn_and_compared() {
 }
 
 #[test]
-fn a_fragment_that_changes_on_disk_changes_the_image_and_a_broken_one_is_shown() {
+fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     let (cache, folder) = (tempfile::tempdir().expect("a temporary folder"), tempfile::tempdir().expect("a temporary folder"));
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
-    // A digest of the fragments and of what makes modules from them.
+    // The generator digest, which depends on the fragments.
     let built_in_digest = session.library().generator();
     assert!(
         ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
@@ -141,7 +141,7 @@ fn a_fragment_that_changes_on_disk_changes_the_image_and_a_broken_one_is_shown()
     assert_eq!(session.library().generator(), built_in_digest, "the same text has another digest");
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, interface_at_saturn());
-    // The duration identifies the image.
+    // The drawing time identifies the image.
     let image_ms = harness.state().shown().expect("an image").took_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");

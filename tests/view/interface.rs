@@ -1,4 +1,5 @@
-//! The window's interface without a window: its controls are used by their accessible names, and the CPU painter paints its images.
+//! The window's interface without a window: tests use the controls by their accessible names, and the CPU painter paints the screen. Other tests of the
+//! window use the session, the interface and the harness of this file.
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
@@ -45,17 +46,17 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     view.quality = Quality::Draft;
     let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
-    // Hints are bright text over the sky.
+    // Hints would put bright text over the sky, whose pixels some tests measure.
     let hints = HintsUsed { drag: true, scroll: true, search: true };
-    // Only the tests about them show the row of *What to see now* and the timeline, which cost time.
+    // *What to see now* and the timeline cost time, so only the tests about them show them.
     let panels = PanelLayout { now_shown: false, timeline_shown: false, ..PanelLayout::default() };
     Interface::new(viewer, Settings { hints, panels, ..Settings::default() })
 }
 
-/// Paints with the window's CPU painter instead of wgpu.
-pub struct OwnPainter(pub Painter);
+/// Paints the harness's images with the window's CPU painter instead of wgpu.
+pub struct CpuTestRenderer(pub Painter);
 
-impl TestRenderer for OwnPainter {
+impl TestRenderer for CpuTestRenderer {
     fn handle_delta(&mut self, delta: &mut egui::TexturesDelta) {
         for (id, deltas) in delta.set.drain() {
             deltas.into_iter().for_each(|d| self.0.set_texture(id, d));
@@ -82,7 +83,7 @@ pub fn harness_of(session: &'static Session, interface: Interface) -> Harness<'s
     Harness::builder()
         .with_size([1100.0, 640.0])
         .with_max_steps(40)
-        .renderer(OwnPainter(Painter::default()))
+        .renderer(CpuTestRenderer(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface)
 }
 
@@ -98,7 +99,8 @@ pub fn settle(harness: &mut Harness<'static, Interface>) {
     harness.run_steps(2);
 }
 
-fn sky_pixels(harness: &Harness<'static, Interface>) -> (u32, u32) {
+/// Width and height of the image of the sky.
+fn sky_size_px(harness: &Harness<'static, Interface>) -> (u32, u32) {
     let d = harness.state().shown().expect("an image");
     (d.width, d.height)
 }
@@ -127,7 +129,7 @@ fn an_effect_switched_off_changes_the_image_and_says_so() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut harness);
     let before = harness.render().expect("an image");
-    assert!(sky_pixels(&harness).0 > 300);
+    assert!(sky_size_px(&harness).0 > 300);
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     let toggle = harness.get_by_role_and_label(egui::accesskit::Role::CheckBox, "ring-shadow");
@@ -144,7 +146,7 @@ fn an_effect_switched_off_changes_the_image_and_says_so() {
     let changed = before.pixels().zip(after.pixels()).filter(|(a, b)| a.0.iter().zip(b.0).any(|(x, y)| x.abs_diff(y) > 4)).count();
     let all = (before.width() * before.height()) as usize;
     assert!(changed > 200 && changed < all / 4, "{changed} of {all} pixels changed");
-    // A reset to automatic withdraws the request.
+    // *Reset to automatic* withdraws it.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     harness.get_by_label("Reset to automatic").click();
@@ -157,7 +159,7 @@ fn a_moment_is_one_click_away() {
     let mut harness = harness(interface(NaifId(499), "2000-01-01T12:00:00Z"));
     harness.state_mut().tab = Some(Tab::Moments);
     settle(&mut harness);
-    // The button is below the images of *What to see now*; a low window scrolls to it.
+    // The button is below the thumbnails of *What to see now*, perhaps out of view.
     harness.get_by_label("Total eclipse over North America").click_accesskit();
     settle(&mut harness);
     let state = harness.state();
@@ -173,7 +175,7 @@ fn a_moment_is_one_click_away() {
 }
 
 #[test]
-fn time_is_typed_stepped_and_refused() {
+fn time_is_typed_and_stepped_and_an_invalid_time_is_refused() {
     let mut harness = harness(interface(SATURN, "2017-05-17T00:00:00Z"));
     settle(&mut harness);
     let enter = |h: &mut Harness<'static, Interface>, text: &str| {
@@ -238,7 +240,7 @@ fn every_panel_fits_the_window_and_names_its_controls() {
     for tab in Tab::ALL {
         harness.state_mut().tab = Some(tab);
         settle(&mut harness);
-        let (width, _) = sky_pixels(&harness);
+        let (width, _) = sky_size_px(&harness);
         assert!(width > 150, "{}: the sky keeps {width} pixels", tab.title());
         // The harness itself rejects a control without a name and a glyph that no font has.
         let image = harness.render().expect("an image");
@@ -274,7 +276,7 @@ fn a_window_of_zero_size_draws_nothing_and_recovers() {
     harness.run_steps(3);
     harness.set_size(egui::vec2(900.0, 500.0));
     settle(&mut harness);
-    assert!(sky_pixels(&harness).0 > 300);
+    assert!(sky_size_px(&harness).0 > 300);
     // The panels have their widths again.
     assert!(harness.get_by_label_contains("The sky:").rect().left() > 165.0);
 }
@@ -297,10 +299,10 @@ fn an_image_does_not_wait_for_a_query() {
         }));
         worker.submit(RenderJob { sampling: SamplingQuality::of(request.quality), request: request.clone(), on_gpu: false });
         let timeout = std::time::Duration::from_secs(120);
-        // The window redraws when this image arrives, and no sooner.
+        // The window is woken when this image arrives, and not before.
         assert!(worker.is_drawing(), "an image is on its way");
         let arrived = wakes.recv_timeout(timeout).is_ok();
-        assert!(!worker.is_drawing(), "the image has arrived, and the query is no image");
+        assert!(!worker.is_drawing(), "the image has arrived; the query does not count as drawing");
         let drawn = arrived && worker.take().is_some_and(|d| d.is_ok_and(|d| d.width == 16));
         drop(release);
         let answered = wakes.recv_timeout(timeout).is_ok();
@@ -340,7 +342,7 @@ fn real_time_needs_few_images() {
     let mut harness = Harness::builder()
         .with_size([700.0, 400.0])
         .with_max_steps(40)
-        .renderer(OwnPainter(Painter::default()))
+        .renderer(CpuTestRenderer(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
     settle(&mut harness);
     let run_frames = |harness: &mut Harness<'static, Interface>, count: u32, step_s: f64| {

@@ -1,4 +1,4 @@
-//! Names of bodies in the view against each other and against what the window shows over the view: hints, messages, *What to see now*.
+//! Names of bodies in the view overlap neither each other nor what the window shows over the view: hints, messages, *What to see now*.
 
 use crate::support::sweep;
 use crate::view::input::Window;
@@ -11,9 +11,9 @@ use orrery::scene::labels::{LabelMetrics, LabelSide, label_rect};
 use orrery::view::app::settings::HintsUsed;
 use orrery::view::app::view_state::CameraPose;
 
-/// Jupiter with its moons, Saturn with its moons, the planets around the Sun.
+/// Targets and distances in radii: Jupiter with its moons, Saturn with its moons, the planets around the Sun.
 const TARGETS: [(NaifId, f64); 3] = [(NaifId(599), 60.0), (NaifId(699), 90.0), (NaifId::SUN, 4000.0)];
-/// Low, usual, and wide enough for *What to see now*.
+/// Sizes of the window in points: small, usual, and large enough for *What to see now*.
 const SIZES: [[f32; 2]; 3] = [[640.0, 400.0], [900.0, 560.0], [1280.0, 800.0]];
 /// Size of names in the view, points.
 const NAME_POINTS: f64 = 13.0;
@@ -48,8 +48,8 @@ fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
     window
 }
 
-/// The camera is turned so that the bodies come below each overlay in turn. In the control, names at their usual places are covered, and so are some
-/// of the selected body.
+/// The camera is turned so that the bodies come below each overlay. As a negative control the test counts the names that would be covered at their usual
+/// places, also those of the selected body.
 #[test]
 fn names_keep_clear_of_hints_messages_and_each_other() {
     let (mut frames, mut without_overlays) = (0, Vec::new());
@@ -88,7 +88,7 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
                     let covered = overlays.iter().find(|o| o.intersects(rect.shrink(0.5)));
                     assert!(covered.is_none(), "{case} is covered by {covered:?}");
                     let other = found[..i].iter().find(|(_, other)| other.shrink(1.0).intersects(rect.shrink(1.0)));
-                    assert!(other.is_none(), "{case} meets {other:?}");
+                    assert!(other.is_none(), "{case} overlaps {other:?}");
                     shown += 1;
                     selected_shown += u32::from(rendered.scene.body(state.viewer.selected).is_some_and(|b| b.name == *name));
                 }
@@ -110,6 +110,7 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
     println!("{} of {frames} frames without hints and messages: {:?}", without_overlays.len(), without_overlays.first());
     println!("{shown} names, {selected_shown} of selected bodies; usually covered {usually_covered}, {selected_usually_covered}");
     assert!(10 * without_overlays.len() < frames, "{} of {frames} frames without hints and messages", without_overlays.len());
+    // A partial run has a third of the frames; 5 leaves a margin.
     let scale_to_full_run = if sweep::in_full() { 1 } else { 5 };
     assert!(
         scale_to_full_run * shown > 500 && scale_to_full_run * selected_shown > 50,

@@ -1,5 +1,5 @@
-//! The window in German: the choice applies at once and is kept, buttons lie inside the window, and no more texts are truncated than in
-//! English.
+//! The window in German: the choice applies at once and is kept; numbers, dates and texts in images are German; no common English words remain; buttons lie
+//! inside the window, and no more texts are truncated than in English.
 
 use crate::support::sweep;
 use crate::view::interface::{harness, interface, session, settle};
@@ -100,7 +100,7 @@ fn german_truncates_no_more_texts_of_the_bars_than_english() {
     settle(&mut harness);
     let german = truncated_texts(&harness);
     assert!(german.len() <= english.len(), "{german:?}, in English {english:?}");
-    // In a narrow window some text is truncated, and the search finds it.
+    // Negative control: the panel truncates a text, which is found.
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are truncated");
@@ -121,7 +121,7 @@ fn reported_texts(harness: &Window) -> Vec<String> {
     out
 }
 
-/// Common English words that are no German words, and no keys or names of the program.
+/// Common English words that are neither German words nor keys or names of the program.
 const ENGLISH_WORDS: [&str; 37] = [
     "the", "of", "and", "with", "from", "for", "this", "that", "is", "are", "its", "it", "to", "at", "on", "below", "above", "open",
     "close", "save", "show", "shown", "shows", "view", "time", "body", "picture", "moon", "earth", "sun", "north", "east", "every", "each",
@@ -133,7 +133,8 @@ fn english_words(text: &str) -> Vec<String> {
     words.filter(|word| ENGLISH_WORDS.contains(&word.as_str())).collect()
 }
 
-/// No panel of a German window has an English word. Keys of shaders, links, file names, names of effects and citations are the same in every language.
+/// No panel of a German window has one of these English words. Keys of shaders, links, file names, names of effects and citations are left out, because
+/// they are the same in every language.
 #[test]
 fn german_panels_have_no_english_words() {
     let mut interface = interface(SATURN, EQUINOX);
@@ -168,15 +169,15 @@ fn german_panels_have_no_english_words() {
     }
     assert!(checked > 600, "{checked} texts");
     assert!(faults.is_empty(), "{faults:#?}");
-    // The same search finds the words of an English window.
+    // Negative control: in an English window such words are found.
     harness.state_mut().language = Language::English;
     settle(&mut harness);
     assert!(reported_texts(&harness).iter().filter(|text| !english_words(text).is_empty()).count() > 10);
 }
 
-/// Caption, scale bar, compass points and names in an image are German, and English without a choice.
+/// Caption, scale bar, compass points and names in an image are in the language of the request.
 #[test]
-fn texts_in_images_are_german() {
+fn texts_in_images_are_in_the_requested_language() {
     let layers = Layers { caption: true, scale_bar: true, labels: true, grid_horizon: true, ..Layers::default() };
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: -33.9, longitude_deg: 18.4, height_km: 1.0 };
     let time = Instant::parse("2024-04-08T18:30:00Z").expect("a time");

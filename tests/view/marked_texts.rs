@@ -1,5 +1,5 @@
-//! All texts of the window come from its Fluent files: in the marked test language, everything that is painted, shown as a tooltip or reported to a screen reader is
-//! enclosed in marks, or is one of the exceptions below.
+//! All texts of the window come from its Fluent files. In the marked test language every message is enclosed in `«»` and every inserted text in `‹›`, so
+//! whatever is painted, shown as a tooltip or reported to a screen reader without marks must be one of the exceptions below.
 
 use crate::support::sweep;
 use crate::view::interface::{harness, interface, session, settle};
@@ -22,7 +22,7 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 
 type Window = Harness<'static, Interface>;
 
-/// The parts of a text that do not come from a message: those outside `«»`, and the inserted values inside it, between `‹›`.
+/// The parts of a text that are not from a message: those outside `«»`, and inserted texts, between `‹›`.
 fn parts_without_message(text: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
     let mut open = Vec::new();
@@ -40,7 +40,7 @@ fn parts_without_message(text: &str) -> Vec<String> {
     parts.into_iter().map(|part| part.trim().to_owned()).filter(|part| !part.is_empty()).collect()
 }
 
-/// Signs of units, which are the same in every language.
+/// Units, time zones and letters in numbers, which are the same in every language.
 const UNITS: [&str; 22] = [
     "km",
     "m",
@@ -66,8 +66,8 @@ const UNITS: [&str; 22] = [
     "e",
 ];
 
-/// Names that are the same in every language: of this program, languages, hardware, shading languages; places and stars that the searches below find; keys and pins of
-/// one letter.
+/// Names that are the same in every language: contacts of eclipses, this program, languages, hardware, shading languages; places and stars that the
+/// searches below find; shortcut keys and pinned shader keys of one letter; abbreviations such as PSNR.
 const NAMES: [&str; 37] = [
     "C1",
     "C2",
@@ -111,7 +111,7 @@ const NAMES: [&str; 37] = [
 /// Texts that egui itself reports to screen readers, in English.
 const EGUI_TEXTS: [&str; 3] = ["Resize panel", "Close window", "Hide"];
 
-/// Whether a word is a number with its units and marks, without a decimal point.
+/// Whether a word is a number without a decimal point, possibly with a unit or sign.
 fn is_number(word: &str) -> bool {
     word.chars().all(|c| c.is_ascii_digit() || "°′″%±×".contains(c))
         || word
@@ -126,7 +126,7 @@ fn catalog_names() -> BTreeSet<String> {
     let catalog = session().catalog();
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
-        // A body that has a message is shown by its message.
+        // These bodies must be shown by their messages.
         if !MESSAGE_BODIES.contains(&body.name.as_str()) {
             all.insert(body.name.clone());
         }
@@ -146,7 +146,7 @@ fn catalog_names() -> BTreeSet<String> {
     all
 }
 
-/// Bodies whose names differ between languages.
+/// Bodies that have messages: those whose names differ between languages, and Saturn.
 const MESSAGE_BODIES: [&str; 10] = ["Sun", "Mercury", "Earth", "Moon", "Neptune", "Pluto", "Callisto", "Ganymede", "Nereid", "Saturn"];
 
 /// Names of shader modules, from their files.
@@ -189,9 +189,9 @@ impl Scan {
                 || UNITS.contains(&text)
                 || EGUI_TEXTS.contains(&text)
         };
-        // Links, files and folders; editable fields of effects and keys with their typed text.
+        // Paths and file names; texts of effects and keys in fields that the user can edit.
         let folder = env!("CARGO_MANIFEST_DIR").trim_matches('/');
-        let is_typed = |word: &str| {
+        let is_path_or_input = |word: &str| {
             word.contains("/orrery/")
                 || word == folder
                 || [".json", ".png", ".gif", ".jpg", ".wesl"].iter().any(|ending| word.contains(ending))
@@ -207,12 +207,12 @@ impl Scan {
                         .all(|name| !name.is_empty() && name.chars().all(|c| c.is_ascii_lowercase() || c == '-' || c.is_ascii_digit()))
                     && !is_decimal(word)
         };
-        let is_mark = |word: &str| !word.chars().any(char::is_alphanumeric) || !word.chars().any(|c| c.is_ascii());
+        let is_symbol = |word: &str| !word.chars().any(char::is_alphanumeric) || !word.chars().any(|c| c.is_ascii());
         let is_allowed_word = |word: &str| {
             let bare = word.trim_matches(|c: char| ",;:()[]·+-−…/'".contains(c));
-            is_mark(word)
+            is_symbol(word)
                 || is_known(bare)
-                || is_typed(bare)
+                || is_path_or_input(bare)
                 || is_key(bare)
                 || bare.split([':', '-', '+', ',', '/', '(', '−']).all(|piece| is_number(piece) || is_known(piece))
         };
@@ -243,7 +243,7 @@ fn is_value_list(part: &str) -> bool {
     part.contains(", ") && part.split(", ").all(is_decimal)
 }
 
-/// `1.5`: a number that is not formatted in the window's language.
+/// A number that is not formatted in the window's language: `1.5`.
 fn is_decimal(word: &str) -> bool {
     word.split('.').all(|digits| !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit()))
 }
@@ -264,7 +264,7 @@ fn texts<S>(window: &Harness<'static, S>, without_code: bool) -> BTreeSet<String
     }
     fn reported(node: &egui_kittest::Node<'_>, without_code: bool, out: &mut BTreeSet<String>) {
         let n = node.accesskit_node();
-        // A text run repeats its label. With `without_code`, labels are source lines and their values, which are painted too.
+        // A text run repeats its label. With `without_code`, labels are left out, too: they include source lines, and they are painted anyway.
         if n.role() != Role::TextRun && !(without_code && n.role() == Role::Label) {
             out.extend([n.label(), n.value(), n.description()].into_iter().flatten());
         }
@@ -376,7 +376,7 @@ fn every_panel_shows_only_messages() {
     assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
 }
 
-/// Texts that the window shows after an action: searches, menus, measured angles, tours, events, pages of the shader, comparisons, a warning.
+/// Texts that the window shows after an action: searches, menus, measured angles, tours, events, pages of the Shader panel, comparisons, a warning.
 #[test]
 fn results_of_actions_show_only_messages() {
     let mut window = marked_window(NaifId::EARTH, "2024-04-08T18:30:00Z");
@@ -414,16 +414,16 @@ fn results_of_actions_show_only_messages() {
         press(&mut window, at, PointerButton::Primary, Modifiers::CTRL);
     }
     scan.check("measured angle", texts(&window, false));
-    // The warning line itself is an error message of a link.
+    // A warning quotes the error of a link; here it is only the link, which is an exception.
     window.state_mut().warning = Some("orrery://view?".into());
     window.run_steps(3);
     scan.check("warning", texts(&window, false));
     window.state_mut().warning = None;
     for (tab, buttons) in [
         (Tab::Information, &[][..]),
-        (Tab::Events, &["«Search»", "«Partial solar eclipse»", "«Total solar eclipse»", "«Greatest»", "«From this place»"][..]),
+        (Tab::Events, &["«Search»", "«Partial solar eclipse»", "«Greatest»", "«From this place»"][..]),
         (Tab::Compare, &["«Side by side»", "«Difference»", "«Error bound»"][..]),
-        (Tab::Shader, &["«Key»", "«Values»", "«Cost»", "«Probe»", "«Centre»", "«Gallery»", "«Source»"][..]),
+        (Tab::Shader, &["«Key»", "«Values»", "«Cost»", "«Probe»", "«Gallery»", "«Source»"][..]),
         (Tab::Moments, &["«A day on Mars»", "«Pause tour»", "«End tour»"][..]),
     ] {
         window.state_mut().tab = Some(tab);
@@ -433,8 +433,10 @@ fn results_of_actions_show_only_messages() {
             let found = controls(&window)
                 .into_iter()
                 .find(|(name, role, ..)| name.contains(button) && matches!(role, Role::Button | Role::RadioButton));
-            let Some((_, _, rect)) = found else { continue };
-            press(&mut window, rect.center(), PointerButton::Primary, Modifiers::NONE);
+            let (name, role, _) = found.unwrap_or_else(|| panic!("{tab:?} has no button {button}"));
+            // Not by the pointer: the button may be scrolled out of its panel.
+            window.get_all_by_role_and_label(role, &name).next().expect("found above").click_accesskit();
+            window.run_steps(2);
             settle(&mut window);
             scan_with_tooltips(&mut scan, &mut window, &format!("{tab:?} after {button}"), &mut hovered);
         }

@@ -1,4 +1,4 @@
-//! *What to see now*, a row of thumbnails: the views they open, and when the row is visible.
+//! *What to see now*, a row of thumbnails: the views that they open, and when the row is visible.
 
 use crate::view::input::Window;
 use crate::view::interface::{harness, interface, session, settle};
@@ -49,7 +49,7 @@ fn each_thumbnail_opens_its_view_and_hides_the_row() {
         let view = state.viewer.destination();
         let (target, tab) = match item {
             NowItem::Moon => (NaifId::MOON, None),
-            // The harness' clock is at J2000: a total eclipse of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
+            // The clock of the test is at J2000. The next eclipse is that of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
             NowItem::Eclipse => (NaifId::MOON, Some(Tab::Events)),
             NowItem::Saturn => (SATURN, None),
             NowItem::Shadows => (NaifId(599), None),
@@ -73,7 +73,7 @@ fn each_thumbnail_opens_its_view_and_hides_the_row() {
     }
 }
 
-/// The images are drawn in standard quality, before the user chooses another one.
+/// The user changes the present view after the thumbnails were drawn.
 #[test]
 fn an_opened_view_has_the_quality_and_the_layers_of_the_present_view() {
     for item in [NowItem::Saturn, NowItem::Shader] {
@@ -97,7 +97,7 @@ fn opening_a_current_view_sets_real_time_forward_and_keeps_a_pause() {
         assert!(window.state().viewer.time_rate.rate() <= 0.0);
         press(&mut window, NowItem::Moon);
         let state = window.state_mut();
-        // If the user had paused, the rate is 0; resuming shows that it was set to real time meanwhile.
+        // If time was paused it still is; resuming it shows that the rate was set to real time.
         if actions_before.last() == Some(&Action::TogglePause) {
             assert_eq!(state.viewer.time_rate.rate(), 0.0, "{actions_before:?}");
             state.viewer.apply(Action::TogglePause, HEIGHT_PX, &positions);
@@ -126,25 +126,25 @@ fn drag(window: &mut Window) {
     window.drop_at(start + egui::vec2(60.0, 20.0));
 }
 
-type Act = fn(&mut Window);
+type Input = fn(&mut Window);
 
 #[test]
 fn the_row_hides_at_the_first_input_and_not_before() {
-    let acts: [(&str, Act); 5] = [
+    let inputs: [(&str, Input); 5] = [
         ("drag", drag),
         ("zoom", |window| window.event(egui::Event::Text("+".into()))),
         ("selection", |window| window.key_press(egui::Key::PageDown)),
         ("panel", |window| window.get_by_label("Effects").click()),
         ("list of bodies", |window| window.get_by_label("Bodies").click()),
     ];
-    for (name, act) in acts {
+    for (name, input) in inputs {
         let mut window = first_start();
-        // The pointer over the sky and time that passes are no input.
+        // A pointer that rests over the sky is no input, and neither is the passing of time.
         let centre = window.get_by_label_contains("The sky:").rect().center();
         window.hover_at(centre);
         settle(&mut window);
         assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len(), "before: {name}");
-        act(&mut window);
+        input(&mut window);
         settle(&mut window);
         window.state_mut().tab = None;
         settle(&mut window);

@@ -1,4 +1,5 @@
-//! Each panel as screen readers see it: the accessibility tree as text, without values that are measured in each run.
+//! Each panel as screen readers see it: the accessibility tree as recorded text, without measured values. Costs of effects, tone maps, choice of the
+//! renderer.
 
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
@@ -18,8 +19,7 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 /// Units of measured values.
 const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
 
-/// A line without the numbers that differ from run to run: those in front of a unit of measurement, and all numbers
-/// if `with_counts` is set.
+/// A line with `#` for the numbers that differ from run to run: those in front of a measured unit, or all numbers if `with_counts` is set.
 fn without_measurements(line: &str, with_counts: bool) -> String {
     let words: Vec<&str> = line.split(' ').collect();
     let is_number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
@@ -33,7 +33,7 @@ fn outline(harness: &Harness<'static, Interface>, with_counts: bool) -> String {
     fn walk(node: &egui_kittest::Node<'_>, depth: usize, with_counts: bool, out: &mut String) {
         let n = node.accesskit_node();
         let shown_text = n.label().or_else(|| n.value()).unwrap_or_default();
-        // Text runs repeat their label; source lines have another test.
+        // Text runs repeat their label; other tests cover source lines.
         let is_source_line = n.role() == Role::Unknown || shown_text.starts_with("    ");
         if n.role() == Role::TextRun || is_source_line && !shown_text.is_empty() {
             return;
@@ -98,14 +98,14 @@ fn an_effect_cost_includes_its_change_of_light() {
     let view = saturn_view();
     let cost_of = |effect, on, body| session().effect_cost(&view, 2.0, (effect, on), body).expect("a cost");
     let shadow = cost_of(Effect::RingShadow, true, None);
-    assert!(shadow.light.net < -1e-3 && shadow.light.moved >= -shadow.light.net - 1e-9, "a shadow takes light: {shadow:?}");
-    assert_eq!(cost_of(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "it is Saturn's alone");
+    assert!(shadow.light.net < -1e-3 && shadow.light.absolute >= -shadow.light.net - 1e-9, "a shadow takes light: {shadow:?}");
+    assert_eq!(cost_of(Effect::RingShadow, true, Some("Saturn")).light, shadow.light, "no other body has this effect");
     let rings = cost_of(Effect::Rings, true, None);
-    assert!(rings.light.net > 0.05, "half of the light is the rings': {rings:?}");
-    // An effect that no body here has changes nothing, requested or not.
+    assert!(rings.light.net > 0.05, "the rings add light: {rings:?}");
+    // An effect that no body of the view has changes nothing.
     let night = cost_of(Effect::Night, false, None);
-    assert!(night.light.net == 0.0 && night.light.moved == 0.0, "{night:?}");
-    assert!(cost_of(Effect::RingShadow, true, Some("Titan")).light.moved == 0.0, "Titan has no rings");
+    assert!(night.light.net == 0.0 && night.light.absolute == 0.0, "{night:?}");
+    assert!(cost_of(Effect::RingShadow, true, Some("Titan")).light.absolute == 0.0, "Titan has no rings");
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn effect_costs_appear_once_the_view_is_at_rest() {
 
 #[test]
 fn the_tone_map_clips_or_compresses_light_above_white() {
-    // The Moon is slightly brighter than its exposure: with added stops some of it exceeds white.
+    // At an exposure of 4.5 stops a part of the Moon exceeds white.
     let time = Instant::parse("2024-04-20T00:00:00Z").expect("a time");
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
     let drawn = |tone_map| {
@@ -137,13 +137,13 @@ fn the_tone_map_clips_or_compresses_light_above_white() {
     assert_eq!(filmic.hdr, clipped.hdr, "the light is the same");
     let peak = |rgba: [f32; 4]| rgba[..3].iter().fold(0.0_f32, |a, b| a.max(*b)) * 4.5_f32.exp2();
     let mut dark_and_bright = [0, 0];
-    for ((light, f), p) in filmic.hdr.iter().zip(&filmic.display).zip(&clipped.display) {
+    for ((light, filmic_pixel), clipped_pixel) in filmic.hdr.iter().zip(&filmic.display).zip(&clipped.display) {
         if peak(*light) < 0.79 {
-            assert_eq!(f, p, "below 0.8 of white both curves are the same");
+            assert_eq!(filmic_pixel, clipped_pixel, "below 0.8 of white both curves are the same");
             dark_and_bright[0] += 1;
         } else if peak(*light) > 1.01 {
-            assert_eq!(p[..3].iter().max(), Some(&255), "the clipped curve ends at white");
-            assert!(f[..3].iter().all(|c| *c < 255), "the filmic curve stays below white: {f:?}");
+            assert_eq!(clipped_pixel[..3].iter().max(), Some(&255), "the clipped curve ends at white");
+            assert!(filmic_pixel[..3].iter().all(|c| *c < 255), "the filmic curve stays below white: {filmic_pixel:?}");
             dark_and_bright[1] += 1;
         }
     }
@@ -175,7 +175,7 @@ fn the_renderer_is_chosen_in_the_window() {
         settle(&mut harness);
         assert_eq!(session.renderers().1, preference);
         assert!(harness.state().shown().is_some() && harness.state().message_line().is_empty(), "{}", harness.state().message_line());
-        // This session is never dropped: a driver still working at process exit would crash.
+        // The session is never dropped, and a driver that still works when the process exits would crash.
         while session.readiness() == Readiness::Preparing {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }

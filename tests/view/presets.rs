@@ -1,4 +1,4 @@
-//! Views of general interest: found by search and in the Moments panel, and what they show.
+//! Ready-made views (presets): they are found by search and in the Moments panel; what they show.
 
 use crate::view::input::{Window, without_images};
 use crate::view::interface::session;
@@ -25,7 +25,7 @@ fn targets(text: &str) -> Vec<SearchTarget> {
 }
 
 #[test]
-fn search_finds_views_by_the_words_of_a_newcomer() {
+fn search_finds_views_by_everyday_words() {
     for (text, target) in [
         ("whole system", SearchTarget::Preset(Preset::WholeSystem)),
         ("solar system", SearchTarget::Preset(Preset::WholeSystem)),
@@ -43,9 +43,9 @@ fn search_finds_views_by_the_words_of_a_newcomer() {
     assert!(targets("whole nonsense").is_empty());
 }
 
-/// On the Earth the fields for *Stand on surface* are the observer's place, as in events and in rise and set; on other bodies they are their own.
+/// On the Earth, *Stand on surface* uses the observer's place, as do events, rise and set; other bodies have a place of their own.
 #[test]
-fn one_place_serves_the_ground_and_events() {
+fn stand_on_surface_uses_the_observers_place_on_earth_only() {
     let stand = |window: &mut Window, body: NaifId| {
         window.state_mut().viewer.selected = body;
         window.run_steps(3);
@@ -76,16 +76,17 @@ fn the_system_is_seen_from_above_with_its_orbits() {
 }
 
 #[test]
-fn phases_of_the_moon_pass_by_a_day_each_second() {
+fn moon_phases_run_at_a_day_per_second() {
     let window = window_after_search("moon phases");
     let viewer = &window.state().viewer;
     assert_eq!((viewer.view.target, viewer.view.eye), (NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }));
     assert_eq!(viewer.time_rate.rate(), 86_400.0);
 }
 
-/// What the view of the system and the sky tonight switch on is gone in the next view, unless the user has changed it; whoever flies to a body keeps the orbits.
+/// The next view does not inherit the orbits, layers, exposure and rate of time that a preset has set, unless the user has changed them. After a flight
+/// to a body the orbits stay.
 #[test]
-fn other_views_do_not_inherit_what_a_view_switched_on() {
+fn the_next_view_does_not_inherit_what_a_preset_has_set() {
     let mut window = window_after_search("whole system");
     assert!(window.state().viewer.view.exposure_stops.is_some());
     search(&mut window, "saturn");
@@ -100,14 +101,14 @@ fn other_views_do_not_inherit_what_a_view_switched_on() {
         assert_eq!((view.layers.constellations, view.stars_boost > 0.0), (is_sky, is_sky), "{first}, {next}");
         assert_eq!(window.state().viewer.time_rate.rate(), if next == "moon phases" { 86_400.0 } else { 1.0 }, "{first}, {next}");
     }
-    // A changed exposure is the user's.
+    // An exposure that the user has changed is kept.
     let mut window = window_after_search("whole system");
     window.state_mut().viewer.view.exposure_stops = Some(5.0);
     search(&mut window, "saturn");
     assert_eq!(window.state().viewer.destination().exposure_stops, Some(5.0));
 }
 
-/// At any season and from any latitude the Sun is as low as the sky tonight allows.
+/// In every season and at every latitude where the night gets dark, the Sun is at least 15 degrees below the horizon.
 #[test]
 fn the_sky_tonight_is_dark() {
     let places = SessionPositions(session());
@@ -122,7 +123,7 @@ fn the_sky_tonight_is_dark() {
             let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg: 18.4, height_km: 0.0 };
             let sky = ObserverSky { catalog: session().catalog(), ephemeris: session().ephemeris(), place };
             let sun = sky.topocentric(NaifId::SUN, view.time()).expect("the Sun");
-            // The Sun does not get as low in June at 51 degrees north and all summer at 78.
+            // At 51 degrees north the Sun does not get as low in June. At 78 it does so only in winter, which is not tested.
             let reachable = gets_dark && !(latitude_deg > 50.0 && day.contains("-06-"));
             assert!(!reachable || sun.altitude_deg < -14.9, "{latitude_deg} {day}: {}", sun.altitude_deg);
             let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = view.eye else { panic!("not on the ground") };

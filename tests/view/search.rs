@@ -35,7 +35,7 @@ fn dates_in_many_forms_set_the_time() {
         assert_eq!(window.state().viewer.view.time().to_utc_iso(), "2024-04-08T00:00:00Z", "{text}");
         assert_eq!(window.state().viewer.view.target, MARS, "{text}");
     }
-    // The test's clock is at J2000.
+    // The clock of the test is at J2000.
     assert_eq!(window_after_search("now").state().viewer.view.tdb_s, 0.0);
 }
 
@@ -81,7 +81,7 @@ fn each_kind_of_answer_leads_to_its_target() {
         (elevation_deg + 43.3).abs() < 0.1 && ((azimuth_deg + 11.2 + 180.0).rem_euclid(360.0) - 180.0).abs() < 0.1,
         "{azimuth_deg} {elevation_deg}"
     );
-    // A star is not a body: the view is from near the Earth.
+    // A star is no target for the camera: the view is from near the Earth.
     let vega = window_after_search("vega");
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
 }
@@ -99,7 +99,7 @@ fn misspelled_words_of_searches_are_corrected() {
     assert!(similar("zz 9").is_empty() && similar("").is_empty());
 }
 
-/// The view of every named star looks in the star's direction at the date, in 1950 and in 2050.
+/// The view of every named star looks in the star's direction at the time of the view, with proper motion: in 1950 and in 2050.
 #[test]
 fn a_star_is_in_the_middle_of_its_image() {
     let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPositions(session()));
@@ -113,7 +113,7 @@ fn a_star_is_in_the_middle_of_its_image() {
             let request =
                 star_view(star, years, &places, &view).expect(name).request(catalog, session().ephemeris(), 200, 100).expect(name);
             let Look::Along { direction, axes: Axes::Icrf } = request.look else { panic!("{name}: {:?}", request.look) };
-            // Arcturus moves by 2.3 arcsec a year.
+            // Proper motion is up to some arcsec per year (Arcturus 2.3); 0.01 degrees are 36 arcsec.
             let direction_at_date = (star.direction + star.motion_per_year * years).normalize();
             assert!(orrery::ephemeris::angle_rad(direction.normalize(), direction_at_date).to_degrees() < 0.01, "{name}");
         }

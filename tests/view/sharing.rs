@@ -1,4 +1,4 @@
-//! Saved images and shared links: files are never overwritten, an image has its provenance, a shared view keeps whether time is paused.
+//! Saved images, animations and shared links: no file is overwritten; a saved image carries its provenance; a shared view keeps whether time is paused.
 
 use super::input::{SATURN, TIME, Window};
 use crate::view::interface::{harness, interface, session, settle};
@@ -13,7 +13,7 @@ use orrery::view::panels::Tab;
 use orrery::view::worker::render_worker::InlineWorker;
 use std::path::{Path, PathBuf};
 
-/// The Share panel with small images under a name in a folder.
+/// A window with the Share panel, set to save small images in `file`.
 fn sharing(file: &Path) -> Window {
     let mut window = harness(interface(SATURN, TIME));
     window.state_mut().tab = Some(Tab::Share);
@@ -35,7 +35,7 @@ fn names_in(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn images_never_overwrite_and_their_whole_path_is_shown() {
+fn saved_images_overwrite_no_file_and_their_path_is_shown() {
     let folder = tempfile::tempdir().expect("a folder");
     let path_of = |name: &str| folder.path().join(name);
     std::fs::write(path_of("p.png"), "mine").expect("a file");
@@ -51,17 +51,17 @@ fn images_never_overwrite_and_their_whole_path_is_shown() {
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
     assert_eq!(std::fs::read_to_string(path_of("p.png")).expect("a file"), "mine");
-    // A sequence under the same plain name, twice; the second gets another name.
+    // Two sequences under the same name. The second becomes p-5, because frames of other sequences occupy p-2 to p-4.
     window.state_mut().tab = Some(Tab::Share);
-    for first in ["p-00000.png", "p-5-00000.png"] {
-        if first.starts_with("p-5") {
+    for first_frame in ["p-00000.png", "p-5-00000.png"] {
+        if first_frame.starts_with("p-5") {
             (2..5).for_each(|n| std::fs::write(path_of(&format!("p-{n}-00001.png")), "another's").expect("a file"));
         }
         settle(&mut window);
         window.get_by_label("Export sequence").click();
         settle(&mut window);
         assert!(window.state().message.starts_with("3 of 3: Saved ") && !window.state().is_saving(), "{}", window.state().message);
-        assert!(path_of(first).exists(), "{first} of {:?}", names_in(folder.path()));
+        assert!(path_of(first_frame).exists(), "{first_frame} of {:?}", names_in(folder.path()));
     }
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
     // Time advances by a minute between frames: three different images.
@@ -78,7 +78,7 @@ fn images_never_overwrite_and_their_whole_path_is_shown() {
     assert!(window.state().message.contains(&path_of("none").display().to_string()), "{}", window.state().message);
 }
 
-/// The animation section with small frames under a name.
+/// A window with the Share panel, set to record small animations in `file`.
 fn animating(file: &Path) -> Window {
     let mut window = sharing(&file.with_extension("png"));
     window.get_by_label_contains("Animation file: .gif").set_text_value_accesskit(&file.display().to_string());
@@ -90,18 +90,15 @@ fn animating(file: &Path) -> Window {
     window
 }
 
-fn frames_of(path: &Path) -> Vec<image::RgbaImage> {
+fn frames_of_apng(path: &Path) -> Vec<image::RgbaImage> {
     use image::AnimationDecoder;
     let bytes = std::io::Cursor::new(std::fs::read(path).expect("a file"));
-    let frames = match path.extension().and_then(|e| e.to_str()) {
-        Some("apng") => image::codecs::png::PngDecoder::new(bytes).expect("a PNG").apng().expect("animated").into_frames(),
-        _ => panic!("not read here"),
-    };
+    let frames = image::codecs::png::PngDecoder::new(bytes).expect("a PNG").apng().expect("animated").into_frames();
     frames.map(|f| f.expect("a frame").into_buffer()).collect()
 }
 
 #[test]
-fn an_animation_is_one_file_and_overwrites_none() {
+fn an_animation_is_saved_in_one_file_and_overwrites_none() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in ["a.apng", "a.gif"] {
         let path = folder.path().join(name);
@@ -115,9 +112,9 @@ fn an_animation_is_one_file_and_overwrites_none() {
         assert_eq!(window.state().message, format!("Saved {}", unused_path.display()));
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
         if name.ends_with("apng") {
-            let frames = frames_of(&unused_path);
+            let frames = frames_of_apng(&unused_path);
             assert!(frames.len() == 3 && frames[0] != frames[1] && frames[1] != frames[2], "three different images of rotating Saturn");
-            // Centred on the displayed time: the middle frame is the displayed view.
+            // The animation is centred on the displayed time, so its middle frame is the displayed view.
             let view = window.state().viewer.view.clone();
             let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
             let sampling = orrery::render::plan::SamplingQuality::of(request.quality);
@@ -134,7 +131,7 @@ fn an_animation_is_one_file_and_overwrites_none() {
     assert!(window.state().message.contains(".gif or .apng") && !window.state().is_saving(), "{}", window.state().message);
 }
 
-/// A dialog's answer goes into the field; without a dialog, the field says so and accepts typed text.
+/// A file that is chosen in a dialog is entered in the field. A cancelled dialog is reported; without dialogs there are no buttons for them.
 #[test]
 fn files_are_chosen_in_a_dialog_where_there_is_one() {
     use orrery::view::panels::FileRequest;
@@ -169,7 +166,7 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     assert!(window.state().message.contains("No file was chosen"), "{}", window.state().message);
 }
 
-/// The same metadata as from `render`, so that a sequence recognises its own images.
+/// A saved image carries the same provenance as one of `render`, so that a sequence can resume with it.
 #[test]
 fn saved_images_have_their_provenance() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -206,7 +203,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         });
         let link = copied.expect("a link");
         let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
-        // Opened in a new window, and in one whose time is paused if this one's runs, or runs if it is paused.
+        // The link opened in a new window, then in a window in the opposite state.
         let subjects = window.state().viewer.subjects().to_vec();
         let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
         assert_eq!(opened.time_rate.is_paused(), paused);
@@ -219,7 +216,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         settle(&mut other);
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
         assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time must run or stay paused as shared");
-        // A view shared again keeps the same state.
+        // The state is the same when the view is shared again.
         let again = other.state().viewer.shareable();
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());

@@ -23,7 +23,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     window.run_steps(20);
     settle(&mut window);
-    // Position of the star on the screen: the sky is the area that the panels leave.
+    // The sky is the area that the panels leave.
     let sky = window.get_by_label_contains("The sky: ").rect();
     let star = catalog.stars().index_of_hip(24_436).expect("in the catalogue");
     let screen_position = |window: &Window, px: glam::DVec2| {
@@ -36,11 +36,11 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
         screen_position(window, px)
     };
     let star_pos = star_at(&window);
-    click(&mut window, star_pos, false);
+    click(&mut window, star_pos);
     window.run_steps(3);
     assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
-    // With Ctrl: from the star to another point of the sky.
+    // With Ctrl: the angle from the star to another point of the sky.
     let ctrl_click = |window: &mut Window, pos: Pos2| {
         window.event(Event::ModifiersChanged(Modifiers::COMMAND));
         window.run_steps(1);

@@ -1,4 +1,4 @@
-//! Texts of the layers below the window are translated: reasons of scenes by their messages, and texts of the shipped catalogs by their names.
+//! Texts of the module layers below the window have translations: reasons in scenes by their message ids, texts of the shipped catalogs by their names.
 
 use crate::support::sweep;
 use crate::view::interface::session;
@@ -10,11 +10,11 @@ use orrery::time::Instant;
 use orrery::view::language::{self, Language, catalog_detail, catalog_text, message_text, reason_text};
 use std::collections::BTreeSet;
 
-/// Each body has a property that the others lack: air, rings, clouds, a shape, an invented map.
+/// Bodies that differ in what they have: air, clouds, rings, a shape model, an invented map.
 const BODIES: [&str; 14] =
     ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Jupiter", "Io", "Saturn", "Titan", "Iapetus", "Triton", "Vesta"];
 
-/// Reasons of scenes of every moment and of many bodies, by day and night, near and far, with all effects on and off: each has a message.
+/// Every reason has a message, in scenes of many bodies and all moments, by day and night, near and far, with effects switched on and off.
 #[test]
 fn reasons_of_scenes_are_messages() {
     language::set(Language::Marked);
@@ -78,8 +78,8 @@ fn texts_of_catalogs_are_messages() {
         let tour: serde_json::Value = serde_json::from_str(text).expect("JSON");
         texts.extend([catalog_text("tour", title), catalog_detail("tour", title, "about", about)].map(Into::into));
         for (k, stop) in tour["stops"].as_array().expect("stops").iter().enumerate() {
-            let told = stop["text"].as_str().expect("a text");
-            texts.push(catalog_detail("tour", title, &(k + 1).to_string(), told).into_owned());
+            let stop_text = stop["text"].as_str().expect("a text");
+            texts.push(catalog_detail("tour", title, &(k + 1).to_string(), stop_text).into_owned());
         }
     }
     assert!(texts.len() > 100, "{} texts", texts.len());

@@ -1,4 +1,4 @@
-//! The time bar: clock, calendar, rate, neighbouring events; and hints for new users.
+//! The time bar: calendar, rate, neighbouring events. Also hints, messages, and clicks on bodies.
 
 use crate::view::input::{Window, advance, click, without_images};
 use crate::view::interface::{harness, interface, settle};
@@ -40,14 +40,14 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
 }
 
 #[test]
-fn the_rate_is_a_logarithmic_slider() {
+fn the_slider_of_the_rate_is_logarithmic() {
     let mut window = without_images(NaifId(499));
     let slider = window.get_by_role_and_label(Role::Slider, "Rate of time").rect();
     window.get_by_role_and_label(Role::Button, "Play").click();
     window.run_steps(2);
     let mut rates = Vec::new();
     for fraction in [0.1, 0.3, 0.5, 0.7, 0.9] {
-        click(&mut window, slider.left_center() + egui::vec2(fraction * slider.width(), 0.0), false);
+        click(&mut window, slider.left_center() + egui::vec2(fraction * slider.width(), 0.0));
         window.run_steps(2);
         rates.push(window.state().viewer.time_rate.rate().log10());
     }
@@ -58,7 +58,7 @@ fn the_rate_is_a_logarithmic_slider() {
 }
 
 #[test]
-fn neighbouring_events_are_one_press_away() {
+fn one_press_leads_to_the_next_or_previous_event() {
     let mut window = without_images(NaifId(499));
     window.state_mut().viewer.view.tdb_s = Instant::parse("2024-01-01").expect("a time").tdb_seconds_past_j2000();
     // NASA's eclipse bulletins: 2023-10-14 17:59:32, 2024-04-08 18:17:20, 2024-10-02 18:45:04 UT.
@@ -115,7 +115,7 @@ fn hints_disappear_when_used() {
     assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
 }
 
-/// Messages about drivers appear in the Performance panel and never over the image; other messages appear there for a while.
+/// Messages about drivers appear only in the Performance panel. Other messages also appear over the image, for a while.
 #[test]
 fn driver_messages_do_not_cover_the_image() {
     let mut window = without_images(NaifId(499));
@@ -143,13 +143,13 @@ fn a_click_keeps_the_full_resolution() {
     let full = size_and_sampling(&window);
     window.state_mut().viewer.selected = NaifId::SUN;
     let image_centre = window.get_by_label_contains("The sky:").rect().center();
-    click(&mut window, image_centre, false);
+    click(&mut window, image_centre);
     for _ in 0..6 {
         assert_eq!(size_and_sampling(&window), full);
         advance(&mut window, 0.05);
     }
     assert_eq!(window.state().viewer.selected, NaifId(499));
-    // Negative control.
+    // Negative control: a change of the view does lower it.
     window.key_press(Key::ArrowLeft);
     window.run_steps(2);
     assert_ne!(size_and_sampling(&window), full);
@@ -170,7 +170,7 @@ fn a_right_click_opens_the_menu_of_a_body() {
     window.event(button(false));
     window.run_steps(3);
     window.get_by_label("Fly there");
-    assert_eq!(window.state().viewer.selected, NaifId(499), "what is right-clicked is selected");
+    assert_eq!(window.state().viewer.selected, NaifId(499), "the right-clicked body is selected");
     window.get_by_label("Information about it").click();
     window.run_steps(3);
     assert_eq!(window.state().tab, Some(Tab::Information));

@@ -1,4 +1,4 @@
-//! The timeline: pointer, wheel, keys and screen readers change the time; it shows the events that the search finds.
+//! The timeline: drags, clicks and keys change the time, a click on an event opens its view, and the wheel zooms.
 
 use crate::view::input::{Window, click};
 use crate::view::interface::{harness, interface, settle};
@@ -20,7 +20,7 @@ fn window() -> Window {
     window
 }
 
-fn strip(window: &Window) -> Rect {
+fn timeline_rect(window: &Window) -> Rect {
     window.get_by_role_and_label(Role::Slider, "Timeline").rect()
 }
 
@@ -30,9 +30,9 @@ fn days(window: &Window) -> f64 {
 }
 
 #[test]
-fn a_drag_moves_the_time_with_the_dates() {
+fn dragging_the_timeline_to_the_left_moves_the_time_forward() {
     let mut window = window();
-    let rect = strip(&window);
+    let rect = timeline_rect(&window);
     let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
     let from = rect.center();
     window.hover_at(from);
@@ -44,20 +44,20 @@ fn a_drag_moves_the_time_with_the_dates() {
     window.run_steps(2);
     window.event(button(to, false));
     window.run_steps(2);
-    // A quarter of two hundred days to the left is later. Nothing moves before the pointer movement counts as a drag.
+    // A quarter of 200 days, less the movement before it counts as a drag.
     assert!((days(&window) - 50.0).abs() < 3.0, "{} days", days(&window));
 }
 
 #[test]
 fn a_click_goes_to_a_date_or_an_event() {
     let mut window = window();
-    let rect = strip(&window);
+    let rect = timeline_rect(&window);
     let pos_of = |days: f64| rect.center() + egui::vec2((days / 200.0) as f32 * rect.width(), 0.0);
-    click(&mut window, pos_of(40.0), false);
+    click(&mut window, pos_of(40.0));
     window.run_steps(2);
     assert!((days(&window) - 40.0).abs() < 1.0, "{} days", days(&window));
-    // The chosen time is in the middle again: the total eclipse of 2024-04-08 18:17:20 UT (NASA) is 62.2 days before it.
-    click(&mut window, pos_of(-22.24 - 40.0), false);
+    // The new time is in the middle. The total eclipse of 2024-04-08 18:17:20 UT (NASA) is 22.24 days before the start, 62.24 before the middle.
+    click(&mut window, pos_of(-22.24 - 40.0));
     settle(&mut window);
     let time = window.state().viewer.view.time().to_utc_iso();
     assert!(time.starts_with("2024-04-08T18:17"), "{time}");
@@ -65,7 +65,7 @@ fn a_click_goes_to_a_date_or_an_event() {
 }
 
 #[test]
-fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
+fn keys_move_and_zoom_the_timeline_and_the_wheel_zooms_it() {
     let mut window = window();
     let span_days = |w: &Window| w.state().settings.panels.timeline_span_s / DAY_S;
     window.get_by_role_and_label(Role::Slider, "Timeline").focus();
@@ -85,7 +85,7 @@ fn keys_and_screen_readers_move_it_and_the_wheel_zooms() {
     window.run_steps(2);
     assert!((span_days(&window) - 200.0).abs() < 0.01);
     assert!(window.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().data().supports_action(Action::Focus));
-    window.hover_at(strip(&window).center());
+    window.hover_at(timeline_rect(&window).center());
     window.run_steps(1);
     window.event(Event::Zoom(1.5));
     window.run_steps(2);

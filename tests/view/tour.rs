@@ -1,4 +1,4 @@
-//! Tours: the built-in ones, camera paths between stops, files with errors; playback, pausing and ending in the window.
+//! Tours: camera paths between stops, of the built-in tours too; errors in tour files; playing, pausing, ending and recording in the window.
 
 use crate::view::input::without_images;
 use crate::view::interface::session;
@@ -15,9 +15,9 @@ fn parse(text: &str) -> Result<Tour, String> {
     Tour::parse(text, session(), Instant::parse("2024-01-01").expect("a time")).map_err(|e| e.to_string())
 }
 
-/// Vector from a body's apparent centre to the camera, and the direction of view: a camera on the body's ground sees the body's true position, other
-/// cameras see it with light time.
-fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
+/// Vector from a body's centre to the camera in km, and the direction of view. The centre is the apparent one, with light time, except for a camera on
+/// the ground of the body, for which it is the true one.
+fn offset_and_forward(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
     let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a camera");
@@ -29,15 +29,16 @@ fn camera(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
     (camera.position_km - centre, camera.forward)
 }
 
-/// Every built-in tour can be drawn five times a second; between two images at 25 per second, the camera rotates and moves by little, except at cuts.
+/// Scenes of every built-in tour can be prepared at five times in each second. From image to image, at 25 per second, the camera turns and moves by
+/// little, except at cuts.
 #[test]
-fn shipped_tours_are_smooth_from_end_to_end() {
+fn built_in_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
         let tour = parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
         assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
         let mut previous = tour.at(0.0);
         let mut frames = 0;
-        // The camera of the image before, if it was computed: its number and the body from which it is measured.
+        // The camera of the last image for which it was computed: number of the image, body, and the camera relative to the body.
         let mut last = None;
         for k in 1..=(25.0 * tour.length_s()) as u32 {
             let now = tour.at(f64::from(k) / 25.0);
@@ -54,14 +55,16 @@ fn shipped_tours_are_smooth_from_end_to_end() {
                 && now.view.tracks == previous.view.tracks
                 && !now.view.tracks
             {
-                let (a, forward_a) = last.filter(|(of, _)| *of == (k - 1, body)).map_or_else(|| camera(&previous.view, body), |(_, c)| c);
-                let (b, forward_b) = camera(&now.view, body);
-                last = Some(((k, body), (b, forward_b)));
+                let (offset_before, forward_before) = last
+                    .filter(|(of, _)| *of == (k - 1, body))
+                    .map_or_else(|| offset_and_forward(&previous.view, body), |(_, camera)| camera);
+                let (offset, forward) = offset_and_forward(&now.view, body);
+                last = Some(((k, body), (offset, forward)));
                 frames += 1;
-                let log_ratio = (b.length() / a.length()).ln().abs();
+                let log_ratio = (offset.length() / offset_before.length()).ln().abs();
                 assert!(log_ratio < 0.2, "{name}, {} s: the distance changes by a factor of e^{log_ratio}", f64::from(k) / 25.0);
-                let turned = forward_a.cross(forward_b).length().atan2(forward_a.dot(forward_b)).to_degrees();
-                assert!(turned < 6.0, "{name}, {} s: the camera turns by {turned} degrees", f64::from(k) / 25.0);
+                let turned_deg = forward_before.cross(forward).length().atan2(forward_before.dot(forward)).to_degrees();
+                assert!(turned_deg < 6.0, "{name}, {} s: the camera turns by {turned_deg} degrees", f64::from(k) / 25.0);
             }
             previous = now;
         }
@@ -85,21 +88,23 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
         for at_s in [starts_s, arrives_s] {
             let (before, after) = (tour.at(at_s - 1e-7), tour.at(at_s + 1e-7));
             let body = tour.at(arrives_s).view.eye.body();
-            let ((a, forward_a), (b, forward_b)) = (camera(&before.view, body), camera(&after.view, body));
-            assert!((a - b).length() < 1e-5 * a.length(), "stop {k}, {at_s} s: {a} {b}");
-            // A tracked target is at its apparent position; the path ends at the position without aberration: 20 arcsec.
-            assert!((forward_a - forward_b).length() < 2e-4, "stop {k}, {at_s} s: {forward_a} {forward_b}");
+            let (offset_before, forward_before) = offset_and_forward(&before.view, body);
+            let (offset_after, forward_after) = offset_and_forward(&after.view, body);
+            assert!(
+                (offset_before - offset_after).length() < 1e-5 * offset_before.length(),
+                "stop {k}, {at_s} s: {offset_before} {offset_after}"
+            );
+            // A view that tracks its target looks at the apparent position, a camera path at the one without aberration: 20 arcsec.
+            assert!((forward_before - forward_after).length() < 2e-4, "stop {k}, {at_s} s: {forward_before} {forward_after}");
             assert!(
                 (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
                     && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5
             );
         }
         // Negative control: one second before the arrival the camera is elsewhere.
-        let (a, b) = (
-            camera(&tour.at(arrives_s - 1.0).view, tour.at(arrives_s).view.eye.body()).0,
-            camera(&tour.at(arrives_s).view, tour.at(arrives_s).view.eye.body()).0,
-        );
-        assert!((a - b).length() > 1e-3 * b.length());
+        let body = tour.at(arrives_s).view.eye.body();
+        let [earlier, arrived] = [arrives_s - 1.0, arrives_s].map(|at_s| offset_and_forward(&tour.at(at_s).view, body).0);
+        assert!((earlier - arrived).length() > 1e-3 * arrived.length());
     }
     assert_eq!(tour.at(1e9), tour.at(12.0));
     assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
@@ -129,7 +134,7 @@ fn a_tour_error_names_its_stop_and_field() {
     assert_eq!(parse(&many).expect_err("too many stops"), "1001 stops; a tour has at most 1000");
 }
 
-/// One more click records the tour: at one frame a second, as many frames as its length in seconds.
+/// At one frame per second, a recorded tour has as many frames as its length in seconds, rounded up.
 #[test]
 fn a_tour_is_recorded() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -162,7 +167,7 @@ fn a_tour_is_recorded() {
     assert_eq!(frames as f64, length_s.ceil());
 }
 
-/// Two clicks play the tour; moving the view pauses it and keeps the view; Escape ends it.
+/// A click plays a tour; a change of the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {
     let mut window = without_images(NaifId(699));
@@ -180,7 +185,7 @@ fn a_tour_plays_in_the_window() {
     window.run_steps(2);
     assert!(window.query_by_label_contains(tour.text(1)).is_some());
     assert_eq!(window.state().viewer.view.quality, quality, "quality is the user's");
-    // Changing the time by hand.
+    // A change of the time pauses the tour.
     window.get_by_label("+d").click();
     window.run_steps(2);
     let shown_time = window.state().viewer.view.tdb_s;

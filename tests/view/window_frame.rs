@@ -1,7 +1,9 @@
-//! The drawing of the window's interface: the CPU painter, the software renderer and the GPU draw the same triangles.
+//! The drawing of the window's interface: the CPU painter, the software renderer and the GPU draw the same triangles. Also what the GPU keeps from frame
+//! to frame: pipelines, images, textures, modules.
 //!
-//! Bounds, in levels of 255, and why they are not 0: the painter interpolates texels in steps of 1/256 and rounds at each layer, the renderers blend in floats: measured
-//! 0.014 in the mean, 1 at most. A GPU has its own subpixel grid and may assign a pixel of a slanted edge differently: on llvmpipe 0.035 and 1.
+//! Why the bounds on differences are not 0, in levels of 255: the painter interpolates texels in steps of 1/256 and rounds at each layer, while the
+//! renderers blend in floats (measured: 0.014 in the mean, 1 at most). A GPU has its own subpixel grid and may assign a pixel of a slanted edge
+//! differently (on llvmpipe: 0.035 in the mean, 1 at most).
 
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
@@ -109,7 +111,7 @@ fn a_prepared_device_has_the_pipelines_of_any_window() {
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
     own_gpu.prepare_windows(&smallest, SESSION.library()).expect("prepared");
-    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(true), "a window's frame would wait for a compiler");
+    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(true), "a frame of the window would wait for the shader compiler");
     own_gpu.forget_modules();
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
 }
@@ -126,7 +128,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     black.passes.iter_mut().for_each(|p| p.draws.clear());
     let (other, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
     let size = [read.width, read.height];
-    let shown = |image| {
+    let shown_in_window = |image| {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
         let mut mesh = egui::Mesh::with_texture(ON_GPU);
         mesh.add_rect_with_uv(rect, egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0)), egui::Color32::WHITE);
@@ -135,9 +137,9 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
         let window = plan::interface(ui_primitives, size, &*SESSION).expect("a plan");
         gpu.render(&window, SESSION.library(), false).map(|(frame, _)| frame)
     };
-    assert_eq!(shown(&kept).expect("drawn").display, read.display, "another image");
-    let second = shown(&other).expect("drawn").display;
-    assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image is the first");
+    assert_eq!(shown_in_window(&kept).expect("drawn").display, read.display, "another image");
+    let second = shown_in_window(&other).expect("drawn").display;
+    assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image must be black");
     // Another device does not have the image: an error, not a wrong image.
     let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |image| {
@@ -156,7 +158,7 @@ fn unit_mesh() -> egui::Mesh {
     mesh
 }
 
-/// A partial update of a texture reaches the renderers instead of the cached texture.
+/// After a partial update of a texture, the GPU draws with the new texels, not with those of the first upload.
 #[test]
 fn a_changed_texture_is_uploaded_again() {
     let Some(gpu) = gpu() else { return };
@@ -182,7 +184,7 @@ fn a_large_texture_is_uploaded_completely() {
     use orrery::image::{Level, TexelFormat, Texture};
     use orrery::render::plan::{AddressMode, SamplerState, TextureSource, UiPrimitive};
     let Some(gpu) = gpu() else { return };
-    // 64 MB and a little more: more than two uploads, and not a multiple of one.
+    // Slightly over 64 MiB: two full uploads of 32 MiB, and a part of one.
     let (width, height) = (2048_u32, 8200_u32);
     let texel = |x: u32, y: u32| [(x % 251) as u8, (y % 241) as u8, (y / 241) as u8, 255];
     let bytes = (0..height).flat_map(|y| (0..width).flat_map(move |x| texel(x, y))).collect();
@@ -191,7 +193,7 @@ fn a_large_texture_is_uploaded_completely() {
     let clamp = AddressMode::ClampToEdge;
     let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };
     let size = [64, 64];
-    // One texel per pixel: around the boundary of an upload of 32 MB, and the last rows.
+    // One texel per pixel: the first rows, those around the end of the first upload, and the last.
     for y0 in [0, 4064, 8136] {
         let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
@@ -218,7 +220,7 @@ fn a_large_texture_is_uploaded_completely() {
 /// `--ignored --nocapture`. The minimum of alternating runs, because other programs run at the same time.
 #[test]
 #[ignore = "measures; asserts nothing about time"]
-fn the_painter_and_the_software_pass_are_timed() {
+fn times_of_the_painter_and_the_software_renderer() {
     use orrery::view::panels::Tab;
     use std::time::Instant;
     let size = [1280_u32, 800];
@@ -252,9 +254,9 @@ fn the_painter_and_the_software_pass_are_timed() {
     println!("painter {:.2} ms, software pass with its plan {:.2} ms", min_ms[0], min_ms[1]);
 }
 
-/// Edited shader fragments: the GPU draws with the new ones, on the same device, and with the old ones again.
+/// Once the GPU renderer forgets its modules, it draws with edited fragments on the same device, and later with the original ones again.
 #[test]
-fn the_gpu_forgets_modules_that_changed() {
+fn the_gpu_draws_with_edited_fragments_after_it_forgets_its_modules() {
     let Some(gpu) = gpu() else { return };
     let library = orrery::shader::ShaderLibrary::in_memory(orrery::render::software::lowering());
     let key = "lambert.sun1.sphere".parse().expect("a key");

@@ -1,6 +1,6 @@
 //! Tables of points: finds the columns of a point's fields, and converts rows to points.
 //!
-//! In: the names of the columns, then rows of text. Out: points, or the wrong field. Always: other columns are ignored.
+//! In: the names of the columns, then rows of text. Out: points, or a message that names the wrong field. Always: other columns are ignored.
 
 use super::layer::{DataPoint, hex_colour};
 use crate::time::Instant;
@@ -27,6 +27,7 @@ impl Columns {
         let indices = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         if indices[0].is_none() || indices[1].is_none() {
+            // In the customary order: latitude before longitude, but right ascension before declination.
             return Err(format!(
                 "names no columns {} and {}",
                 coordinate_names[usize::from(!on_body)],
@@ -36,7 +37,7 @@ impl Columns {
         Ok(Self { indices, count: names.len(), coordinate_names })
     }
 
-    /// The columns of latitude and longitude.
+    /// The indices of the columns of latitude and longitude (or declination and right ascension).
     pub fn coordinate_columns(&self) -> impl Iterator<Item = usize> {
         self.indices[..2].iter().flatten().copied()
     }
@@ -46,19 +47,19 @@ impl Columns {
         if values.len() != self.count {
             return Err(format!("{} values; the table names {} columns", values.len(), self.count));
         }
-        let bad = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
+        let invalid = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
         let [lat, lon, time, size, colour] = self.indices;
-        let given = |column: Option<usize>| column.map(|c| values[c].as_str()).filter(|v| !v.is_empty());
+        let non_empty = |column: Option<usize>| column.map(|c| values[c].as_str()).filter(|v| !v.is_empty());
         let within = |field: &str, value: &str, [min, max]: [f64; 2], allowed: &str| {
-            value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| bad(field, value, allowed))
+            value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| invalid(field, value, allowed))
         };
         let coordinate = |k: usize, column: Option<usize>, max: f64| {
             let value = column.map_or("", |c| values[c].as_str());
             within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
-        let time = given(time).map(|v| Instant::parse(v).map_err(|_| bad("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
-        let size = given(size).map(|v| within("size_px", v, [1e-3, 1000.0], "pixels above 0, at most 1000"));
-        let colour = given(colour).map(|v| hex_colour(v).ok_or_else(|| bad("colour", v, "a colour as #ff8040")));
+        let time = non_empty(time).map(|v| Instant::parse(v).map_err(|_| invalid("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
+        let size = non_empty(size).map(|v| within("size_px", v, [1e-3, 1000.0], "pixels above 0, at most 1000"));
+        let colour = non_empty(colour).map(|v| hex_colour(v).ok_or_else(|| invalid("colour", v, "a colour as #ff8040")));
         Ok(DataPoint {
             lat_deg: coordinate(0, lat, 90.0)?,
             lon_deg: coordinate(1, lon, 360.0)?,

@@ -2,7 +2,7 @@
 //!
 //! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
 //! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogues of earthquakes, milliseconds since 1970. Ignored: other
-//! properties. Rejected: a `crs` member that names another coordinate system than that of the standard.
+//! properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
 
 use super::layer::{Content, checked_position};
 use crate::time::Instant;
@@ -14,7 +14,7 @@ use std::fmt::Formatter;
 /// Julian date of 1970-01-01.
 const JD_1970: f64 = 2_440_587.5;
 const MS_PER_DAY: f64 = 8.64e7;
-/// The end of the year 9999.
+/// Julian date of the end of the year 9999.
 const LAST_JD: f64 = 5_373_484.5;
 
 /// The value of a `coordinates` member: nested lists of numbers.
@@ -100,7 +100,7 @@ impl Geometries {
 
 const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
 
-/// A document or a feature, with the content of all its geometries.
+/// Any GeoJSON object: a document or a feature, with the content of all its geometries.
 #[derive(Default)]
 struct Object {
     content: Content,
@@ -139,17 +139,17 @@ struct Members {
     geometries: Geometries,
     time: Option<Instant>,
     content: Content,
-    has_list: bool,
+    has_features: bool,
 }
 
 impl<'de> Deserialize<'de> for Object {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let ((geometries, time), mut content) = members(deserializer)?;
         for point in geometries.points {
-            content.point(point, time).map_err(D::Error::custom)?;
+            content.add_point(point, time).map_err(D::Error::custom)?;
         }
         for line in geometries.lines {
-            content.line(line, time).map_err(D::Error::custom)?;
+            content.add_line(line, time).map_err(D::Error::custom)?;
         }
         Ok(Self { content })
     }
@@ -191,7 +191,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
                     }
                     "properties" => members.time = map.next_value::<Option<Properties>>()?.and_then(|p| p.time),
                     "features" => {
-                        members.has_list = true;
+                        members.has_features = true;
                         for feature in map.next_value::<Vec<Object>>()? {
                             members.content.append(feature.content).map_err(A::Error::custom)?;
                         }
@@ -202,12 +202,12 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
             }
             let kind = members.kind.ok_or_else(|| A::Error::custom("an object without its \"type\""))?;
             match (kind.as_str(), members.coordinates) {
-                ("FeatureCollection", None) if members.has_list => {}
+                ("FeatureCollection", None) if members.has_features => {}
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
                     let mismatch = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
                     let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(mismatch()))?;
-                    // Checked here because the reader is still in the line of the geometry, which the error then names.
+                    // Checked here, while the parser is still on the geometry's line, so that the error states that line.
                     if let Some(short) = geometries.lines.iter().find(|l| l.len() < 2) {
                         return Err(A::Error::custom(format!(
                             "a line with {} position{}; two are needed",
@@ -225,7 +225,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
     deserializer.deserialize_map(ObjectVisitor)
 }
 
-/// Checks a `crs` member, which files before RFC 7946 could have: only the coordinate system of the standard is accepted.
+/// Checks a `crs` member, which files before RFC 7946 could have: only longitude and latitude on WGS 84 (CRS84 or EPSG:4326) are accepted.
 fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     let name = crs.pointer("/properties/name").and_then(serde_json::Value::as_str).unwrap_or_default();
     match crs.is_null() || name.ends_with("CRS84") || name.ends_with("4326") {
@@ -236,7 +236,7 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// The content of a document, or the wrong line and the reason.
+/// The content of a document. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
         let message = e.to_string();

@@ -62,10 +62,10 @@ impl ElementHandler for Document {
             ("Placemark", _) => {
                 let time = self.time.take();
                 for point in std::mem::take(&mut self.points) {
-                    self.content.point(point, time)?;
+                    self.content.add_point(point, time)?;
                 }
                 for line in std::mem::take(&mut self.lines) {
-                    self.content.line(line, time)?;
+                    self.content.add_line(line, time)?;
                 }
             }
             _ => {}
@@ -74,13 +74,15 @@ impl ElementHandler for Document {
     }
 }
 
-/// The content of a document, or the wrong line and the reason.
+/// The content of a document. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;
-    match () {
-        () if !document.is_kml => Err((1, "its first element is not kml".to_owned())),
-        () if document.content == Content::default() => Err((1, "no Placemark with a Point, LineString or LinearRing in it".to_owned())),
-        () => Ok(document.content),
+    if !document.is_kml {
+        Err((1, "its first element is not kml".to_owned()))
+    } else if document.content == Content::default() {
+        Err((1, "no Placemark with a Point, LineString or LinearRing in it".to_owned()))
+    } else {
+        Ok(document.content)
     }
 }

@@ -12,8 +12,8 @@ pub(super) const MAX_POSITIONS: usize = 1_000_000;
 /// Maximum number for all layers of a catalog together.
 const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
-/// Maximum total length of the lines of a layer, and of all layers, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn in short
-/// steps, and a file of a megabyte can go around tens of thousands of times, which would take 6 GB of memory.
+/// Maximum total length of the lines of a layer, and of all layers together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn
+/// in short steps, so the many turns that a file of one megabyte can describe (tens of thousands) would take 6 GB of memory.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
@@ -78,34 +78,34 @@ pub(super) struct Content {
 
 impl Content {
     /// Counts positions that are to be added; an error if there are too many.
-    pub fn count(&mut self, positions: usize) -> Result<(), String> {
+    pub fn count_positions(&mut self, positions: usize) -> Result<(), String> {
         self.positions += positions;
         if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
     }
 
     /// Adds a line of at least two vertices.
-    pub fn line(&mut self, vertices: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
-        self.count(vertices.len())?;
+    pub fn add_line(&mut self, vertices: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
+        self.count_positions(vertices.len())?;
         if vertices.len() < 2 {
             let count = vertices.len();
             return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
         }
-        self.lengthen(length_deg(&vertices))?;
+        self.add_length(length_deg(&vertices))?;
         self.lines.push(DataLine { vertices, time });
         Ok(())
     }
 
     /// Adds the points and lines of another content.
     pub fn append(&mut self, other: Self) -> Result<(), String> {
-        self.count(other.positions)?;
-        self.lengthen(other.length_deg)?;
+        self.count_positions(other.positions)?;
+        self.add_length(other.length_deg)?;
         self.points.extend(other.points);
         self.lines.extend(other.lines);
         Ok(())
     }
 
     /// Adds to the total length of lines; an error if they are too long.
-    fn lengthen(&mut self, length_deg: f64) -> Result<(), String> {
+    fn add_length(&mut self, length_deg: f64) -> Result<(), String> {
         self.length_deg += length_deg;
         match self.length_deg > MAX_LENGTH_DEG {
             true => Err(format!("the lines are longer than {} times around the globe", MAX_LENGTH_DEG / 360.0)),
@@ -114,23 +114,23 @@ impl Content {
     }
 
     /// Adds a point with the layer's size and colour.
-    pub fn point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
-        self.count(1)?;
+    pub fn add_point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
+        self.count_positions(1)?;
         self.points.push(DataPoint { lat_deg, lon_deg, time, size_px: None, colour: None });
         Ok(())
     }
 }
 
-/// Length of a line of latitudes and longitudes: its change of latitude plus its change of longitude, degrees.
+/// Length of a polyline, degrees: the sum over its segments of the change of latitude and the change of longitude, the shorter way round.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
-    let of_segment = |[a, b]: &[[f64; 2]; 2]| {
-        let turn = (b[1] - a[1]).abs();
-        (b[0] - a[0]).abs() + if turn > 180.0 { (turn - 360.0).abs() } else { turn }
+    let segment_length = |[a, b]: &[[f64; 2]; 2]| {
+        let longitude_change = (b[1] - a[1]).abs();
+        (b[0] - a[0]).abs() + if longitude_change > 180.0 { (longitude_change - 360.0).abs() } else { longitude_change }
     };
-    vertices.array_windows().map(of_segment).sum()
+    vertices.array_windows().map(segment_length).sum()
 }
 
-/// Sizes of all layers of a catalog together: a small catalog may name one file thousands of times.
+/// Sizes of all layers of a catalog together. They are limited because a small catalog may name the same file thousands of times.
 #[derive(Debug, Default)]
 pub(in crate::catalog) struct TotalSize {
     positions: usize,
@@ -141,7 +141,7 @@ impl TotalSize {
     /// Adds a layer.
     ///
     /// # Errors
-    /// With it, the layers are larger than [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
+    /// Including this layer, the layers are larger than [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
     pub fn add(&mut self, layer: &DataLayer) -> Result<(), String> {
         self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
         self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();
@@ -158,7 +158,7 @@ impl TotalSize {
     }
 }
 
-/// Checks a position in the order of the files, longitude first; returns latitude and longitude, the order of everything else here.
+/// Checks a position given in the order of GeoJSON and KML, longitude first; returns latitude and longitude, the order of this module.
 pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], String> {
     if !(-360.0..=360.0).contains(&lon_deg) {
         return Err(format!("longitude {lon_deg} is not degrees from -360 to 360"));
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
     use crate::catalog::data_layer::geojson;
 
-    /// A line that goes to and fro between the poles, 180 degrees each time.
+    /// A GeoJSON line that runs back and forth between the poles, 180 degrees per segment.
     fn line(segments: usize) -> String {
         let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))

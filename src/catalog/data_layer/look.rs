@@ -46,8 +46,8 @@ pub enum ColourMap {
 }
 
 impl Stretch {
-    /// The curve's value for `x`, which is clamped to [0, 1].
-    pub fn of(self, x: f64) -> f64 {
+    /// The curve's value at `x`, which is clamped to [0, 1].
+    pub fn apply(self, x: f64) -> f64 {
         let x = x.clamp(0.0, 1.0);
         match self {
             Self::Linear => x,
@@ -58,7 +58,7 @@ impl Stretch {
     }
 }
 
-/// Coefficients of viridis by powers of the value: a fit of sixth degree to van der Walt & Smith's table, within 0.02.
+/// Viridis as a polynomial: rows by rising power of the value, columns red, green, blue. A fit of sixth degree to van der Walt & Smith's table, within 0.02.
 const VIRIDIS: [[f64; 3]; 7] = [
     [0.277_727, 0.005_407, 0.334_100],
     [0.105_093, 1.404_614, 1.384_590],
@@ -71,7 +71,7 @@ const VIRIDIS: [[f64; 3]; 7] = [
 
 impl ColourMap {
     /// sRGB of a value from 0 to 1.
-    pub fn of(self, x: f64) -> [u8; 3] {
+    pub fn colour_at(self, x: f64) -> [u8; 3] {
         let byte = |v: f64| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
         match self {
             Self::Grey => [byte(x); 3],
@@ -97,12 +97,12 @@ pub(super) fn colours(values: &[f32], look: &ImageLook) -> Option<Vec<u8>> {
     let [low, high] = limits(values, look.percentiles)?;
     // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
-    let table: Vec<[u8; 3]> = (0..=1023).map(|k| look.colour_map.of(f64::from(k) / 1023.0)).collect();
+    let table: Vec<[u8; 3]> = (0..=1023).map(|k| look.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
     let colour = |v: &f32| {
         if !v.is_finite() {
             return [0; 4];
         }
-        let [r, g, b] = table[(1023.0 * look.stretch.of((f64::from(*v) - low) * scale)).round() as usize];
+        let [r, g, b] = table[(1023.0 * look.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
         [r, g, b, 255]
     };
     Some(values.iter().flat_map(colour).collect())
@@ -115,21 +115,21 @@ mod tests {
     #[test]
     fn stretch_curves_rise_from_0_to_1() {
         for stretch in [Stretch::Linear, Stretch::Sqrt, Stretch::Asinh, Stretch::Log] {
-            assert!(stretch.of(0.0).abs() < 1e-12 && (stretch.of(1.0) - 1.0).abs() < 1e-12, "{stretch:?}");
-            assert!((0..1000).all(|k| stretch.of(f64::from(k) / 1000.0) < stretch.of(f64::from(k + 1) / 1000.0)), "{stretch:?}");
-            assert_eq!(stretch.of(f64::INFINITY), stretch.of(1.0));
+            assert!(stretch.apply(0.0).abs() < 1e-12 && (stretch.apply(1.0) - 1.0).abs() < 1e-12, "{stretch:?}");
+            assert!((0..1000).all(|k| stretch.apply(f64::from(k) / 1000.0) < stretch.apply(f64::from(k + 1) / 1000.0)), "{stretch:?}");
+            assert_eq!(stretch.apply(f64::INFINITY), stretch.apply(1.0));
         }
-        // By hand: the square root of 1/4; two of three decades; a value of 0.01 is brightened more than threefold.
-        assert_eq!(Stretch::Sqrt.of(0.25), 0.5);
-        assert!((Stretch::Log.of(99.0 / 999.0) - 2.0 / 3.0).abs() < 1e-12);
-        assert!(Stretch::Asinh.of(0.01) > 3.0 * 0.01);
+        // Computed by hand: the square root of 1/4; two of the logarithm's three decades; asinh brightens 0.01 more than threefold.
+        assert_eq!(Stretch::Sqrt.apply(0.25), 0.5);
+        assert!((Stretch::Log.apply(99.0 / 999.0) - 2.0 / 3.0).abs() < 1e-12);
+        assert!(Stretch::Asinh.apply(0.01) > 3.0 * 0.01);
     }
 
     #[test]
     fn colour_maps_grow_lighter() {
         for map in [ColourMap::Grey, ColourMap::Viridis, ColourMap::Heat] {
             let luma = |k: u32| {
-                let c = map.of(f64::from(k) / 100.0).map(f64::from);
+                let c = map.colour_at(f64::from(k) / 100.0).map(f64::from);
                 crate::units::luminance(c.map(|v| crate::units::srgb_to_linear(v / 255.0)))
             };
             assert!((0..100).all(|k| luma(k + 1) >= luma(k)), "{map:?}");
@@ -137,7 +137,7 @@ mod tests {
         }
         // Ends and middle of the published table: (0.267, 0.005, 0.329), (0.128, 0.567, 0.551), (0.993, 0.906, 0.144).
         for (x, expected) in [(0.0, [68, 1, 84]), (0.5, [33, 145, 140]), (1.0, [253, 231, 37])] {
-            let found = ColourMap::Viridis.of(x);
+            let found = ColourMap::Viridis.colour_at(x);
             assert!((0..3).all(|c| found[c].abs_diff(expected[c]) < 8), "{x}: {found:?}");
         }
     }

@@ -10,7 +10,7 @@ use quick_xml::{Reader, XmlVersion};
 /// Maximum nesting depth.
 const MAX_DEPTH: usize = 64;
 
-/// An element that began and has not ended.
+/// An element whose end has not been read yet.
 pub(super) struct Element {
     /// The name without its prefix.
     pub name: String,
@@ -94,6 +94,7 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                 path.pop();
             }
             Event::End(_) => {
+                // What is wrong with an element is reported at the line where it begins.
                 handler.end_element(&path).map_err(|why| (path.last().map_or(line, |e| e.line), why))?;
                 path.pop();
             }

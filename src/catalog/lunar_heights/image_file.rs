@@ -10,35 +10,37 @@ use tiff::decoder::{Decoder, DecodingResult, Limits};
 
 /// The hint for a file that does not state what its values mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
-/// Unsigned 16-bit values are half metres, and this value is height 0 (<https://svs.gsfc.nasa.gov/4720>).
+/// Unit of unsigned 16-bit values in the CGI Moon Kit (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
+/// The unsigned 16-bit value of height 0 in the CGI Moon Kit.
 const VALUE_OF_HEIGHT_0: f64 = 20_000.0;
 
-/// Number of columns, and kilometres.
+/// Number of columns, and heights in kilometres, row by row.
 type Heights = (usize, Vec<f32>);
 
 pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     match bytes {
-        [0x89, b'P', b'N', b'G', ..] => of_png(bytes, range),
-        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => of_tiff(bytes, range),
+        [0x89, b'P', b'N', b'G', ..] => read_png(bytes, range),
+        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => read_tiff(bytes, range),
         _ => Err("neither PNG nor TIFF, nor a PDS label (.LBL) or its image (.IMG)".into()),
     }
 }
 
-/// Converts integers from `min` (black) to `max` (white) to kilometres.
-fn scaled(range: HeightRange, [min, max]: [f64; 2]) -> impl Fn(f64) -> f32 {
+/// The conversion to kilometres of values from `min` (black) to `max` (white).
+fn range_to_km(range: HeightRange, [min, max]: [f64; 2]) -> impl Fn(f64) -> f32 {
     let slope = (range.white_km - range.black_km) / (max - min);
     move |value| (range.black_km + (value - min) * slope) as f32
 }
 
-fn of_unsigned_16(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
+/// The conversion of unsigned 16-bit values; without a range they are those of the CGI Moon Kit.
+fn unsigned_16_to_km(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
     match range {
-        Some(range) => Box::new(scaled(range, [0.0, 65_535.0])),
+        Some(range) => Box::new(range_to_km(range, [0.0, 65_535.0])),
         None => Box::new(|value| ((value - VALUE_OF_HEIGHT_0) * HALF_METRE_KM) as f32),
     }
 }
 
-fn of_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: 4 * MAX_HEIGHTS });
     decoder.set_transformations(png::Transformations::IDENTITY);
     let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
@@ -53,11 +55,11 @@ fn of_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     reader.next_frame(&mut packed).map_err(|e| e.to_string())?;
     let km: Vec<f32> = match depth {
         png::BitDepth::Sixteen => {
-            let km = of_unsigned_16(range);
+            let km = unsigned_16_to_km(range);
             packed.as_chunks::<2>().0.iter().map(|pair| km(f64::from(u16::from_be_bytes(*pair)))).collect()
         }
         png::BitDepth::Eight => {
-            let km = scaled(range.ok_or(format!("8 bits do not say what they mean: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
+            let km = range_to_km(range.ok_or(format!("8 bits do not say what they mean: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
             packed.iter().map(|v| km(f64::from(*v))).collect()
         }
         _ => return Err("fewer than 8 bits a height".into()),
@@ -65,7 +67,7 @@ fn of_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     Ok((columns, km))
 }
 
-fn of_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = 8 * MAX_HEIGHTS;
     limits.intermediate_buffer_size = 8 * MAX_HEIGHTS;
@@ -80,14 +82,14 @@ fn of_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> 
     fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
         values.iter().map(|v| km((*v).into())).collect()
     }
-    let no_range =
+    let require_no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
     let km = match decoder.read_image().map_err(|e| e.to_string())? {
-        DecodingResult::U8(v) => each(&v, scaled(required_range("8 bits")?, [0.0, 255.0])),
-        DecodingResult::U16(v) => each(&v, of_unsigned_16(range)),
-        DecodingResult::I16(v) => each(&v, scaled(required_range("16 bits with a sign")?, [-32_768.0, 32_767.0])),
-        DecodingResult::F32(v) => no_range().map(|()| v)?,
-        DecodingResult::F64(v) => no_range().map(|()| each(&v, |km| km as f32))?,
+        DecodingResult::U8(v) => each(&v, range_to_km(required_range("8 bits")?, [0.0, 255.0])),
+        DecodingResult::U16(v) => each(&v, unsigned_16_to_km(range)),
+        DecodingResult::I16(v) => each(&v, range_to_km(required_range("16 bits with a sign")?, [-32_768.0, 32_767.0])),
+        DecodingResult::F32(v) => require_no_range().map(|()| v)?,
+        DecodingResult::F64(v) => require_no_range().map(|()| each(&v, |km| km as f32))?,
         _ => return Err("heights are read of 8, 16 or 32 bits".into()),
     };
     if km.len() != columns * rows {
@@ -157,9 +159,10 @@ mod tests {
         let colour = png(png::BitDepth::Eight, png::ColorType::Rgb, 4, 2, &[0; 24]);
         assert!(heights_km(&colour, Some(RANGE)).expect_err("coloured").contains("grey"));
         let whole = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &[0; 16]);
+        // Cut anywhere between the signature and the last chunk, IEND.
         assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], None).is_err()));
         assert!(heights_km(b"GIF89a", None).is_err());
-        // A header that claims more pixels than memory can store.
+        // Width and height in the header are replaced by sizes that no memory can store.
         let mut huge = whole;
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xfe, 0x3f, 0xff, 0xff, 0xff]);
         assert!(heights_km(&huge, None).is_err());

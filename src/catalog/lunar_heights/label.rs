@@ -7,10 +7,14 @@
 use super::{DEFAULT_SPHERE_KM, check_size};
 use crate::wording::echo;
 
+/// The map that a label and its image describe.
 pub(super) struct LabelledHeights {
     pub columns: usize,
+    /// Heights, rows from north to south.
     pub km: Vec<f32>,
+    /// Longitude of the western edge.
     pub west_deg: f64,
+    /// Radius of the reference sphere.
     pub sphere_km: f64,
 }
 
@@ -36,6 +40,7 @@ fn number_or(text: &str, key: &str, default: f64) -> Result<f64, String> {
     value(text, key).map_or(Ok(default), |v| number(key, v))
 }
 
+/// The name of the image file that a label refers to.
 pub(super) fn image_file(text: &str) -> Result<String, String> {
     let named = required(text, "^IMAGE")?;
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
@@ -95,6 +100,7 @@ impl Sample {
     }
 }
 
+/// The heights that a label and the bytes of its image give.
 pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, String> {
     let count = |key: &str| -> Result<usize, String> {
         let value = required(text, key)?;
@@ -118,7 +124,7 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
-        // Without UNIT, the size of the sphere's radius shows whether it is in metres or kilometres.
+        // Without UNIT, the magnitude of OFFSET, the radius of the sphere, shows whether it is in metres or kilometres.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
@@ -167,18 +173,18 @@ END_OBJECT\r
         let read = heights(LABEL, &image(false)).expect("read");
         assert_eq!((read.columns, read.west_deg, read.sphere_km), (4, 0.0, 1737.4));
         assert_eq!((read.km[0], read.km[1], read.km[7]), (-1.0, 1.0, 0.0015));
-        let high = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
-        assert_eq!(heights(&high, &image(true)).expect("read").km, read.km);
+        let big_endian_label = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
+        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").km, read.km);
         // The floating-point maps are in kilometres.
-        let real = LABEL
+        let real_label = LABEL
             .replace("LSB_INTEGER", "PC_REAL")
             .replace("SAMPLE_BITS = 16", "SAMPLE_BITS = 32")
             .replace("METER", "KILOMETER")
             .replace("0.5", "1.")
             .replace("1737400.", "1737.4");
         let bytes: Vec<u8> = read.km.iter().flat_map(|km| km.to_le_bytes()).collect();
-        let of_real = heights(&real, &bytes).expect("read");
-        assert_eq!((of_real.km, of_real.sphere_km), (read.km, 1737.4));
+        let real_heights = heights(&real_label, &bytes).expect("read");
+        assert_eq!((real_heights.km, real_heights.sphere_km), (read.km, 1737.4));
     }
 
     #[test]

@@ -14,7 +14,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Radius of the reference sphere of maps without a label: that of the LOLA maps.
 pub const DEFAULT_SPHERE_KM: f64 = 1737.4;
-/// Limit of heights: those of the Moon lie between -9.2 and 10.8 km (LOLA).
+/// Largest height above or below the sphere that is accepted. Those of the Moon lie between -9.2 and 10.8 km (LOLA).
 pub const MAX_HEIGHT_KM: f64 = 20.0;
 /// Maximum number of heights in a map: 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
@@ -127,7 +127,7 @@ impl HeightMap {
         [self.min_km, self.max_km]
     }
 
-    /// Distance between two heights along a meridian, radians.
+    /// Angle between adjacent rows of heights, radians.
     pub fn step_rad(&self) -> f64 {
         PI / self.rows as f64
     }
@@ -143,6 +143,7 @@ impl HeightMap {
         format!(
             "{:.4} heights a degree ({km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
             self.columns as f64 / 360.0,
+            // Seen from the Earth at the Moon's mean distance.
             (km / 384_400.0).to_degrees() * 3600.0,
             self.min_km,
             self.max_km,
@@ -187,7 +188,7 @@ mod tests {
         DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
     }
 
-    /// A map that is linear in latitude with a step in longitude is reproduced at and between the cell centres, and across its western edge.
+    /// A map that is linear in latitude and has a step in longitude is reproduced at and between the cell centres, and across its western edge.
     #[test]
     fn heights_are_interpolated_between_cell_centres() {
         const COLUMNS: usize = 72;
@@ -196,11 +197,11 @@ mod tests {
             let km = (0..36).flat_map(|row| (0..COLUMNS).map(move |column| height(row, column))).collect();
             let map = HeightMap::new("made", COLUMNS, km, west_deg, DEFAULT_SPHERE_KM).expect("a map");
             for latitude in [-80.0, -12.5, 0.0, 33.0, 80.0] {
-                let of_row = 0.1 * ((90.0 - latitude) / 5.0 - 0.5);
-                assert!((map.height_km(towards(latitude, west_deg + 90.0) * 7.0) - of_row).abs() < 1e-5);
-                assert!((map.height_km(towards(latitude, west_deg + 270.0)) - of_row - 2.0).abs() < 1e-5);
+                let expected_km = 0.1 * ((90.0 - latitude) / 5.0 - 0.5);
+                assert!((map.height_km(towards(latitude, west_deg + 90.0) * 7.0) - expected_km).abs() < 1e-5);
+                assert!((map.height_km(towards(latitude, west_deg + 270.0)) - expected_km - 2.0).abs() < 1e-5);
                 // Half way between the last column and the first.
-                assert!((map.height_km(towards(latitude, west_deg)) - of_row - 1.0).abs() < 1e-4, "{latitude}");
+                assert!((map.height_km(towards(latitude, west_deg)) - expected_km - 1.0).abs() < 1e-4, "{latitude}");
             }
             assert!(
                 (map.height_km(DVec3::Z) - map.height_km(towards(88.0, west_deg))).abs() < 1.1,

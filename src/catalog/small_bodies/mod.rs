@@ -118,23 +118,25 @@ impl SmallBodies {
         Ok(Self { minor_planets, comets })
     }
 
-    /// An invented main belt of `count` bodies for measurements, the same at each call. Semi-major axes, eccentricities and inclinations are those of embedded bodies
-    /// between 2.06 and 3.28 au with small random offsets in axis and eccentricity; the other angles are distributed uniformly.
+    /// An invented main belt of `count` bodies for measurements, the same at each call. Semi-major axes, eccentricities and inclinations are those of
+    /// embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity; the other
+    /// angles are uniform.
     pub fn synthetic_belt(count: usize) -> Self {
-        let axis = |o: &HeliocentricOrbit| o.perihelion_au / (1.0 - o.eccentricity);
+        let semi_major_axis_au = |orbit: &HeliocentricOrbit| orbit.perihelion_au / (1.0 - orbit.eccentricity);
         let embedded = Self::embedded();
-        let templates: Vec<&SmallBody> = embedded.minor_planets.iter().filter(|b| (2.06..3.28).contains(&axis(&b.orbit))).collect();
+        let templates: Vec<&SmallBody> =
+            embedded.minor_planets.iter().filter(|b| (2.06..3.28).contains(&semi_major_axis_au(&b.orbit))).collect();
         let mut random = Random::new(0);
         let mut uniform = || random.unit_interval();
         let body = |k: usize| {
             let template = templates[((uniform() * templates.len() as f64) as usize).min(templates.len() - 1)];
-            let o = &template.orbit;
-            let e = (o.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
-            let a = axis(o) + 0.04 * (uniform() - 0.5);
-            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that to which the tables refer.
+            let base = &template.orbit;
+            let e = (base.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
+            let a = semi_major_axis_au(base) + 0.04 * (uniform() - 0.5);
+            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that of J2000, to which the tables refer.
             let (node_turn, perihelion_turn) = (TAU * uniform(), TAU * uniform());
-            let pole = DVec3::new(0.0, -rows::OBLIQUITY.sin(), rows::OBLIQUITY.cos());
-            let normal = DQuat::from_axis_angle(pole, node_turn) * o.to_perihelion.cross(o.motion_at_perihelion);
+            let pole = DVec3::new(0.0, -rows::OBLIQUITY_RAD.sin(), rows::OBLIQUITY_RAD.cos());
+            let normal = DQuat::from_axis_angle(pole, node_turn) * base.to_perihelion.cross(base.motion_at_perihelion);
             let to_perihelion = DQuat::from_axis_angle(normal, perihelion_turn) * normal.any_orthonormal_vector();
             let orbit = HeliocentricOrbit {
                 perihelion_au: a * (1.0 - e),
@@ -176,9 +178,9 @@ mod tests {
         assert_eq!(all.minor_planets.len(), 605);
         assert!(all.comets.len() > 20 && all.comets.iter().all(SmallBody::is_comet));
         for body in all.minor_planets.iter().chain(&all.comets) {
-            let o = &body.orbit;
-            let right_angle = o.to_perihelion.dot(o.motion_at_perihelion).abs() < 1e-12;
-            assert!(right_angle && (o.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
+            let orbit = &body.orbit;
+            let right_angle = orbit.to_perihelion.dot(orbit.motion_at_perihelion).abs() < 1e-12;
+            assert!(right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
         // Ceres: a (1 - e) of its osculating elements, and its perihelion of 7 December 2022 (JPL Horizons gives the day).
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;

@@ -4,24 +4,34 @@
 //! row of dashes are a heading.
 
 use super::SmallBody;
-use super::rows::{self, A, ARGUMENT, E, EPOCH, G, H, I, M, NODE, Values};
+use super::rows::{
+    self, ABSOLUTE_MAGNITUDE, ARGUMENT, ECCENTRICITY, EPOCH, INCLINATION, MEAN_ANOMALY, NODE, SEMI_MAJOR_AXIS, SLOPE, Values,
+};
 use crate::time::Instant;
 use crate::units::JD_J2000;
 use crate::wording::echo_within;
 use std::ops::Range;
 
-/// Byte ranges of the columns with numbers.
-const NUMBERS: [(usize, Range<usize>); 8] =
-    [(H, 8..13), (G, 14..19), (M, 26..35), (ARGUMENT, 37..46), (NODE, 48..57), (I, 59..68), (E, 70..79), (A, 92..103)];
-const DESIGNATION: Range<usize> = 0..7;
+/// Index of a field in [`rows::FIELDS`] and the byte range of its column.
+const NUMBERS: [(usize, Range<usize>); 8] = [
+    (ABSOLUTE_MAGNITUDE, 8..13),
+    (SLOPE, 14..19),
+    (MEAN_ANOMALY, 26..35),
+    (ARGUMENT, 37..46),
+    (NODE, 48..57),
+    (INCLINATION, 59..68),
+    (ECCENTRICITY, 70..79),
+    (SEMI_MAJOR_AXIS, 92..103),
+];
+const PACKED_DESIGNATION: Range<usize> = 0..7;
 const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end before it.
-const READABLE: Range<usize> = 166..194;
+const READABLE_DESIGNATION: Range<usize> = 166..194;
 
 /// Whether a text is in this format: a line of dashes ends its heading, or its first line has numbers in these columns.
 pub(super) fn is_mpcorb(text: &str) -> bool {
-    let is_rule = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
-    text.lines().take(100).any(is_rule) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+    let is_dashes = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
+    text.lines().take(100).any(is_dashes) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
 }
 
 /// The lines that describe bodies, with line numbers starting at 1.
@@ -44,6 +54,7 @@ fn packed_jd(text: &str) -> Option<f64> {
     Some((jd - 0.5).round() + 0.5)
 }
 
+/// Reads the body of a line.
 pub(super) fn body(line: &str) -> Result<SmallBody, String> {
     let cell = |columns: &Range<usize>| line.get(columns.clone());
     let short =
@@ -56,8 +67,8 @@ pub(super) fn body(line: &str) -> Result<SmallBody, String> {
     let epoch_jd =
         packed_jd(epoch).ok_or_else(|| format!("epoch is `{}`; expected a packed date such as K239D", echo_within(epoch, 10)))?;
     values[EPOCH] = Some(epoch_jd);
-    let packed = cell(&DESIGNATION).unwrap_or_default().trim();
-    let readable = line.get(READABLE.start..READABLE.end.min(line.len())).unwrap_or_default().trim();
+    let packed = cell(&PACKED_DESIGNATION).unwrap_or_default().trim();
+    let readable = line.get(READABLE_DESIGNATION.start..READABLE_DESIGNATION.end.min(line.len())).unwrap_or_default().trim();
     let (designation, name) = match readable.strip_prefix('(').and_then(|r| r.split_once(')')) {
         Some((number, name)) => (number.trim(), name.trim()),
         None if readable.is_empty() => (packed, ""),
@@ -72,7 +83,7 @@ mod tests {
 
     #[test]
     fn dates_are_unpacked() {
-        // The Center's own examples: J9611 is 1 January 1996, K01AM 22 October 2001; Julian dates by the calendar.
+        // The Center's own examples: J9611 is 1 January 1996, K01AM is 22 October 2001.
         assert_eq!(packed_jd("J9611"), Some(2_450_083.5));
         assert_eq!(packed_jd("K01AM"), Some(2_452_204.5));
         for wrong in ["", "K23", "K2Z11", "K23DD", "k239D", "Z2311"] {

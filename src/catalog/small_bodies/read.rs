@@ -3,7 +3,10 @@
 //! In: the text. Out: the bodies in the order of the text, or the first wrong line, with its field. Unknown columns are ignored. A line that begins with # is a
 //! comment, unless it is the first line that names the columns. JSON is the reply of the database's query interface: `fields` and `data`.
 
-use super::rows::{A, ARGUMENT, E, EPOCH, EPOCH_MJD, FIELDS, H, I, M, M1, NODE, PASSAGE, Q, Values, body, number};
+use super::rows::{
+    ABSOLUTE_MAGNITUDE, ARGUMENT, ECCENTRICITY, EPOCH, EPOCH_MJD, FIELDS, INCLINATION, M1, MEAN_ANOMALY, NODE, PASSAGE,
+    PERIHELION_DISTANCE, SEMI_MAJOR_AXIS, Values, body, number,
+};
 use super::{SmallBody, SmallBodyFileError, mpcorb};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
@@ -14,13 +17,14 @@ const MAX_BODIES: usize = 3_000_000;
 
 /// The column of each quantity.
 struct Columns {
-    of_field: [Option<usize>; FIELDS.len()],
+    /// By index of the field in [`FIELDS`].
+    by_field: [Option<usize>; FIELDS.len()],
     designation: Option<usize>,
     name: Option<usize>,
     count: usize,
 }
 
-/// A column's name in the form of `Field::columns`: only letters and digits, lower case. `M` is a mean anomaly, `M1` a magnitude.
+/// A column's name in the form of `Field::columns`: only letters and digits, lower case.
 fn normalized(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
@@ -29,13 +33,21 @@ impl Columns {
     /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
         let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
-        let of_field = FIELDS.each_ref().map(|f| column_of(f.columns));
-        let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| of_field[*k].is_some());
+        let by_field = FIELDS.each_ref().map(|f| column_of(f.columns));
+        let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
             let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
             Err(format!("no column {}; the first line must name it", names.join(" or ")))
         };
-        for alternatives in [&[E][..], &[I], &[NODE], &[ARGUMENT], &[A, Q], &[M, PASSAGE], &[H, M1]] {
+        for alternatives in [
+            &[ECCENTRICITY][..],
+            &[INCLINATION],
+            &[NODE],
+            &[ARGUMENT],
+            &[SEMI_MAJOR_AXIS, PERIHELION_DISTANCE],
+            &[MEAN_ANOMALY, PASSAGE],
+            &[ABSOLUTE_MAGNITUDE, M1],
+        ] {
             if !has_any(alternatives) {
                 return missing(alternatives);
             }
@@ -44,7 +56,7 @@ impl Columns {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);
-        Ok(Self { of_field, designation, name: column_of(&["name"]).or(column_of(&["fullname"])), count: names.len() })
+        Ok(Self { by_field, designation, name: column_of(&["name"]).or(column_of(&["fullname"])), count: names.len() })
     }
 
     fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
@@ -52,7 +64,7 @@ impl Columns {
             return Err(format!("{} values, and the first line names {} columns", cells.len(), self.count));
         }
         let mut values = Values::default();
-        for (k, column) in self.of_field.iter().enumerate() {
+        for (k, column) in self.by_field.iter().enumerate() {
             values[k] = number(k, column.map_or("", |c| cells[c].as_ref()))?;
         }
         let text = |column: Option<usize>| column.map_or("", |c| cells[c].as_ref());
@@ -60,7 +72,7 @@ impl Columns {
     }
 }
 
-/// The values of a line. A value in quotes may contain commas, and doubled quotes that mean one quote.
+/// The values of a line. A value in quotes may contain commas; within it, a doubled quote means one quote.
 fn cells(line: &str) -> Vec<Cow<'_, str>> {
     if !line.contains('"') {
         return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
@@ -89,7 +101,7 @@ struct Reply {
     data: Vec<Vec<serde_json::Value>>,
 }
 
-fn of_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
+fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let reply: Reply =
         serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("no reply of the database: {}", json_error_text(&e))))?;
     let names: Vec<String> = reply.fields.iter().map(|n| normalized(n)).collect();
@@ -106,7 +118,7 @@ fn of_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     reply.data.iter().enumerate().map(row).collect()
 }
 
-fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
+fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let mut columns: Option<Columns> = None;
     let mut all = Vec::new();
     for (line_number, line) in text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).filter(|(_, line)| !line.is_empty()) {
@@ -137,11 +149,11 @@ fn of_table(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
     let all = if text.trim_start().starts_with('{') {
-        of_json(text)
+        read_json(text)
     } else if mpcorb::is_mpcorb(text) {
         mpcorb::lines(text).map(|(line, text)| mpcorb::body(text).map_err(|e| (line, e))).collect()
     } else {
-        of_table(text)
+        read_csv(text)
     }
     .map_err(file_error)?;
     match all.len() {
@@ -182,14 +194,17 @@ mod tests {
             "     (1) Ceres"
         );
         let one = |file: &str, text: &str| read(file, text).unwrap_or_else(|e| panic!("{e}")).remove(0);
-        let a = one("a.csv", &csv);
+        let reference = one("a.csv", &csv);
         for (file, text) in [("b.csv", quoted), ("c.json", json), ("MPCORB.DAT", mpcorb.as_str())] {
-            let b = one(file, text);
-            assert_eq!(b.brightness, BrightnessLaw::Asteroid { h: 3.34, g: 0.15 }, "{file}");
-            assert!(b.name.contains("Ceres") && (a.orbit.passage_days - b.orbit.passage_days).abs() < 1e-6, "{file}: {b:?}");
+            let found = one(file, text);
+            assert_eq!(found.brightness, BrightnessLaw::Asteroid { h: 3.34, g: 0.15 }, "{file}");
             assert!(
-                a.orbit.to_perihelion.distance(b.orbit.to_perihelion) < 1e-12
-                    && (a.orbit.perihelion_au - b.orbit.perihelion_au).abs() < 1e-12
+                found.name.contains("Ceres") && (reference.orbit.passage_days - found.orbit.passage_days).abs() < 1e-6,
+                "{file}: {found:?}"
+            );
+            assert!(
+                reference.orbit.to_perihelion.distance(found.orbit.to_perihelion) < 1e-12
+                    && (reference.orbit.perihelion_au - found.orbit.perihelion_au).abs() < 1e-12
             );
         }
     }

@@ -10,11 +10,12 @@ use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// Obliquity of the J2000 ecliptic to which orbits are published (IAU 1976: 84381.448 arcsec), radians.
-pub(super) const OBLIQUITY: f64 = 84_381.448 * RAD_PER_ARCSEC;
+pub(super) const OBLIQUITY_RAD: f64 = 84_381.448 * RAD_PER_ARCSEC;
 /// Julian date of the zero point of modified Julian dates.
-const JD_OF_MJD: f64 = 2_400_000.5;
-/// Defaults where the table has no value: the slope of the H,G law (IAU 1985), and a comet's magnitudes a decade (brightness by the fourth power).
+const JD_OF_MJD_ZERO: f64 = 2_400_000.5;
+/// Slope of the H,G law (IAU 1985) where the table has none.
 const DEFAULT_G: f64 = 0.15;
+/// A comet's K1, magnitudes per decade of heliocentric distance, where the table has none: brightness falls with the fourth power.
 const DEFAULT_K1: f64 = 10.0;
 
 /// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
@@ -31,18 +32,18 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
 }
 
 /// Indices of the fields in [`FIELDS`] and [`Values`].
-pub(super) const E: usize = 0;
-pub(super) const I: usize = 1;
+pub(super) const ECCENTRICITY: usize = 0;
+pub(super) const INCLINATION: usize = 1;
 pub(super) const NODE: usize = 2;
 pub(super) const ARGUMENT: usize = 3;
-pub(super) const A: usize = 4;
-pub(super) const Q: usize = 5;
-pub(super) const M: usize = 6;
+pub(super) const SEMI_MAJOR_AXIS: usize = 4;
+pub(super) const PERIHELION_DISTANCE: usize = 5;
+pub(super) const MEAN_ANOMALY: usize = 6;
 pub(super) const EPOCH: usize = 7;
 pub(super) const EPOCH_MJD: usize = 8;
 pub(super) const PASSAGE: usize = 9;
-pub(super) const H: usize = 10;
-pub(super) const G: usize = 11;
+pub(super) const ABSOLUTE_MAGNITUDE: usize = 10;
+pub(super) const SLOPE: usize = 11;
 pub(super) const M1: usize = 12;
 pub(super) const K1: usize = 13;
 pub(super) const FIELDS: [Field; 14] = [
@@ -67,48 +68,49 @@ pub(super) type Values = [Option<f64>; FIELDS.len()];
 
 /// Parses the number of field `k` and checks its range; `None` for an empty text.
 pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
-    let (f, text) = (&FIELDS[k], text.trim());
+    let (field, text) = (&FIELDS[k], text.trim());
     if text.is_empty() {
         return Ok(None);
     }
-    let value = text.parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
-    let out_of_range = || format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text, 40), f.unit, f.min, f.max);
+    let value = text.parse::<f64>().ok().filter(|v| (field.min..=field.max).contains(v));
+    let out_of_range =
+        || format!("{} is `{}`; expected {} from {} to {}", field.name, echo_within(text, 40), field.unit, field.min, field.max);
     value.map(Some).ok_or_else(out_of_range)
 }
 
 /// Builds the body of a row.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
     let required = |k: usize| {
-        let f = &FIELDS[k];
-        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.min, f.max))
+        let field = &FIELDS[k];
+        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", field.name, field.unit, field.min, field.max))
     };
-    let e = required(E)?;
-    let (i, node, argument) = (required(I)?, required(NODE)?, required(ARGUMENT)?);
-    let perihelion_au = match (values[Q], values[A]) {
+    let e = required(ECCENTRICITY)?;
+    let (i, node, argument) = (required(INCLINATION)?, required(NODE)?, required(ARGUMENT)?);
+    let perihelion_au = match (values[PERIHELION_DISTANCE], values[SEMI_MAJOR_AXIS]) {
         (Some(q), _) => q,
         (None, Some(a)) if a * (1.0 - e) > 0.0 => a * (1.0 - e),
         (None, Some(a)) => return Err(format!("a_au is `{a}` and e `{e}`: an ellipse has a above 0 and e below 1, a hyperbola a below 0")),
         (None, None) => return Err("q_au and a_au are both empty; give one of them".into()),
     };
-    let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD));
-    let passage_days = match (values[PASSAGE], values[M], epoch_jd) {
-        (Some(tp), ..) => tp - JD_J2000,
+    let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD_ZERO));
+    let passage_days = match (values[PASSAGE], values[MEAN_ANOMALY], epoch_jd) {
+        (Some(passage_jd), ..) => passage_jd - JD_J2000,
         (None, Some(m), Some(epoch)) if e != 1.0 => {
             let a = perihelion_au / (1.0 - e).abs();
             let m = m.to_radians();
-            // The passage nearest to the epoch.
+            // For an ellipse, the mean anomaly of the passage nearest to the epoch.
             let m = if e < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
             epoch - JD_J2000 - m / (GAUSS_CONSTANT * a.powf(-1.5))
         }
         (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),
     };
-    let brightness = match (values[M1], values[H]) {
+    let brightness = match (values[M1], values[ABSOLUTE_MAGNITUDE]) {
         (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(DEFAULT_K1) },
-        (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[G].unwrap_or(DEFAULT_G) },
+        (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[SLOPE].unwrap_or(DEFAULT_G) },
         (None, None) => BrightnessLaw::Unknown,
     };
-    let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY)
+    let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY_RAD)
         * DMat3::from_rotation_z(node.to_radians())
         * DMat3::from_rotation_x(i.to_radians())
         * DMat3::from_rotation_z(argument.to_radians());

@@ -86,8 +86,8 @@ fn cell_of(direction: DVec3) -> usize {
     (face * CELLS_PER_SIDE + coordinate(1)) * CELLS_PER_SIDE + coordinate(2)
 }
 
-/// The bounds of the stars of a cell.
-fn bounds(stars: &[Star], range: Range<usize>) -> SkyCell {
+/// The cell of a range of stars, with its bounds.
+fn bounded_cell(stars: &[Star], range: Range<usize>) -> SkyCell {
     let cell_stars = &stars[range.clone()];
     let axis = cell_stars.iter().map(|s| s.direction).sum::<DVec3>().normalize();
     let max = |value: fn(&Star) -> f64| cell_stars.iter().map(value).fold(0.0, f64::max);
@@ -124,12 +124,12 @@ impl StarCatalog {
             by_cell.entry(cell_of(star.direction)).or_default().push(star);
         }
         let mut ranges = Vec::with_capacity(by_cell.len());
-        for mut of_cell in by_cell.into_values() {
-            of_cell.sort_by(|a, b| a.v_magnitude.total_cmp(&b.v_magnitude));
-            ranges.push(stars.len()..stars.len() + of_cell.len());
-            stars.append(&mut of_cell);
+        for mut cell_stars in by_cell.into_values() {
+            cell_stars.sort_by(|a, b| a.v_magnitude.total_cmp(&b.v_magnitude));
+            ranges.push(stars.len()..stars.len() + cell_stars.len());
+            stars.append(&mut cell_stars);
         }
-        let cells = ranges.into_iter().map(|range| bounds(&stars, range)).collect();
+        let cells = ranges.into_iter().map(|range| bounded_cell(&stars, range)).collect();
         Self { epoch_jd, stars, cells }
     }
 
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// The embedded columns agree with PROVENANCE: Sirius, the absence of Barnard's star (V 9.5), and the J1991.25 place of Vega (ESA 1997).
+    /// Sirius agrees with the Hipparcos catalogue, Barnard's star (V 9.5) is too faint to be embedded, and Vega has its place of J1991.25 (ESA 1997).
     #[test]
     fn the_embedded_stars_agree_with_hipparcos() {
         let catalog = StarCatalog::embedded();
@@ -205,7 +205,7 @@ mod tests {
         assert!(catalog.hip(87_937).is_none() && catalog.hip(0).is_none());
         assert!((catalog.years_since_epoch(JD_J2000) - 8.75).abs() < 1e-12);
         let vega = catalog.hip(91_262).expect("Vega").direction;
-        // 18h 36m 56.19s, +38 deg 46' 58.8" at J1991.25, to its last figures.
+        // 18h 36m 56.19s, +38 deg 46' 58.8" at J1991.25; the tolerance covers the rounding of these figures.
         let (ra, dec) = ((18.0 + 36.0 / 60.0 + 56.19 / 3600.0) * 15.0_f64, 38.0 + 46.0 / 60.0 + 58.8 / 3600.0_f64);
         let (ra, dec) = (ra.to_radians(), dec.to_radians());
         let expected = DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());

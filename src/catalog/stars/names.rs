@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::catalog::stars::StarCatalog;
 
-    /// Right ascension (hours) and declination (degrees) of J2000 from star atlases, to a hundredth and a tenth.
+    /// Right ascension (hours) and declination (degrees) of J2000 from star atlases, rounded to about 0.01 hours and 0.1 degrees.
     const PLACES: [(&str, f64, f64); 89] = [
         ("Achernar", 1.63, -57.2),
         ("Acrux", 12.44, -63.1),

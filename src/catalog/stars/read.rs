@@ -14,6 +14,7 @@ use std::ops::Range;
 const MAX_STARS: usize = 5_000_000;
 /// One au a Julian year, km/s.
 const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
+/// Julian epoch of the positions in hip2.dat.
 const HIPPARCOS_EPOCH: f64 = 1991.25;
 
 /// A quantity of a star: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
@@ -38,7 +39,7 @@ const PARALLAX: usize = 4;
 const PM_RA: usize = 5;
 const PM_DEC: usize = 6;
 const B_V: usize = 7;
-const RADIAL: usize = 8;
+const RADIAL_VELOCITY: usize = 8;
 /// The first three fields are required.
 const REQUIRED: usize = 3;
 const FIELDS: [Field; 9] = [
@@ -56,13 +57,17 @@ const FIELDS: [Field; 9] = [
 /// Columns of hip2.dat (ReadMe of catalogue I/311), as byte ranges. V is computed from Hp.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
+/// Byte range of the magnitude Hp.
 const HIP2_HP: Range<usize> = 129..136;
+/// Minimum length of a line of hip2.dat.
 const HIP2_BYTES: usize = 158;
 
 /// The column of each field in a table.
 struct Columns {
-    of_field: [Option<usize>; FIELDS.len()],
+    /// By index of the field in [`FIELDS`].
+    by_field: [Option<usize>; FIELDS.len()],
     count: usize,
+    /// Julian epoch of the positions, such as 2000.0.
     epoch: f64,
 }
 
@@ -87,18 +92,18 @@ impl Columns {
             .split(',')
             .map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect())
             .collect();
-        let of_field = FIELDS.each_ref().map(|f| names.iter().position(|n| f.columns.contains(&n.as_str())));
-        if of_field[RA].is_none() && of_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
+        let by_field = FIELDS.each_ref().map(|f| names.iter().position(|n| f.columns.contains(&n.as_str())));
+        if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;
         }
-        if let Some(missing) = (0..REQUIRED).find(|k| of_field[*k].is_none()) {
+        if let Some(missing) = (0..REQUIRED).find(|k| by_field[*k].is_none()) {
             let f = &FIELDS[missing];
             return Some(Err(format!("no column `{}` ({}); the first line must name it", f.name, f.unit)));
         }
         let words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
         let years = words.filter_map(|w| w.strip_prefix('J')?.parse::<f64>().ok());
         let epoch = years.into_iter().find(|y| (1000.0..3000.0).contains(y)).unwrap_or(2000.0);
-        Some(Ok(Self { of_field, count: names.len(), epoch }))
+        Some(Ok(Self { by_field, count: names.len(), epoch }))
     }
 }
 
@@ -117,7 +122,7 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let mas = RAD_PER_ARCSEC / 1000.0;
     // A negative parallax is a measurement error of a distant star.
     let parallax_rad = value(PARALLAX).max(0.0) * mas;
-    let radial_per_year = value(RADIAL) / KM_S_PER_AU_YEAR * parallax_rad;
+    let radial_per_year = value(RADIAL_VELOCITY) / KM_S_PER_AU_YEAR * parallax_rad;
     Star {
         hip: value(HIP) as u32,
         direction,
@@ -128,14 +133,14 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     }
 }
 
-fn star_of_table(line: &str, columns: &Columns) -> Result<Star, String> {
+fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
     let cells: Vec<&str> = line.split(',').collect();
     if cells.len() != columns.count {
         return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.count));
     }
     let mut values = [None; FIELDS.len()];
     for (k, f) in FIELDS.iter().enumerate() {
-        let text = columns.of_field[k].map_or("", |column| cells[column].trim());
+        let text = columns.by_field[k].map_or("", |column| cells[column].trim());
         if !text.is_empty() {
             values[k] = Some(number(f, text)?);
         } else if k < REQUIRED {
@@ -147,12 +152,12 @@ fn star_of_table(line: &str, columns: &Columns) -> Result<Star, String> {
 
 /// V from Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 for common stars. The polynomial of ESA
 /// SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
-fn v_of_hp(hp: f64, b_v: f64) -> f64 {
+fn v_from_hp(hp: f64, b_v: f64) -> f64 {
     let x = b_v.clamp(-0.3, 1.6);
     hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
 }
 
-fn star_of_hip2(line: &str) -> Result<Star, String> {
+fn star_from_hip2(line: &str) -> Result<Star, String> {
     let short = || "too short for hip2.dat, and the first line names no columns such as ra_deg,dec_deg,v_mag".to_owned();
     if line.len() < HIP2_BYTES {
         return Err(short());
@@ -170,7 +175,7 @@ fn star_of_hip2(line: &str) -> Result<Star, String> {
         values[*k] = Some(number(&FIELDS[*k], &text)?);
     }
     let hp = number(&Field { name: "Hpmag", ..FIELDS[V] }, cell(&HIP2_HP)?)?;
-    values[V] = Some(v_of_hp(hp, values[B_V].unwrap_or(0.0)));
+    values[V] = Some(v_from_hp(hp, values[B_V].unwrap_or(0.0)));
     Ok(star(&values))
 }
 
@@ -188,7 +193,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileE
         if stars.len() == MAX_STARS {
             return Err(file_error(number, format!("more than {MAX_STARS} stars")));
         }
-        let star = columns.as_ref().map_or_else(|| star_of_hip2(line), |columns| star_of_table(line, columns));
+        let star = columns.as_ref().map_or_else(|| star_from_hip2(line), |columns| star_from_row(line, columns));
         stars.push(star.map_err(|e| file_error(number, e))?);
     }
     if stars.is_empty() {
@@ -218,10 +223,10 @@ mod tests {
         let table = format!(
             "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V\nVega,{ra_deg},{dec_deg},0.03,130.23,200.94,286.23,-0.001\n"
         );
-        let (epoch, of_table) = read("a.csv", &table).expect("a table");
-        let (hip_epoch, of_hip) = read("hip2.dat", &hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868")).expect("hip2.dat");
-        assert_eq!((epoch, epoch), (hip_epoch, julian_epoch(1991.25)));
-        let (a, b) = (of_table[0], of_hip[0]);
+        let (epoch, table_stars) = read("a.csv", &table).expect("a table");
+        let (hip2_epoch, hip2_stars) = read("hip2.dat", &hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868")).expect("hip2.dat");
+        assert_eq!((epoch, epoch), (hip2_epoch, julian_epoch(1991.25)));
+        let (a, b) = (table_stars[0], hip2_stars[0]);
         assert!(a.direction.distance(b.direction) < 1e-9 && a.motion_per_year.distance(b.motion_per_year) < 1e-12);
         assert_eq!((a.parallax_rad, a.b_v, b.hip), (b.parallax_rad, b.b_v, 91_262));
         // Vega's Hp is 0.0868 and its V 0.03.

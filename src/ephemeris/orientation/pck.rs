@@ -141,7 +141,7 @@ impl Pck {
         let model = self.models.get(&body.0)?;
         let days = tdb_s / SECONDS_PER_DAY;
         let centuries = days / DAYS_PER_JULIAN_CENTURY;
-        let mut at = PoleAndMeridian {
+        let mut result = PoleAndMeridian {
             pole_ra_deg: polynomial(&model.pole_ra, centuries),
             pole_dec_deg: polynomial(&model.pole_dec, centuries),
             w_deg: polynomial(&model.w, days),
@@ -150,12 +150,12 @@ impl Pck {
         for (k, angle) in self.angles.get(&system_of(body.0)).unwrap_or(&none).iter().enumerate() {
             let (sin, cos) = (polynomial(angle, centuries) % 360.0).to_radians().sin_cos();
             let term = |terms: &[f64]| terms.get(k).copied().unwrap_or(0.0);
-            at.pole_ra_deg += term(&model.ra_terms) * sin;
-            at.pole_dec_deg += term(&model.dec_terms) * cos;
-            at.w_deg += term(&model.w_terms) * sin;
+            result.pole_ra_deg += term(&model.ra_terms) * sin;
+            result.pole_dec_deg += term(&model.dec_terms) * cos;
+            result.w_deg += term(&model.w_terms) * sin;
         }
-        at.w_deg = at.w_deg.rem_euclid(360.0);
-        Some(at)
+        result.w_deg = result.w_deg.rem_euclid(360.0);
+        Some(result)
     }
 }
 
@@ -173,8 +173,8 @@ mod tests {
         assert_eq!(pck.len(), 1);
         let jupiter = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");
         assert!((jupiter.pole_ra_deg - 270.0).abs() < 1e-12, "the first angle is 90 degrees: {jupiter:?}");
-        let day = pck.pole_and_meridian(NaifId(599), SECONDS_PER_DAY).expect("Jupiter");
-        assert!((day.w_deg - (284.95 + 870.536_f64).rem_euclid(360.0)).abs() < 1e-9);
+        let a_day_later = pck.pole_and_meridian(NaifId(599), SECONDS_PER_DAY).expect("Jupiter");
+        assert!((a_day_later.w_deg - (284.95 + 870.536_f64).rem_euclid(360.0)).abs() < 1e-9);
         assert_eq!(pck.pole_and_meridian(NaifId(499), 0.0), None);
     }
 

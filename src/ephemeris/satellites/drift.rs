@@ -2,7 +2,7 @@
 //!
 //! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion,
 //! and optionally a quadratic term, which is 0 for all bodies at present. Always: it never decreases with the time from the epoch and never exceeds
-//! the orbit's diameter. Omitted: errors of the orbital plane, which are smaller than those along the orbit.
+//! twice the largest distance from the parent. Omitted: errors of the orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
@@ -22,36 +22,47 @@ fn drift(body: NaifId) -> Drift {
         // Phobos: mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, orbital plane within 0.01 in 2000 and 0.1 in 1900
         // (tests/ephemeris/satellites.rs); Mars' oblateness moves Phobos by 3/2 J2 (R/a)^2 = 0.02 degrees within an orbit, which is left out.
         401 => (0.1, 1.5e-3, 0.0),
-        // 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/ephemeris/satellites.rs).
+        // Proteus: up to 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/ephemeris/satellites.rs).
         808 => (4.3, 0.08, 0.0),
+        // Deimos.
         402 => (1.1, 0.004, 0.0),
+        // Amalthea.
         505 => (1.1, 0.1, 0.0),
+        // Thebe, Adrastea, Metis.
         514..=516 => (1.1, 0.06, 0.0),
-        // Co-orbital: they exchange orbits every four years, and the IAU's values describe two such states.
+        // Janus and Epimetheus exchange orbits every four years, and the IAU's values describe two such states.
         610 => (30.0, 40.0, 0.0),
         611 => (90.0, 144.0, 0.0),
-        // Trojans of Dione and Tethys librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A 397, 353); their mean
-        // motions are those of the large moons.
+        // Helene, Telesto and Calypso, Trojans of Dione and Tethys, librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A
+        // 397, 353); their mean motions are those of the large moons.
         612 => (17.0, 0.01, 0.0),
         613 => (3.0, 0.01, 0.0),
         614 => (5.0, 0.01, 0.0),
+        // Atlas.
         615 => (1.1, 3.2, 0.0),
-        // Chaotic: they perturb each other.
+        // Prometheus; it and Pandora perturb each other chaotically.
         616 => (1.1, 1.1, 0.0),
+        // Pandora.
         617 => (1.1, 0.5, 0.0),
+        // Pan.
         618 => (1.1, 4.5, 0.0),
+        // Ariel, Umbriel, Titania, Oberon, Miranda.
         701..=705 => (1.1, 0.012, 0.0),
+        // Puck.
         715 => (1.1, 0.18, 0.0),
-        // 2.7 degrees from the IAU's meridian both in 1900 and in 2000 (tests/ephemeris/satellites.rs).
+        // Triton: 2.7 degrees from the IAU's meridian both in 1900 and in 2000 (tests/ephemeris/satellites.rs).
         801 => (3.0, 0.01, 0.0),
+        // Charon.
         901 => (1.1, 0.001, 0.0),
+        // Larissa.
         807 => (1.1, 0.24, 0.0),
-        // The Sun's perturbation, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the motions.
+        // Phoebe and Nereid: the Sun's perturbation, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the
+        // motions.
         609 => (5.2, 0.01, 0.0),
         802 => (2.3, 0.01, 0.0),
-        // Osculating elements: 0.03 and 0.02 degrees a year from the proper motions of Ceres and Vesta, times four.
+        // Ceres and Vesta, osculating elements: 0.03 and 0.02 degrees a year from their proper motions, times four.
         2_000_001 | 2_000_004 => (1.1, 0.12, 0.0),
-        // Not compared with any reference: the largest error of the moons with undisturbed orbits.
+        // Not compared with any reference: the largest values above of a moon whose orbit is not disturbed.
         _ => (4.3, 4.5, 0.0),
     };
     Drift { at_epoch_deg, deg_per_yr, deg_per_yr2 }

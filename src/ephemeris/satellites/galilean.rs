@@ -39,20 +39,20 @@ struct Moon {
 pub struct GalileanL12 {
     moons: [Moon; 4],
     icrf_from_frame: DMat3,
-    sums: SumsGrid,
+    grid: SumsGrid,
 }
 
 impl GalileanL12 {
     pub(super) fn parse(json: &str) -> Result<Self, serde_json::Error> {
         let table: Table = serde_json::from_str(json)?;
         let axes = table.jup_to_eqj.map(DVec3::from_array);
-        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), sums: SumsGrid::default() })
+        Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), grid: SumsGrid::default() })
     }
 
     /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let (sums, days_after) = self.sums.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
+        let (sums, days_after) = self.grid.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
         Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
     }
 
@@ -81,7 +81,7 @@ impl GalileanL12 {
 
 /// Bound of the error, km. The short series differ from JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) by at most 353
 /// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between. More than 70 years from 2000 the bound
-/// grows, but it never exceeds the orbit's width.
+/// grows, up to about the diameter of the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);
     let orbit_km = [422_000.0, 671_000.0, 1_070_000.0, 1_883_000.0].get(index).copied().unwrap_or(1_883_000.0);
@@ -91,11 +91,11 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
 #[cfg(test)]
 impl GalileanL12 {
     pub(super) fn set_step(&mut self, step_s: f64) {
-        self.sums = SumsGrid::with_step(step_s);
+        self.grid = SumsGrid::with_step(step_s);
     }
 
     /// The state without the grid.
-    pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
+    pub(super) fn state_without_grid(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let sums = Self::sums(moon, tt_days_past(t, EPOCH_JD_TT));
         Some(Self::elements(moon, t, &sums, 0.0).state(&self.icrf_from_frame))

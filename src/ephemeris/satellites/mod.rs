@@ -39,7 +39,7 @@ impl MoonTheories {
 struct Term(f64, f64, f64);
 
 impl Term {
-    /// Amplitude times (cos, sin) of the term's angle plus `shift`, with its first two derivatives by days.
+    /// Amplitude times (cos, sin) of the term's angle plus a shift, with its first two derivatives by days. `shift`: an angle and its two derivatives.
     fn at(&self, days: f64, shift: [f64; 3]) -> Derivatives<DVec2> {
         let (sin, cos) = (self.1 + self.2 * days + shift[0]).sin_cos();
         let value = DVec2::new(cos, sin) * self.0;
@@ -143,7 +143,7 @@ impl Elements {
     }
 }
 
-/// Factor by which a bound grows with the date: 1 within `valid_years` of 2000, then the square of the time: an assumption.
+/// Factor by which a bound grows with the date: 1 within `valid_years` of 2000, then growing with the square of the time, which is an assumption.
 fn growth(t: Instant, valid_years: f64) -> f64 {
     let ratio = (t.tdb_seconds_past_j2000() / (valid_years * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     ratio * ratio
@@ -167,10 +167,11 @@ mod tests {
             let mut largest_km: f64 = 0.0;
             for k in -60..60 {
                 let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 5.1e7 + 0.5 * step_s);
-                let pairs = (0..4).map(|i| (theories.galilean.state(i, t), theories.galilean.summed(i, t)));
-                for (cached, summed) in pairs.chain((0..8).map(|i| (theories.saturn.state(i, t), theories.saturn.summed(i, t)))) {
-                    let (cached, summed) = (cached.expect("a moon"), summed.expect("a moon"));
-                    largest_km = largest_km.max(cached.pos_km.distance(summed.pos_km));
+                let pairs = (0..4).map(|i| (theories.galilean.state(i, t), theories.galilean.state_without_grid(i, t)));
+                for (cached, exact) in pairs.chain((0..8).map(|i| (theories.saturn.state(i, t), theories.saturn.state_without_grid(i, t))))
+                {
+                    let (cached, exact) = (cached.expect("a moon"), exact.expect("a moon"));
+                    largest_km = largest_km.max(cached.pos_km.distance(exact.pos_km));
                 }
             }
             largest_km

@@ -1,10 +1,11 @@
 //! TASS 1.7 of Mimas, Enceladus, Tethys, Dione, Rhea, Titan, Iapetus and Hyperion (Vienne & Duriez 1995, A&A 297, 588; Hyperion: Duriez &
 //! Vienne 1997, A&A 324, 366).
 //!
-//! Time: TT days past JD 2444240.0. Frame: Saturn's equator of the theory; the table's matrix
-//! leads to the ecliptic of J2000, and the obliquity of VSOP87 to ICRF (the frames' remaining offset is under 0.1 arcsec: 2 km at Iapetus).
+//! Time: TT days past JD 2444240.0. Frame: Saturn's equator of the theory; the table's matrix converts it to the ecliptic of J2000, and the obliquity of
+//! VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
+//!
 //! Each element is a sum of groups; a group's terms share an integer combination of the moons' slow longitude variations. Those variations
-//! are the first group of each moon's longitude series, so they are summed first, for all moons that the groups name.
+//! are the first group of each moon's longitude series, so they are summed first, for all moons on which the groups depend.
 
 use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};
 use crate::ephemeris::State;
@@ -46,9 +47,9 @@ struct Moon {
 pub struct Tass17 {
     moons: [Moon; 8],
     icrf_from_frame: DMat3,
-    /// Which driving moons each moon's arguments name, so that the others' variations are not summed.
+    /// For each moon, the driving moons on whose variations its arguments depend; those of the others are not summed.
     driven_by: [[bool; DRIVING_MOONS]; 8],
-    sums: SumsGrid,
+    grid: SumsGrid,
 }
 
 impl Tass17 {
@@ -58,28 +59,28 @@ impl Tass17 {
         let icrf_from_ecliptic = DMat3::from_rotation_x(OBLIQUITY_DEG.to_radians());
         let driven_by = std::array::from_fn(|i| {
             let groups = || table.bodies[i].series.iter().flatten();
-            // A moon's own variation is part of its longitude, whether a group names it or not.
+            // A moon's own variation is part of its longitude, even if no group depends on it.
             std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
         });
-        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, sums: SumsGrid::default() })
+        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, grid: SumsGrid::default() })
     }
 
     /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let (sums, days_after) = self.sums.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
+        let (sums, days_after) = self.grid.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
         Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
     }
 
     fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
         let slow = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
-            let of_group = |group: &Group| {
+            let group_sum = |group: &Group| {
                 let shift =
                     Derivatives::sum(group.0.iter().zip(slow).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)));
                 Derivatives::sum(group.1.iter().map(|term| term.at(days, shift.0)))
             };
-            Derivatives::sum(groups.iter().map(of_group))
+            Derivatives::sum(groups.iter().map(group_sum))
         };
         let [motion, longitude, eccentricity, inclination] = &moon.series;
         // The slow variation of a driving moon is its first group: already summed.
@@ -109,11 +110,11 @@ impl Tass17 {
         }
     }
 
-    /// Slow longitude variations in radians, of the driving moons that this one's arguments name; 0 for the others.
+    /// Slow longitude variations, radians, of the driving moons on which this moon's arguments depend; 0 for the others.
     fn slow_variations(&self, index: usize, days: f64) -> [Derivatives<f64>; 8] {
         let mut slow = [Derivatives::default(); 8];
-        for (j, named) in self.driven_by[index].iter().enumerate() {
-            if *named && let Some(first) = self.moons[j].series[1].first() {
+        for (j, is_needed) in self.driven_by[index].iter().enumerate() {
+            if *is_needed && let Some(first) = self.moons[j].series[1].first() {
                 slow[j] = Derivatives::sum(first.1.iter().map(|term| term.at(days, [0.0; 3]).map(|v| v.y)));
             }
         }
@@ -121,9 +122,9 @@ impl Tass17 {
     }
 }
 
-/// Bound of the error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are correct to
-/// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, but it never exceeds the
-/// orbit's width.
+/// Estimated bound of the error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are correct to
+/// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter
+/// of the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbits_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
@@ -133,11 +134,11 @@ pub fn error_km(index: usize, t: Instant) -> f64 {
 #[cfg(test)]
 impl Tass17 {
     pub(super) fn set_step(&mut self, step_s: f64) {
-        self.sums = SumsGrid::with_step(step_s);
+        self.grid = SumsGrid::with_step(step_s);
     }
 
     /// The state without the grid.
-    pub(super) fn summed(&self, index: usize, t: Instant) -> Option<State> {
+    pub(super) fn state_without_grid(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let sums = self.sums(index, moon, tt_days_past(t, EPOCH_JD_TT));
         Some(Self::elements(moon, t, &sums, 0.0).state(&self.icrf_from_frame))

@@ -22,7 +22,7 @@ pub(crate) struct LineTable {
 }
 
 impl LineTable {
-    /// A module's lines as `first,count` pairs with `;` between them, counted from 0.
+    /// Adds a module's lines. Returns them as runs of the table's lines, numbered from 0: `first,count` pairs, separated by `;`.
     pub(crate) fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
         let mut runs: Vec<(usize, usize)> = Vec::new();
         for (k, text) in wgsl.lines().enumerate() {
@@ -64,9 +64,8 @@ mod tests {
     use super::*;
     use crate::shader::{Lowering, ModuleId, ShaderModule};
 
-    /// Each module is reconstructed from its runs.
     #[test]
-    fn runs_give_each_module_back() {
+    fn modules_can_be_reconstructed_from_their_runs() {
         let modules: Vec<ShaderModule> = ["lambert.sun1.sphere", "lambert.albedo.sun1.ellipsoid", "tone_map"]
             .iter()
             .map(|name| ShaderModule::build(&name.parse::<ModuleId>().expect(name), &Lowering::none()).expect(name))

@@ -1,8 +1,8 @@
-//! The atlas: a static site with a page for each module: image, features, source by feature, cost, and neighbouring modules.
+//! The atlas: a static site with a page for each module that shows its image, features, cost, source by feature, and neighbouring modules.
 //!
 //! In: a revision and module ids. Out: `index.html`, a page for each module, an image for each module that draws a body, `lines.js`, `atlas.js`,
-//! `atlas.css`, `manifest.json`. Always: the site works from the local disk without server or network; the same modules give the same bytes. Source
-//! lines are stored once for all pages, because the modules share most of their lines and would take a gigabyte in full.
+//! `atlas.css`, `manifest.json`. Always: the site works from the local disk without server or network; the same modules give the same bytes. Each distinct
+//! source line is stored once for all pages, because the modules share most of their lines and would take a gigabyte in full.
 
 mod lines;
 mod neighbours;
@@ -48,7 +48,7 @@ pub enum AtlasError {
 pub struct Entry {
     /// Key or name.
     pub module: String,
-    /// Path of its page below the atlas folder; its image, if any, is `pictures/` and the same name with `.png`.
+    /// Path of its page below the atlas folder, `pages/STEM.html`; its image, if any, is `pictures/STEM.png`.
     pub page: String,
     pub has_image: bool,
     /// Features to which the module's lines belong.
@@ -71,7 +71,8 @@ fn stem(id: &ModuleId) -> String {
     name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-fn rendered(renderer: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<RenderedModule, AtlasError> {
+/// Reads a module from the revision, draws its sample image and measures both.
+fn render_module(renderer: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<RenderedModule, AtlasError> {
     let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let image = match id {
@@ -106,7 +107,7 @@ pub fn write(
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
-        let make = |renderer: &SampleRenderer, id: &ModuleId| rendered(renderer, revision, id, lowering);
+        let make = |renderer: &SampleRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
         let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
         let results = make_all(IMAGE_SIDE_PX, chunk, make, no_renderer, &on_module_done);
         for (id, result) in chunk.iter().zip(results) {

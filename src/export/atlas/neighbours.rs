@@ -1,7 +1,6 @@
 //! Neighbouring keys: those that differ by one part added, removed or replaced.
 //!
-//! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: a neighbour has the key as a
-//! neighbour too.
+//! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: the relation is symmetric.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -13,6 +12,7 @@ pub(crate) struct Neighbour<'a> {
     pub key: &'a str,
 }
 
+/// The key text without part `k`.
 fn joined_without(parts: &[&str], k: usize) -> String {
     let rest: Vec<&str> = parts.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, p)| *p).collect();
     rest.join(".")

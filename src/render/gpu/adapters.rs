@@ -10,6 +10,7 @@ use wgpu::{
 };
 use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 
+/// What executes an adapter's commands, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AdapterKind {
@@ -43,7 +44,7 @@ impl AdapterFacts {
             DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
             DeviceType::Cpu => AdapterKind::Software,
             // GL does not report the type, so software drivers are recognised by name.
-            DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|n| info.name.to_lowercase().contains(n)) => {
+            DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|name| info.name.to_lowercase().contains(name)) => {
                 AdapterKind::Software
             }
             DeviceType::Other => AdapterKind::Unknown,
@@ -72,7 +73,7 @@ fn candidates(backends: Backends) -> Vec<AdapterCandidate> {
     all.into_iter().map(|adapter| AdapterCandidate { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
 }
 
-/// Sort key of an adapter: smaller is better.
+/// Sort key of an adapter, the best first: by kind, then by type of device, GL last.
 fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     let info = adapter.get_info();
     let device_rank = match info.device_type {
@@ -85,7 +86,8 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     (AdapterFacts::of(adapter).kind, device_rank, info.backend == Backend::Gl)
 }
 
-/// Whether there may be hardware that only GL supports. GL drivers take long to load; on Linux they find hardware by these device nodes.
+/// Whether there may be hardware that only GL supports. On Linux, hardware has one of these device nodes; without one, the slow loading of GL drivers is
+/// avoided.
 fn gl_may_find_hardware() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }

@@ -1,6 +1,7 @@
 //! Collects the uniform bytes, attributes and indices of a frame, and uploads each kind with one write.
 
 use crate::render::plan::{PlanDraw, Vertices};
+use std::ops::Range;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
 /// The buffer contents of a frame.
@@ -11,13 +12,20 @@ pub(super) struct FrameBytes {
     pub indices: Vec<u8>,
 }
 
+/// Where the data of one draw are in the frame's buffers, in bytes.
+pub(crate) struct DrawOffsets {
+    /// Start of the uniform block; `None` if the module has no uniforms.
+    pub uniforms: Option<u32>,
+    /// Range of each attribute, per-vertex attributes first.
+    pub attributes: Vec<Range<u64>>,
+    /// Start of the indices; `None` if the draw has none.
+    pub indices: Option<u64>,
+}
+
 impl FrameBytes {
-    /// Appends a draw's bytes.
-    ///
-    /// Returns the offset of the uniform block, the offset and length of each attribute, and the offset of the indices, all in bytes. `align`: the
-    /// alignment of uniform blocks, in bytes.
-    pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> (Option<u32>, Vec<(u64, u64)>, Option<u64>) {
-        let uniform_offset = (!draw.uniform_bytes.is_empty()).then(|| {
+    /// Appends a draw's bytes. `align`: the alignment of uniform blocks, in bytes.
+    pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> DrawOffsets {
+        let uniforms = (!draw.uniform_bytes.is_empty()).then(|| {
             self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
             let offset = self.uniforms.len() as u32;
             self.uniforms.extend_from_slice(&draw.uniform_bytes);
@@ -27,18 +35,18 @@ impl FrameBytes {
             Vertices::Count(_) => (&[][..], None),
             Vertices::Mesh { attributes, indices } => (&attributes[..], Some(indices)),
         };
-        let mut append = |values: &[f32]| {
+        let mut append_attribute = |values: &[f32]| {
             let offset = self.attributes.len() as u64;
             self.attributes.extend_from_slice(bytemuck::cast_slice(values));
-            (offset, 4 * values.len() as u64)
+            offset..offset + 4 * values.len() as u64
         };
-        let attributes = vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| append(&a.values)).collect();
+        let attributes = vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| append_attribute(&a.values)).collect();
         let indices = indices.map(|indices| {
             let offset = self.indices.len() as u64;
             self.indices.extend_from_slice(bytemuck::cast_slice(indices));
             offset
         });
-        (uniform_offset, attributes, indices)
+        DrawOffsets { uniforms, attributes, indices }
     }
 }
 
@@ -54,11 +62,13 @@ impl Buffers {
     /// Uploads the bytes of a frame.
     pub(crate) fn upload(&mut self, device: &Device, queue: &Queue, bytes: &FrameBytes) {
         let upload = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
+            // wgpu writes multiples of 4 bytes.
             let size = (bytes.len() as u64).next_multiple_of(4);
             if size == 0 {
                 return;
             }
             if buffer.as_ref().is_none_or(|b| b.size() < size) {
+                // Powers of two, so that a frame that grows a little seldom needs a new buffer.
                 let size = size.next_power_of_two().max(4096);
                 let usage = usage | BufferUsages::COPY_DST;
                 *buffer = Some(device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false }));

@@ -1,4 +1,4 @@
-//! Finished images in GPU memory. An image lives at least as long as a [`GpuImage`] handle of it; without one, until the next image is registered.
+//! Finished images in GPU memory. An image is kept as long as a [`GpuImage`] handle to it exists; registering an image drops those without a handle.
 
 use crate::render::plan::GpuImage;
 use std::collections::HashMap;
@@ -11,7 +11,7 @@ static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 #[derive(Default)]
 pub(crate) struct GpuImages {
-    /// By id: the id that the handles share, which dies with the last of them, and the texture.
+    /// The texture of each id, with a weak reference to the id that all handles share: it is dead once no handle is left.
     by_id: HashMap<u64, (Weak<u64>, TextureView)>,
 }
 

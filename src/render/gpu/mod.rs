@@ -26,7 +26,7 @@ pub(crate) use surface::{GpuSurface, WindowHandle};
 pub enum GpuError {
     #[error("no graphics adapter was found ({0})")]
     NoAdapter(String),
-    /// The only driver found draws on the CPU, and the caller did not accept such a driver.
+    /// All drivers found draw on the CPU, and the caller did not accept such a driver.
     #[error("{0} is a software driver, which draws on the CPU")]
     SoftwareDriver(String),
     #[error("{adapter} cannot be used: {why}")]
@@ -48,7 +48,7 @@ pub enum GpuError {
 }
 
 impl GpuError {
-    /// Whether the next frame would fail too, because the cause is the device (lost, out of memory) and not this plan.
+    /// Whether the next frame would fail too, because the cause is the device (lost or out of memory, for example) and not this plan.
     pub fn is_final(&self) -> bool {
         !matches!(self, Self::NotDrawn(_) | Self::Size { .. } | Self::Draw { .. })
     }
@@ -65,7 +65,7 @@ impl From<wgpu::Error> for GpuError {
     }
 }
 
-/// Runs device calls inside error scopes, and returns the first error. A scope catches only errors of calls from its own thread.
+/// Runs device calls inside error scopes, and returns an error if one of the scopes caught any. A scope catches only errors of calls from its own thread.
 fn with_error_scopes<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
     use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
     let scopes = [Validation, OutOfMemory, Internal].map(|f| device.push_error_scope(f));

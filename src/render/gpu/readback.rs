@@ -16,11 +16,11 @@ pub(crate) struct Readback {
     buffer: Option<Buffer>,
 }
 
-/// Maps a buffer, waiting for the device, and passes its bytes to `read`.
-pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, length: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
+/// Maps the first `byte_count` bytes of a buffer, waiting for the device, and passes them to `read`.
+pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, byte_count: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
     let lost = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
     let (send, receive) = mpsc::channel();
-    let slice = buffer.slice(..length);
+    let slice = buffer.slice(..byte_count);
     slice.map_async(MapMode::Read, move |result| {
         let _ = send.send(result);
     });

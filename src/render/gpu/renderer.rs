@@ -4,9 +4,9 @@
 //! uploaded with one write each; error scopes around each frame catch its errors; after the device is lost, every later call returns that error.
 
 use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
-use super::bytes::{Buffers, FrameBytes};
+use super::bytes::{Buffers, DrawOffsets, FrameBytes};
 use super::gpu_images::GpuImages;
-use super::pass_timer::{MAX_TIMED, PassTimer, timed_passes};
+use super::pass_timer::{MAX_TIMED_PASSES, PassTimer, TIMESTAMP_PAIR_BYTES, timed_pass_count};
 use super::pipelines::{Pipeline, PipelineKey, Pipelines};
 use super::readback::Readback;
 use super::resolve::ResolvePipelines;
@@ -21,8 +21,8 @@ use parking_lot::{Mutex, MutexGuard};
 use std::sync::Arc;
 use std::time::Instant;
 use wgpu::{
-    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, Device, IndexFormat, Instance, LoadOp,
-    Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
+    Adapter, BindGroup, BindGroupDescriptor, BindGroupEntry, BindingResource, BufferBinding, Color, CommandEncoder, Device, IndexFormat,
+    Instance, LoadOp, Operations, PollType, Queue, RenderPassColorAttachment, RenderPassDepthStencilAttachment, RenderPassDescriptor,
     RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
 
@@ -78,7 +78,7 @@ pub struct GpuRenderer {
     pub(super) queue: Queue,
     blends_f32: bool,
     has_timestamps: bool,
-    /// Samples are resolved by `resolve.wgsl`, not by the driver.
+    /// Multisampled targets are resolved by `resolve.wgsl`, not by the driver.
     resolves_by_shader: bool,
     /// The error after which every call fails: the device was lost, or an error occurred outside a frame.
     lost: Arc<Mutex<Option<GpuError>>>,
@@ -96,12 +96,7 @@ struct PreparedDraw<'a> {
     draw: &'a PlanDraw,
     pipeline: Arc<Pipeline>,
     bind_group: BindGroup,
-    /// Offset of the uniform block in bytes; `None` if the module has no uniforms.
-    uniform_offset: Option<u32>,
-    /// Offset and length of each attribute in bytes.
-    attributes: Vec<(u64, u64)>,
-    /// Offset of the indices in bytes.
-    indices: Option<u64>,
+    offsets: DrawOffsets,
 }
 
 /// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
@@ -286,7 +281,8 @@ impl GpuRenderer {
 
     fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
         match format {
-            // Half floats reach 65,504, and the centre of the Sun's disc has radiance 58,000. They round by at most 0.12 of a display level.
+            // Half floats suffice: they reach 65,504, the centre of the Sun's disc has radiance 58,000, and their rounding changes a display value by at
+            // most 0.12 levels of 255.
             ColourFormat::Hdr if !keep_hdr => TextureFormat::Rgba16Float,
             ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
@@ -327,9 +323,9 @@ impl GpuRenderer {
             self.encode(&mut encoder, state, pass, draws, k);
         }
         if let Some(pass_timer) = &state.pass_timer {
-            let timed = timed_passes(plan);
+            let timed = timed_pass_count(plan);
             encoder.resolve_query_set(&pass_timer.queries, 0..2 * timed, &pass_timer.resolved, 0);
-            encoder.copy_buffer_to_buffer(&pass_timer.resolved, 0, &pass_timer.readback, 0, u64::from(16 * timed));
+            encoder.copy_buffer_to_buffer(&pass_timer.resolved, 0, &pass_timer.readback, 0, u64::from(TIMESTAMP_PAIR_BYTES * timed));
         }
         self.queue.submit([encoder.finish()]);
         if matches!(target, RenderTarget::External(_)) {
@@ -390,7 +386,7 @@ impl GpuRenderer {
         key: &PipelineKey,
         pass_index: usize,
         draw: &'a PlanDraw,
-        (uniform_offset, attributes, indices): (Option<u32>, Vec<(u64, u64)>, Option<u64>),
+        offsets: DrawOffsets,
     ) -> Result<PreparedDraw<'a>, GpuError> {
         let draw_error = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
         let pipeline = state.pipelines.get(key).ok_or_else(|| draw_error("has no pipeline".into()))?;
@@ -427,11 +423,11 @@ impl GpuRenderer {
         entries.extend(samplers.iter().map(|(binding, s)| BindGroupEntry { binding: *binding, resource: BindingResource::Sampler(s) }));
         let descriptor = BindGroupDescriptor { label: Some(&draw.label), layout: &pipeline.bind_group_layout, entries: &entries };
         let bind_group = self.device.create_bind_group(&descriptor);
-        Ok(PreparedDraw { draw, pipeline, bind_group, uniform_offset, attributes, indices })
+        Ok(PreparedDraw { draw, pipeline, bind_group, offsets })
     }
 
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, state: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], k: usize) {
-        let target = &state.targets[k];
+    fn encode(&self, encoder: &mut CommandEncoder, state: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], pass_index: usize) {
+        let target = &state.targets[pass_index];
         let [r, g, b, a] = pass.clear.map(f64::from);
         let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
             (Some(multisampled), None) => (multisampled, Some(&target.view), StoreOp::Discard),
@@ -450,11 +446,11 @@ impl GpuRenderer {
             depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
             stencil_ops: None,
         });
-        let pass_timer = state.pass_timer.as_ref().filter(|_| (k as u32) < MAX_TIMED);
-        let (begin_query, end_query) = (2 * k as u32, 2 * k as u32 + 1);
+        let pass_timer = state.pass_timer.as_ref().filter(|_| (pass_index as u32) < MAX_TIMED_PASSES);
+        let (begin_query, end_query) = (2 * pass_index as u32, 2 * pass_index as u32 + 1);
         let timestamp_writes = |begin: Option<u32>, end: Option<u32>| {
-            pass_timer.map(|c| RenderPassTimestampWrites {
-                query_set: &c.queries,
+            pass_timer.map(|timer| RenderPassTimestampWrites {
+                query_set: &timer.queries,
                 beginning_of_pass_write_index: begin,
                 end_of_pass_write_index: end,
             })
@@ -474,14 +470,14 @@ impl GpuRenderer {
                 continue;
             }
             render_pass.set_pipeline(&prepared.pipeline.pipeline);
-            render_pass.set_bind_group(0, &prepared.bind_group, prepared.uniform_offset.as_slice());
+            render_pass.set_bind_group(0, &prepared.bind_group, prepared.offsets.uniforms.as_slice());
             render_pass.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
             if let Some(buffer) = &state.buffers.attributes {
-                for (slot, (offset, length)) in (0..).zip(&prepared.attributes) {
-                    render_pass.set_vertex_buffer(slot, buffer.slice(*offset..offset + length));
+                for (slot, range) in (0..).zip(&prepared.offsets.attributes) {
+                    render_pass.set_vertex_buffer(slot, buffer.slice(range.clone()));
                 }
             }
-            match (&prepared.draw.vertices, prepared.indices, &state.buffers.indices) {
+            match (&prepared.draw.vertices, prepared.offsets.indices, &state.buffers.indices) {
                 (Vertices::Count(n), ..) => render_pass.draw(0..*n, 0..prepared.draw.instances.count),
                 (Vertices::Mesh { indices, .. }, Some(offset), Some(buffer)) => {
                     render_pass.set_index_buffer(buffer.slice(offset..offset + 4 * indices.len() as u64), IndexFormat::Uint32);

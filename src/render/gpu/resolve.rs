@@ -1,8 +1,8 @@
-//! Resolves multisampled targets with a shader, on drivers whose own resolve is slow.
+//! Resolves multisampled targets with a shader, on drivers that draw on the CPU (except GL drivers).
 //!
-//! In: a multisampled target. Out: a pass that writes the mean of the samples. Software drivers recompile their own resolve shader at each start,
-//! but keep this one in their disk cache. Not used on hardware, where the driver resolves with fixed-function units and the samples need not leave
-//! the chip.
+//! In: a multisampled target. Out: a pass that writes the mean of the samples. Such drivers compile their own resolve shader anew at each start, but
+//! keep this one in their disk cache. Not used on hardware, where the driver resolves with fixed-function units and the samples need not leave the
+//! chip.
 
 use std::collections::HashMap;
 use wgpu::{

@@ -1,7 +1,7 @@
-//! Presents plans to a window's surface, without readback.
+//! Draws plans into a window's surface, without readback.
 //!
 //! In: a window's handle, and plans of its size. Out: the window's next frame. Always: the surface has the size of the last plan; a plan's output
-//! bytes are shown unchanged, since they are encoded for the display already. Not here: what is shown, and when.
+//! bytes are shown unchanged, because they are already encoded for the display. Not here: what is shown, and when.
 
 use super::renderer::RenderTarget;
 use super::{GpuError, GpuRenderer, with_error_scopes};
@@ -11,7 +11,7 @@ use wgpu::{
     SurfaceTexture, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages,
 };
 
-/// A window's handle.
+/// The handles of a window from which wgpu creates a surface.
 pub trait WindowHandle: wgpu::DisplayAndWindowHandle + 'static {}
 impl<T: wgpu::DisplayAndWindowHandle + 'static> WindowHandle for T {}
 
@@ -29,7 +29,7 @@ pub(crate) struct GpuSurface {
 /// After this many consecutive failures to configure a surface, the error is returned.
 const MAX_FAILED_RESIZES: u32 = 40;
 
-/// Formats that a window's surface may have, the preferred one first.
+/// Formats that a window's surface may have: the one that the adapter lists first is used.
 const WINDOW_FORMATS: [TextureFormat; 2] = [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm];
 
 impl GpuRenderer {
@@ -49,7 +49,8 @@ impl GpuRenderer {
         Ok(GpuSurface { surface, format, alpha_mode, configured_size: None, failed_resizes: 0 })
     }
 
-    /// Draws the plan off screen, so that the first frame of a window need not wait for pipelines: some drivers compile only at the first draw.
+    /// Draws the plan off screen in each window format, so that a window's first frame need not wait for pipelines: some drivers compile only at the first
+    /// draw.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
@@ -109,7 +110,7 @@ impl GpuRenderer {
         })
     }
 
-    /// Configures the surface for the window's size if that has changed. False if it failed for now: wgpu refuses while another thread draws.
+    /// Configures the surface for the window's size if that has changed. Returns false if this failed for now, for example because another thread draws.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if surface.configured_size == Some(size) {
             return Ok(true);
@@ -150,7 +151,7 @@ impl GpuRenderer {
             }
         }
         self.check_lost()?;
-        // The window is being resized.
+        // Outdated again: the window is being resized.
         Ok(None)
     }
 }

@@ -20,7 +20,7 @@ const BUDGET_BYTES: u64 = 1_500_000_000;
 /// Bytes of one chunk of an upload. At most two chunks are in flight: each occupies staging memory until the device has copied it.
 const CHUNK_BYTES: u64 = 32 << 20;
 
-/// A table that no frame has used for this many frames is evicted.
+/// A table identified by content that no frame has used for this many frames is evicted.
 const UNUSED_TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -61,8 +61,8 @@ pub(crate) fn format_of(format: TexelFormat) -> TextureFormat {
 }
 
 impl Uploads {
-    /// Starts a frame: evicts textures whose decoded texture no longer exists, tables that were not used for [`UNUSED_TABLE_FRAMES`], and, above the
-    /// budget, the least recently used textures.
+    /// Starts a frame: evicts textures whose decoded texture no longer exists, tables that were not used for [`UNUSED_TABLE_FRAMES`], and, while the
+    /// budget is exceeded, the least recently used textures.
     pub(crate) fn begin_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;

@@ -79,7 +79,7 @@ fn step_name(draw: &Draw) -> &'static str {
 ///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
 ///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
-/// 4. The tone map.
+/// 4. Bloom and the tone map.
 /// 5. Over the display image, the outline and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     steps_with(scene, provider, sampling, None)
@@ -139,8 +139,8 @@ pub(super) fn light_steps(
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
             let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                let with_slot = |k| coarse_air::with_slot(&scene.draws, k, [width, height]);
-                let draws = (index..index + layers.len()).map(|k| body_draw(&with_slot(k), width, height, provider, sampling));
+                let with_slot_rows = |k| coarse_air::with_slot_rows(&scene.draws, k, [width, height]);
+                let draws = (index..index + layers.len()).map(|k| body_draw(&with_slot_rows(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
                 steps.push(PassStep { reads: coarse_air::reads_of(layers), ..step });
                 index += layers.len();
@@ -196,7 +196,7 @@ fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
-/// The attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, height of the Sun, colour.
+/// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, height of the Sun above the shape's own horizon, colour.
 fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, but the mesh's {what} are missing", draw.name));
     let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;

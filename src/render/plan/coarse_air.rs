@@ -1,8 +1,8 @@
-//! The coarse image of the air: one pass evaluates the air of each body whose draw reads the image, and the sunlight that passes the occluders to its ground;
-//! a second one marks where interpolation is accurate enough.
+//! The coarse image of the air. A first pass evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the
+//! occluders to its ground. A second pass marks the texels around which interpolation is accurate enough.
 //!
-//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the corner
-//! of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity of each draw has its own slot, a band of
+//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the
+//! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own slot, a band of
 //! rows, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
@@ -19,17 +19,18 @@ use crate::shader::key::ShaderKey;
 use glam::Vec4;
 use std::borrow::Cow;
 
-/// Resource names: the air as drawn, and with the texels marked between which it may be interpolated.
+/// Resource names: the image that the first pass writes, and the marked image of the second.
 const SAMPLES: &str = "air samples";
 const COARSE_AIR: &str = "coarse air";
-/// The simple shader that marks them.
+/// The simple shader of the second pass.
 const MARKING_MODULE: &str = "coarse_air";
 /// The texture variable of the image.
 pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// Its binding in shaders/lib/air/coarse.wesl.
-const BINDING: u32 = 14;
+const COARSE_AIR_BINDING: u32 = 14;
 
-// lib/air/coarse.wesl finds a texel that is not marked by the weight that it takes away from alpha: at least 1 / (2 COARSE_AIR_PX)^2, of which it notices 1/128.
+// shaders/lib/air/coarse.wesl detects an unmarked texel if it lowers the interpolated alpha by more than 1/128. A texel's smallest bilinear weight is
+// 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
 const _: () = assert!(4 * COARSE_AIR_PX * COARSE_AIR_PX < 128);
 
 fn reads_coarse_air(draw: &Draw) -> bool {
@@ -41,7 +42,7 @@ fn slots_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
     [draw.features.coarse_air(), draw.features.coarse_sunlight()].into_iter().flatten()
 }
 
-/// The ground's and the clouds' draw of a body whose ground's draw shows the clouds, by the index of either.
+/// Indices of the ground's and the clouds' draw of a body, if the ground's draw also shows the clouds and draw `k` is one of the two.
 fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
     let is_part = |d: &Draw, part| d.body == draws[k].body && d.part == part && d.features.air_pass == AirPass::ReadWithClouds;
     let find = |part| draws.iter().position(|d| is_part(d, part));
@@ -67,9 +68,9 @@ fn slots_before(draws: &[Draw], k: usize) -> u32 {
     draws[..k].iter().flat_map(slots_of).count() as u32
 }
 
-/// Draw `k` with the first rows of its slots, if it reads the image. Where the ground's draw shows the clouds, it has the rows of
-/// both draws' slots, and the clouds' draw looks in the ground's slot whether the image is used.
-pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
+/// Draw `k` with the first rows of its slots in its uniforms, if it reads the image. If the ground's draw also shows the clouds, both draws get the rows
+/// of both: the ground's draw reads the air in front of the clouds, and the clouds' draw tests the marks of the ground's slot.
+pub(super) fn with_slot_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
     if !reads_coarse_air(draw) {
         return Cow::Borrowed(draw);
@@ -83,18 +84,19 @@ pub(super) fn with_slot(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, D
     Cow::Owned(draw)
 }
 
-/// The texels between which the ground's draw shows the clouds, for the draw of the clouds, which discards its pixels there. `draw`: as [`with_slot`] returns it.
+/// For the clouds' draw, if the ground's draw also shows the clouds: where the marked texels are. Between four of them the ground's draw shows the clouds, and
+/// the clouds' draw discards its pixels. `draw`: as [`with_slot_rows`] returns it.
 pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedTexels> {
-    let fills_in = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
-    fills_in.then(|| {
+    let fills_in_clouds = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
+    fills_in_clouds.then(|| {
         let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
-        MarkedTexels { binding: BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
+        MarkedTexels { binding: COARSE_AIR_BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
     })
 }
 
 /// What a step with these draws reads.
 pub(super) fn reads_of(draws: &[Draw]) -> Vec<Read> {
-    if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR, binding: BINDING }] } else { Vec::new() }
+    if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR, binding: COARSE_AIR_BINDING }] } else { Vec::new() }
 }
 
 /// The steps of both passes; none if no draw reads the image.
@@ -116,7 +118,7 @@ pub(super) fn steps(
         for (slot, features) in (slots_before(draws, k)..).zip(slots_of(draw)) {
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
             let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
-            // The slot stays as it is cleared, which marks no texel.
+            // This quantity must not be interpolated: its slot keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
                 continue;
             }
@@ -138,10 +140,10 @@ pub(super) fn steps(
         }
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
-    let of_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
+    let reads_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
     Ok(vec![
         PassStep { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },
-        PassStep { name: COARSE_AIR, reads: of_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
+        PassStep { name: COARSE_AIR, reads: reads_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
     ])
 }
 
@@ -153,7 +155,7 @@ fn samples_draw(
     scissor: [u32; 4],
     provider: &impl ResourceProvider,
 ) -> Result<PlanDraw, PlanError> {
-    // Only the Sun's light is scattered or hidden here: the key keeps no other light.
+    // Only sunlight is evaluated here, so the module has no other light.
     uniforms.lights.truncate(1);
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
@@ -174,12 +176,12 @@ fn samples_draw(
     })
 }
 
-/// Distance of the screen's edge from that of the slot, texels.
+/// Distance from a slot's edge to the screen's edge, in texels: the border and half a texel.
 fn screen_edge_texels() -> f32 {
     COARSE_AIR_BORDER as f32 + 0.5
 }
 
-/// The texels of a slot that a rectangle needs, with one more on each side: left, top, right and bottom (exclusive).
+/// The texels of a slot around a rectangle of the screen, and one more on each side: left, top, right and bottom edge (the last two exclusive).
 fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     let size = coarse_air_size(screen);
     let px = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
@@ -190,8 +192,8 @@ fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     [left, top, to(px(x1, screen[0]), size[0]).max(left), to(px(-y1, screen[1]), size[1]).max(top)]
 }
 
-/// The uniforms with the rectangle of these texels: the same view rays, continued beyond the old rectangle where the new one is larger. `in_slot`: the texels in
-/// the slot; `in_image`: the same in the image.
+/// The uniforms for drawing these texels instead of the rectangle on the screen. The view rays are the same, extrapolated where the texels extend beyond that
+/// rectangle. `in_slot`: the rectangle of texels in the slot; `in_image`: the same rectangle in the image.
 fn uniforms_over_texels(uniforms: &DrawUniforms, in_slot: [u32; 4], in_image: [u32; 4], screen: [u32; 2], image: [u32; 2]) -> DrawUniforms {
     let [x0, y0, x1, y1] = uniforms.rect_in_clip.to_array();
     let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - screen_edge_texels()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;

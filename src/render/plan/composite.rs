@@ -22,6 +22,7 @@ const STEREO_TARGET: &str = "both eyes";
 const SCREEN_TARGET: &str = "screen";
 /// Taps per pixel along each axis when the faces or an image to be warped are resampled.
 const TAPS: f32 = 4.0;
+/// The same for drafts, which have one sample per pixel.
 const DRAFT_TAPS: f32 = 2.0;
 
 fn stereo_module(layout: StereoLayout) -> &'static str {
@@ -68,7 +69,7 @@ fn taps(sampling: SamplingQuality) -> f32 {
 /// Plans an image of several frames. `warp`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
-/// The same as [`plan`].
+/// See [`PlanError`].
 pub fn composite(
     composite: &Composite,
     provider: &impl ResourceProvider,
@@ -84,8 +85,7 @@ pub fn composite(
         let (image, image_px) = last_pass(&combined);
         let draw = warp_draw(mesh, size, image_px, provider, sampling)?;
         let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(image) }];
-        let [width, height] = size;
-        combined.passes.push(display_pass(SCREEN_TARGET, [width, height], sampling.samples, PlanDraw { textures, ..draw }));
+        combined.passes.push(display_pass(SCREEN_TARGET, size, sampling.samples, PlanDraw { textures, ..draw }));
     }
     Ok(combined)
 }
@@ -130,9 +130,9 @@ fn plan_faces(
     let mut combined = Plan { passes: Vec::new() };
     let mut hdr_passes = Vec::new();
     for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
-        // The background is transparent, because the stars are drawn behind the faces.
+        // The background is transparent, because the finished image draws the stars behind the faces.
         let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
-        // Images that the face reads, such as that of the air, have pixels of their own.
+        // Only in the face's own pass: the images that it reads, such as that of the air, have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];

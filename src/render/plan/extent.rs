@@ -61,7 +61,7 @@ impl Extent {
             // If the centre is behind the camera, the form is also positive for rays that meet the ellipsoid behind the camera.
             BodyPart::Sky if uniforms.depth_row.w > 0.0 => {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
-                Some(Self { inside: outline(raised(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
+                Some(Self { inside: outline(air_top_form(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
             }
             _ => None,
         }
@@ -115,7 +115,7 @@ fn middle_and_half(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
 }
 
 /// The form of the top of the air, |ray|^2 (1 + top - q^2), from that of the ground; 1 + top is the square of the radius of the top.
-fn raised(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
+fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
     let length_sq =
         [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
@@ -168,6 +168,7 @@ mod tests {
                     assert!(all(&|d| !shown(d)), "{block:?}");
                     missed += 1;
                 } else {
+                    // The bounds are conservative, but not beyond these distances.
                     assert!(!all(&|d| d > max + 25.0 || d < min - 4.0), "{block:?} is far beyond");
                 }
                 if extent.covers(block) {

@@ -3,8 +3,8 @@
 //! In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
 //! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
 //! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
-//! to the final image; a violation is a [`GraphError`] that names the step. The renderers execute passes only; the plan contains no resource names
-//! that they must resolve.
+//! to the final image; a violation is a [`GraphError`]. The renderers execute passes only; the plan contains no resource names that they must
+//! resolve.
 
 use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
@@ -37,6 +37,7 @@ pub struct Read {
     pub binding: u32,
 }
 
+/// Draws, with the resource that they write and the resources that they read.
 #[derive(Clone, Debug)]
 pub struct PassStep {
     pub name: &'static str,
@@ -104,7 +105,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
 /// Compiles the steps to a plan whose last pass creates `image`.
 ///
 /// # Errors
-/// A violation of the rules in the module documentation; the error names the step.
+/// A violation of the rules in the module documentation.
 pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, GraphError> {
     let mut creators: BTreeMap<&'static str, (&PassStep, &TargetDescriptor)> = BTreeMap::new();
     for step in steps {
@@ -158,7 +159,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
 }
 
 /// A text that lists passes, steps and draws in drawing order.
-pub(crate) fn outline(steps: &[PassStep], plan: &Plan) -> String {
+pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
         let depth = if pass.depth { ", depth" } else { "" };
@@ -229,7 +230,7 @@ mod tests {
         assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &[])]).contains("no pass makes the image"));
-        let ring = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
-        assert!(why(&ring).contains("`m` draws for `mask`"));
+        let cycle = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
+        assert!(why(&cycle).contains("`m` draws for `mask`"));
     }
 }

@@ -18,8 +18,13 @@ use std::sync::Arc;
 
 /// Opacity of a line's label.
 const TEXT_OPACITY: f32 = 0.85;
-/// Opacity of the shadow that keeps a name readable on a bright background.
-const NAME_SHADOW: f32 = 0.7;
+/// Opacity of the shadows that keep texts and bars readable on a bright background.
+const SHADOW_OPACITY: f32 = 0.7;
+
+/// Offset of a shadow: one pixel for texts of 13 pixels, the smallest size.
+fn shadow_offset_px(size_px: f64) -> f64 {
+    (size_px / 13.0).round().max(1.0)
+}
 
 /// A rectangle of the glyph atlas drawn into the image: a glyph or a marker.
 struct GlyphQuad {
@@ -40,7 +45,7 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
 /// Markers and names, the least important first, each name over its own shadow.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.size_px);
-    let shadow_px = (layer.size_px / 13.0).round().max(1.0);
+    let shadow_px = shadow_offset_px(layer.size_px);
     let mut all = Vec::new();
     for label in layer.labels.iter().rev() {
         let is_selected = label.body == layer.selected;
@@ -62,11 +67,11 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
     all
 }
 
-/// A text over its own shadow. `left_px`: the left end of its centre line; `shadow_px`: offset of the shadow.
+/// A text over its own shadow. `left_px`: the left end of its centre line; `shadow_px`: the shadow's offset in x and y.
 fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
     let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
     let mut all = Vec::new();
-    for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], NAME_SHADOW * opacity), (0.0, text_colour, opacity)] {
+    for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], SHADOW_OPACITY * opacity), (0.0, text_colour, opacity)] {
         let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);
         all.extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
     }
@@ -75,7 +80,7 @@ fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32
 
 /// Labels of lines.
 fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = (layer.size_px / 13.0).round().max(1.0);
+    let shadow_px = shadow_offset_px(layer.size_px);
     let quads = |t: &PlacedText| text_quads(&t.text, t.left_px.to_array(), t.colour, TEXT_OPACITY, glyphs, shadow_px);
     layer.texts.iter().flat_map(quads).collect()
 }
@@ -99,7 +104,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 
 /// Names of surface features, caption, scale bar and compass.
 fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = (labels.size_px / 13.0).round().max(1.0);
+    let shadow_px = shadow_offset_px(labels.size_px);
     let margin = &labels.margin;
     let ring =
         |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
@@ -107,7 +112,7 @@ fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
         let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };
-        filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(NAME_SHADOW) * bar.opacity }, glyphs)
+        filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(SHADOW_OPACITY) * bar.opacity }, glyphs)
     };
     let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled_bar(bar, glyphs)));
     margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
@@ -147,7 +152,7 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         return Ok(draws);
     }
     let (vertices, instances) =
-        instanced_rectangles::<GlyphQuad>(&all, &[(2, |s| s.corner_px.to_vec()), (4, |s| s.cell.to_vec()), (4, |s| s.colour.to_vec())]);
+        instanced_rectangles::<GlyphQuad>(&all, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
     let draw = simple_draw("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
     let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });

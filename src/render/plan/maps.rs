@@ -80,7 +80,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
     Ok(all)
 }
 
-/// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the date line; other overlays are clamped.
+/// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the antimeridian; other overlays are clamped.
 pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     let repeating = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let state_of = |name: &str| {
@@ -108,7 +108,7 @@ pub fn ring_profile(table: &RingTable) -> SharedTexture {
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// Ring-shine as a texture of one level, read with `textureLoad`.
+/// Ring-shine as a texture of one level, read with `textureLoad`: rows for points on the Sun's side of the ring plane, then rows for the other side.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
     let level = Level::new(ring_shine::COLUMNS as u32, 2 * ring_shine::ROWS as u32, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })

@@ -32,7 +32,7 @@ pub enum TextureSource {
     OnGpu(GpuImage),
 }
 
-/// A finished image that stays in the memory of the GPU that drew it until the last handle is dropped.
+/// A handle to a finished image, which stays in the memory of the GPU that drew it at least until the last handle is dropped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpuImage {
     /// Unique in this process.
@@ -84,8 +84,10 @@ pub enum Vertices {
     Mesh { attributes: Vec<Attribute>, indices: Arc<Vec<u32>> },
 }
 
+/// Values of an attribute, per vertex or per instance.
 #[derive(Clone, Debug)]
 pub struct Attribute {
+    /// Number of values per vertex or instance, 1 to 4.
     pub components: u32,
     pub values: Arc<Vec<f32>>,
 }
@@ -97,7 +99,7 @@ pub struct Instances {
     pub attributes: Vec<Attribute>,
 }
 
-/// One draw: triangles that a module shades into the pass's targets. Uniform bytes are group 0, binding 0.
+/// One draw: triangles that a module shades into the pass's target. The uniform block is at group 0, binding 0.
 #[derive(Clone, Debug)]
 pub struct PlanDraw {
     pub label: String,

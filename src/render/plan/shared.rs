@@ -36,7 +36,7 @@ pub(super) struct Halo {
     pub sigma: f32,
 }
 
-/// The two halos of bloom. Chosen by eye after the halo of a clean camera lens; not measured.
+/// The two halos of bloom. Chosen by eye to resemble the halo of a clean camera lens; not measured.
 pub(super) const BLOOM_NEAR: Halo = Halo { fraction: 0.10, sigma: 0.006 };
 pub(super) const BLOOM_FAR: Halo = Halo { fraction: 0.05, sigma: 0.03 };
 /// Upper limit of the radiance above white that blooms, in units of white. The Sun's disc, up to a million times white, has its own glare (`glow`).
@@ -127,7 +127,7 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that nearer bodies hide.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// Radius of a sprite in pixels, and the radiances of its core and glare at the centre for a flux of 1.
+/// Radius of a sprite in pixels, and the heights of its core and its glare for a flux of 1 (see [`point_spread`]).
 fn sprite_shape(radius_px: f32) -> Vec<f32> {
     let [core, glare] = point_spread(f64::from(radius_px));
     vec![radius_px, core as f32, glare as f32]
@@ -206,7 +206,7 @@ fn segment_draws(
     let draw = simple_draw("line", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
-        w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())
+        w.f32("radiance", orbits::RELATIVE_RADIANCE / scene.exposure.factor_f32())
     })?;
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::PremultipliedOver, depth, ..draw }])
 }

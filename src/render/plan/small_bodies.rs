@@ -37,6 +37,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("light_time", LIGHT_TIME as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;
+    // Each sprite is the inscribed circle of a triangle.
     let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
     Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw }])
 }
@@ -59,7 +60,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let draw = simple_draw("orbit", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
-        w.f32("radiance", orbits::LEVEL / scene.exposure.factor_f32())?;
+        w.f32("radiance", orbits::RELATIVE_RADIANCE / scene.exposure.factor_f32())?;
         w.f32("segments", orbits::CHORDS_PER_ARC as f32)?;
         w.f32("near", NEAR_DEPTH_KM as f32)
     })?;

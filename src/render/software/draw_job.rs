@@ -13,10 +13,11 @@ pub(super) const QUADS: usize = LANES / 4;
 /// Two by two pixels that a triangle covers partly or completely.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quad {
-    /// Index inside the tile.
+    /// Index of the quad in its tile.
     pub index: u16,
     /// Covered samples, four bits per pixel.
     pub coverage: u16,
+    /// Index in [`RasterGeometry::source_triangles`].
     pub source_triangle: u32,
 }
 
@@ -44,7 +45,7 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
-    /// The pixels that the draw may change, if it is known.
+    /// The pixels that the draw may change, if known.
     pub extent: Option<DrawExtent>,
     /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace
     /// colour.

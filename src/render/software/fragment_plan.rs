@@ -55,7 +55,7 @@ impl FragmentPlan {
                 FragmentInputSource::Interpolated(interpolated - 1)
             }
             LaneInput::FrontFacing => FragmentInputSource::FrontFacing,
-            // Each pixel is shaded once, as sample 0.
+            // Each pixel is shaded once, as sample 0; the other two do not occur in a fragment stage.
             LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
         };
         let mut input_sources: Vec<_> = fragment.inputs().iter().map(source_of).collect();

@@ -83,6 +83,7 @@ impl SoftwareRenderer {
             depth: false,
             draws: vec![single_pixel],
         };
+        // The scissor leaves one quad, so the pixel is one of the first four lanes.
         let lane = (y % 2 * 2 + x % 2) as usize;
         let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
         let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &recording }])?;

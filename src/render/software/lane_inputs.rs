@@ -87,7 +87,7 @@ impl Span<'_> {
     }
 }
 
-/// One coordinate of the pixels of the quads in `range` minus `offset`.
+/// Fills the lanes of the quads in `range` with one coordinate of their pixels minus `offset`.
 #[inline(always)]
 fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS], range: Range<usize>, offset: f32) {
     let pixels = pixels.as_chunks::<QUAD_LANES>().0;
@@ -119,7 +119,7 @@ pub(super) fn fill_quads<R: Real>(
     pixels: &TilePixels,
     tile: [u32; 2],
 ) {
-    // Pixel centres relative to the first quad of their span, because plane equations round least at small offsets.
+    // Pixel centres relative to the first quad of their span.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
     let mut from = 0;

@@ -5,7 +5,7 @@
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of lanes
 //! (`lane_inputs`) and runs them, [`tiles`] stores a tile's colour and depth, and `tile_rows` writes the tile into the image. `pass_fusion` lets the
-//! tone map read a tile before it is stored; [`tone_map`] computes the shipped tone map in native code, without its tape.
+//! tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the shipped tone map in native code, without its tape.
 
 pub mod blend;
 mod draw_job;

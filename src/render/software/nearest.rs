@@ -12,7 +12,7 @@ use crate::render::plan::{Cull, PlanDraw, Vertices};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// The nearest triangle at the centre of a pixel; `None` if the draw is no mesh or no triangle covers the pixel's centre.
+/// The nearest triangle at the centre of a pixel; `None` if the draw is not a mesh or no triangle covers the centre.
 ///
 /// # Errors
 /// As [`clip_positions`].
@@ -26,15 +26,15 @@ pub(crate) fn nearest_triangle<R: Real>(
     let positions = clip_positions(draw, vertex)?;
     let clip_xyw = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
-    let ray = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
-    // The sum of the barycentric weights is 1/w, which is greatest for the nearest triangle.
+    let pixel_centre = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
+    // The weights are the barycentric coordinates divided by w, so their sum is 1/w, which is greatest for the nearest triangle.
     let inverse_w = |triangle: &[u32]| {
         let corners = DMat3::from_cols(clip_xyw(triangle[0])?, clip_xyw(triangle[1])?, clip_xyw(triangle[2])?);
         let determinant = corners.determinant();
         if determinant == 0.0 || (draw.cull == Cull::Back && determinant < 0.0) {
             return None;
         }
-        let weights = corners.inverse() * ray;
+        let weights = corners.inverse() * pixel_centre;
         let sum = weights.x + weights.y + weights.z;
         (weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)
     };

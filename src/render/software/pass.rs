@@ -23,7 +23,6 @@ use crate::render::plan::{ColourFormat, Pass, PlanDraw};
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
 use rayon::prelude::*;
-use std::cell::Cell;
 use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -54,7 +53,7 @@ struct FusedPass<'a, R: Real> {
     overlay: PassJobs<'a, R>,
     /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
-    /// The uniforms of the full-screen draw if it is the shipped tone map, which then maps complete blocks in native code.
+    /// The uniforms of the full-screen draw if it is the shipped tone map, which native code then applies to complete blocks.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
@@ -73,7 +72,7 @@ struct TileBins {
     tiles_across: usize,
     /// Index of each tile's first entry, and at the end the number of entries.
     starts: Vec<usize>,
-    /// Pairs of (draw, triangle).
+    /// Indices of a draw and of one of its triangles.
     entries: Vec<(u32, u32)>,
 }
 
@@ -81,18 +80,18 @@ impl TileBins {
     fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
         let (tiles_across, tiles_down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
-            for (d, job) in jobs.iter().enumerate() {
-                for (t, triangle) in job.geometry.triangles.iter().enumerate() {
+            for (draw_index, job) in jobs.iter().enumerate() {
+                for (triangle_index, triangle) in job.geometry.triangles.iter().enumerate() {
                     let [x0, y0, x1, y1] = triangle.pixels;
                     for ty in y0 / TILE..y1.div_ceil(TILE) {
                         for tx in x0 / TILE..x1.div_ceil(TILE) {
-                            visit(ty as usize * tiles_across + tx as usize, (d as u32, t as u32));
+                            visit(ty as usize * tiles_across + tx as usize, (draw_index as u32, triangle_index as u32));
                         }
                     }
                 }
             }
         };
-        // The entries are counted first, so that memory is reserved once and a failure to do so is an error.
+        // The entries are counted first, so that memory is reserved once, and too little memory is an error.
         let mut starts = super::try_vec(tiles_across * tiles_down + 1, 0_usize, "the tiles")?;
         for_each_entry(&mut |tile, _| starts[tile + 1] += 1);
         for k in 1..starts.len() {
@@ -225,8 +224,8 @@ fn prepare_draw<'a, R: Real>(
 }
 
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
-/// each pixel is written once, by the thread that draws its tile. `empty_tile_colour`: colour of a tile without triangles; `None` if it differs between
-/// pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
+/// each pixel is written once. `allocation` names the image if there is too little memory. `empty_tile_colour`: colour of a tile without triangles; `None`
+/// if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PassJobs<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
@@ -243,21 +242,22 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let idle_workers: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
+        // `Some` for tiles that are filled instead of drawn.
         let fill_colour = |tx: usize| {
             let has_triangles = |bins: &TileBins| !bins.tile(tx, ty).is_empty();
             empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
-        let mut tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
+        let mut rows_of_tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
             (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_px } else { 0 })).collect();
         for row in band.chunks_mut(pass.width as usize) {
             for (tx, part) in row.chunks_mut(tile_px).enumerate() {
                 match fill_colour(tx) {
                     Some(colour) => part.fill(MaybeUninit::new(colour)),
-                    None => tiles[tx].push(part),
+                    None => rows_of_tiles[tx].push(part),
                 }
             }
         }
-        tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
+        rows_of_tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
             let idle_worker = idle_workers.lock().pop();
             let mut worker = idle_worker.unwrap_or_else(|| Worker::new(first, fused));
             worker.draw_tile(first, fused, [tx, ty], &pixels);
@@ -272,18 +272,18 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let [first_timings, second_timings] = timings;
     for worker in idle_workers.into_inner() {
         first_timings.shading_thread_ms += 1e3 * worker.first.shading_seconds;
-        let displayed_timings = if let Some((second, _)) = worker.second {
+        let last_pass_timings = if let Some((second, _)) = worker.second {
             second_timings.shading_thread_ms += 1e3 * second.shading_seconds;
             &mut *second_timings
         } else {
             &mut *first_timings
         };
-        displayed_timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
+        last_pass_timings.resolve_thread_ms += 1e3 * worker.resolve_seconds;
     }
     Ok(image)
 }
 
-/// A thread's working state of one fragment program.
+/// The state in which one thread runs one fragment program.
 type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// A thread's buffers for one pass.
@@ -304,9 +304,9 @@ impl<'a, R: Real> PassWorker<'a, R> {
         let tile = [tx as u32 * TILE, ty as u32 * TILE];
         let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: jobs.pass.samples };
         for entries_of_draw in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
-            let d = entries_of_draw[0].0 as usize;
-            let job = &jobs.jobs[d];
-            let run = self.runs[d].get_or_insert_with(|| job.fragment.start());
+            let draw_index = entries_of_draw[0].0 as usize;
+            let job = &jobs.jobs[draw_index];
+            let run = self.runs[draw_index].get_or_insert_with(|| job.fragment.start());
             let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();
             shader.draw(job, &triangles, run.as_mut(), batch);
         }
@@ -333,11 +333,13 @@ impl<'a, R: Real> Worker<'a, R> {
         self.second.as_ref().map_or(&self.first.target, |(second, _)| &second.target)
     }
 
+    /// Draws a tile of the first pass and, unless native code maps it to display bytes directly, of the fused second pass.
     fn draw_tile(&mut self, first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>, tile_index: [usize; 2], pixels: &TilePixels) {
         let start = Instant::now();
         let pass = first.pass;
-        let depth = first.bins.tile(tile_index[0], tile_index[1]).iter().any(|(d, _)| first.jobs[*d as usize].fragment_plan.uses_depth());
-        self.first.target.clear(pass.clear, depth);
+        let entries = first.bins.tile(tile_index[0], tile_index[1]);
+        let uses_depth = entries.iter().any(|(draw, _)| first.jobs[*draw as usize].fragment_plan.uses_depth());
+        self.first.target.clear(pass.clear, uses_depth);
         self.first.draw(first, tile_index, pixels, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
@@ -352,13 +354,13 @@ impl<'a, R: Real> Worker<'a, R> {
             }
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
             let tile = tile_index.map(|k| k as u32 * TILE);
-            let texture =
-                TileTexture { resolved: &self.first.target, tile, size: [pass.width, pass.height], read_other_pixels: Cell::new(false) };
+            let texture = TileTexture::new(&self.first.target, tile, [pass.width, pass.height]);
             let mut shader = TileShader { target: &mut second.target, pixels, tile, samples: 1 };
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
                 let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
                 if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
+                    texture.shaded_block.set(block);
                     shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
             }
@@ -375,12 +377,7 @@ impl<'a, R: Real> Worker<'a, R> {
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
-        let texture = TileTexture {
-            resolved: &self.first.target,
-            tile: [0, 0],
-            size: [pass.width, pass.height],
-            read_other_pixels: Cell::new(false),
-        };
+        let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
         let mut shader = TileShader { target: &mut mapped, pixels: &pixels, tile: [0, 0], samples: 1 };
         shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.start().as_mut(), &mut self.batch);
         mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))

@@ -1,8 +1,8 @@
 //! Fuses two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
 //!
 //! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it
-//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads other texels than the pixels of its own
-//! block gets zeros and sets a flag; the renderer then executes the two passes one after the other.
+//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block that is
+//! being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
 
 use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
 use super::math::Real;
@@ -31,7 +31,8 @@ pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
     let first_draw = display.draws.first();
     hdr.format != ColourFormat::Rgba8Unorm
         && display.format == ColourFormat::Rgba8Unorm
-        && (hdr.width, hdr.height, 1, false) == (display.width, display.height, display.samples, display.depth)
+        && (hdr.width, hdr.height) == (display.width, display.height)
+        && (display.samples, display.depth) == (1, false)
         && readers == 1
         && first_draw.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
 }
@@ -43,17 +44,25 @@ pub(crate) struct TileTexture<'a> {
     pub tile: [u32; 2],
     /// Size of the target, in pixels.
     pub size: [u32; 2],
-    /// Set if a read was not of the pixels of one block of this tile, in lane order.
+    /// The block that is being shaded. Other blocks may contain colours of an earlier tile.
+    pub shaded_block: Cell<usize>,
+    /// Set by a read of anything but the pixels of `shaded_block`, in lane order.
     pub read_other_pixels: Cell<bool>,
 }
 
-impl TileTexture<'_> {
+impl<'a> TileTexture<'a> {
+    /// `tile`: top-left pixel of the tile; `size`: that of its target. The first block is the one that is being shaded.
+    pub(crate) fn new(resolved: &'a TileTarget, tile: [u32; 2], size: [u32; 2]) -> Self {
+        Self { resolved, tile, size, shaded_block: Cell::new(0), read_other_pixels: Cell::new(false) }
+    }
+
+    /// Records a read that this texture cannot serve.
     fn reject<R: Real>(&self, out: [&mut [R]; 4]) {
         self.read_other_pixels.set(true);
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
 
-    /// The block whose pixels have these coordinates, in lane order; `None` if there is no such block.
+    /// The block that is being shaded, if its pixels have these coordinates, in lane order.
     fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
@@ -62,7 +71,8 @@ impl TileTexture<'_> {
         for i in 0..LANES {
             is_block &= (x[i].lane_bits().wrapping_sub(x0) == dx[i]) & (y[i].lane_bits().wrapping_sub(y0) == dy[i]);
         }
-        block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]).filter(|_| is_block)
+        let block = block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]);
+        block.filter(|block| is_block && *block == self.shaded_block.get())
     }
 }
 
@@ -104,6 +114,7 @@ impl Program {
         for (at, instr) in self.lane_tape.iter().enumerate() {
             dependent.extend(at_targets.remove(&at).unwrap_or_default());
             let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
+            // The coordinates of a load may depend on the position; its mask and level may not.
             let result_depends = match instr {
                 Instr::Texture { op: TextureOp::Load, args, mask, .. }
                     if !depends(mask) && args.last().is_none_or(|level| !depends(level)) =>

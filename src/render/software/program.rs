@@ -1,7 +1,8 @@
-//! A lowered entry point: its inputs, outputs and tapes. This is the interface between the tape (lowering, executor) and the rasteriser.
+//! A lowered entry point: its inputs, outputs and tapes. `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs
+//! (`stage`).
 //!
-//! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q..4q+3
-//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane^1 and dpdy with lane^2.
+//! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q to 4q + 3
+//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane ^ 1 and dpdy with lane ^ 2.
 //!
 //! Always: every operand refers to a register or slot below the counts stored here ([`Program::check`] verifies this for bytes
 //! from a file), and no lane operation writes a slot that it reads.
@@ -18,7 +19,7 @@ pub enum ShaderStage {
 /// One scalar per lane that the caller writes before a run. Integers and booleans are bit-cast (see [`super::math::Real`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LaneInput {
-    /// A component of `@location(index)`: an attribute (vertex) or a varying (fragment).
+    /// A component of `@location(index)`: an attribute (vertex) or a varying (fragment), `flat` if it is not interpolated.
     Location {
         index: u32,
         component: u32,
@@ -99,9 +100,14 @@ pub struct Program {
     pub draw_tape: Vec<Instr>,
     /// Tape that runs per batch of lanes.
     pub lane_tape: Vec<Instr>,
+    /// Number of registers.
     pub registers: u32,
+    /// Number of slots.
     pub slots: u32,
 }
+
+/// Programs have fewer slots and fewer registers than this, because operands are 16 bits wide. `lower/finish.rs` keeps the same limit.
+const OPERAND_COUNT_LIMIT: u32 = 60_000;
 
 impl Program {
     /// Each kind of lane operation with its number of occurrences on the tape (a loop's body counts once), most frequent first.
@@ -114,8 +120,8 @@ impl Program {
                 _ => (None, &[][..]),
             };
             for op in single_op.into_iter().chain(chain.iter().map(|fused| fused.op)) {
-                match counts.iter_mut().find(|(o, _)| *o == op) {
-                    Some((_, n)) => *n += 1,
+                match counts.iter_mut().find(|(counted, _)| *counted == op) {
+                    Some((_, count)) => *count += 1,
                     None => counts.push((op, 1)),
                 }
             }
@@ -131,8 +137,8 @@ impl Program {
             Operand::Reg(r) => u32::from(r) < self.registers,
         };
         let valid = self.inputs.len() < self.slots as usize
-            && self.slots < 60_000
-            && self.registers < 60_000
+            && self.slots < OPERAND_COUNT_LIMIT
+            && self.registers < OPERAND_COUNT_LIMIT
             && self.constants.len() <= self.registers as usize
             && self.outputs.len() == self.output_operands.len()
             && self.output_operands.iter().chain(&self.discarded).all(is_in_range)

@@ -33,7 +33,7 @@ use std::time::Instant;
 pub enum Precision {
     #[default]
     F32,
-    /// The reference: the same tape in f64, some three to seven times slower.
+    /// The reference: the same tape in f64, three to seven times slower.
     F64,
 }
 
@@ -137,27 +137,28 @@ impl SoftwareRenderer {
     fn render_as<R: Real>(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
         let start = Instant::now();
         let mut timings = Timings::default();
+        // The image of each pass with its width and height.
         let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
-        let mut k = 0;
-        while let Some(pass) = plan.passes.get(k) {
+        let mut pass_index = 0;
+        while let Some(pass) = plan.passes.get(pass_index) {
             if !keep_hdr
-                && can_fuse_with_next_pass(plan, k)
+                && can_fuse_with_next_pass(plan, pass_index)
                 && let Some((image, pass_timings, prepare_ms)) =
-                    self.execute_fused_passes::<R>([pass, &plan.passes[k + 1]], modules, &images)?
+                    self.execute_fused_passes::<R>([pass, &plan.passes[pass_index + 1]], modules, &images)?
             {
                 timings.prepare_ms += prepare_ms;
                 timings.passes.extend(pass_timings);
                 // A placeholder for the HDR image, which was never stored and which no other pass reads.
                 images.push((PassImage::Float(Vec::new()), pass.width, pass.height));
                 images.push((image, pass.width, pass.height));
-                k += 2;
+                pass_index += 2;
                 continue;
             }
             let (image, pass_timings, prepare_ms) = self.execute_pass::<R>(pass, modules, &images)?;
             timings.prepare_ms += prepare_ms;
             timings.passes.push(pass_timings);
             images.push((image, pass.width, pass.height));
-            k += 1;
+            pass_index += 1;
         }
         let (last, width, height) = images.pop().ok_or(RenderError::NoPass)?;
         let mut frame = Frame { width, height, hdr: Vec::new(), display: Vec::new() };
@@ -179,6 +180,8 @@ impl SoftwareRenderer {
         Ok((frame, timings))
     }
 
+    /// Executes one pass; returns its image and timings, and the milliseconds that it took to bind its draws. `earlier`: the images of earlier passes
+    /// with their widths and heights.
     fn execute_pass<R: Real>(
         &self,
         pass: &Pass,
@@ -194,7 +197,7 @@ impl SoftwareRenderer {
         Ok((image, timings, prepare_ms))
     }
 
-    /// Executes two passes as one; `None` if they cannot be fused.
+    /// Executes two passes as one, with results as in `execute_pass`; `None` if they cannot be fused.
     fn execute_fused_passes<R: Real>(
         &self,
         [first, second]: [&Pass; 2],
@@ -251,6 +254,7 @@ impl SoftwareRenderer {
         Ok(entry_points)
     }
 
+    /// Both stages of a draw, bound to its uniforms and textures. `outputs`: images of earlier passes.
     pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,
@@ -302,7 +306,7 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
 }
 
-/// The marks by which a draw discards pixels. `outputs`: images of earlier passes.
+/// The marked texels between which a draw discards pixels. `outputs`: images of earlier passes.
 fn marks_of(draw: &PlanDraw, outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
     let marked = draw.extent?.marked?;
     match &draw.textures.iter().find(|t| t.binding == marked.binding)?.source {

@@ -1,8 +1,8 @@
 //! Shades a tile: gathers the quads of one draw into batches, runs, depth-tests and blends them.
 //!
-//! A batch is 32 quads in the order in which they were covered. Quads of several triangles of one draw share a batch, so that small triangles
-//! use all lanes too; the batches of a large triangle are complete 16x8 blocks. If a program neither discards nor writes
-//! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
+//! A batch is 32 quads in the order in which they were covered; a block has as many. Quads of several triangles of one draw share a batch, so that small
+//! triangles use all lanes too; the batches of a large triangle are complete 16x8 blocks. If a program neither discards nor writes depth, depth is
+//! tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::draw_job::{DrawJob, QUADS, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
@@ -27,7 +27,7 @@ pub(crate) struct TileShader<'a> {
     pub samples: u8,
 }
 
-/// Coverage of a quad by the four bits of its remaining lanes: all samples of the pixels whose bits are set.
+/// For each set of a quad's lanes, given by four bits, the coverage of all samples of their pixels.
 const COVERAGE_OF_LANES: [u16; 16] = {
     let mut coverage = [0; 16];
     let mut lanes = 0;
@@ -87,7 +87,7 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     }
 }
 
-/// Clears the coverage of quads that are zero in all components of all pixels, because blending them changes nothing.
+/// Clears the coverage of quads whose pixels are zero in all components, because blending them changes nothing.
 #[inline(always)]
 fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     let [r, g, b, a] = colour.map(|lanes| lanes.as_chunks::<4>().0);
@@ -102,8 +102,9 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
-/// A block, by the index of its first quad, and whether a draw's extent misses or covers all of it.
+/// A block that an edge of a triangle crosses, and whether the draw's extent misses or covers all of it.
 struct CrossedBlock {
+    /// Index of its first quad in the tile.
     first: usize,
     is_missed: bool,
     is_covered: bool,
@@ -115,7 +116,7 @@ fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
     [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
 }
 
-/// The same of the quad with this index.
+/// Left, top, right and bottom edge of the quad with this index, on the screen.
 fn quad_on_screen([tile_x, tile_y]: [u32; 2], index: usize) -> [u32; 4] {
     let [x, y] = quad_position(index);
     [tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]
@@ -134,7 +135,7 @@ impl TileShader<'_> {
             let [tile_x, tile_y] = self.tile;
             // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
             let mut edge_blocks = 0_u64;
-            // Of the blocks that an edge of the triangle crosses, the one visited last.
+            // The block visited last, of those that an edge of the triangle crosses.
             let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
@@ -206,7 +207,7 @@ impl TileShader<'_> {
         }
     }
 
-    /// The depth plane relative to the tile's top-left corner: one constant per sample, and the derivatives in x and y. In f64, because near a
+    /// The depth plane relative to the tile's top-left corner: its value there for each sample, and its derivatives in x and y. In f64, because near a
     /// horizon the depth is a small difference of large terms.
     fn depth_at_samples(&self, source_triangle: &SourceTriangle) -> ([f64; 4], f64, f64) {
         let corner = self.corner_from_origin(source_triangle);
@@ -350,8 +351,8 @@ impl TileShader<'_> {
         self.store(job, &batch.quads[..count], colour);
     }
 
-    /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth and returns true.
-    /// Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw does not use depth, all samples pass.
+    /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth (if the draw writes depth) and returns
+    /// true. Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw does not use depth, all samples pass.
     #[inline(always)]
     fn test_block_depth<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
         if !plan.uses_depth() {
@@ -395,6 +396,7 @@ impl TileShader<'_> {
         }
     }
 
+    /// Blends the covered samples of the quads into the target.
     #[inline(always)]
     fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
         let blend = job.blend;

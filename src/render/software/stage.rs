@@ -26,11 +26,11 @@ pub trait LaneProgram<R: Real>: Sync {
     fn is_position_independent(&self) -> bool {
         false
     }
-    /// The tone map, if this is the shipped one, bound to its uniforms.
+    /// The tone map with its uniforms, if this is the shipped one.
     fn tone_map(&self) -> Option<ToneMapUniforms> {
         None
     }
-    /// The marks by which the draw discards pixels, if it does.
+    /// The marked texels between which the draw discards pixels, if it does.
     fn marks(&self) -> Option<&TexelMarks> {
         None
     }
@@ -49,7 +49,7 @@ pub trait LaneRun<R: Real> {
         let _ = textures;
         self.run(active)
     }
-    /// The lanes of output `k` after a run; undefined in lanes that are not active.
+    /// The lanes of output `k` after a run; unspecified in lanes that are not active.
     fn output(&self, k: usize) -> &[R; LANES];
     /// Instructions and texture reads of the last run, if the stage counts them.
     fn counts(&self) -> ExecutionCounts {

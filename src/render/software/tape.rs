@@ -13,7 +13,8 @@ pub enum Operand {
 
 macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
-        /// A scalar operation, applied lane by lane. F/I/U: on floats, signed, unsigned integers. Comparisons yield masks.
+        /// A scalar operation, applied lane by lane. The prefixes F, I and U stand for floats, signed and unsigned integers, B for masks; `XFromY` converts
+        /// Y to X. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -26,6 +27,7 @@ macro_rules! ops {
 }
 pub(crate) use ops_list::with_ops;
 mod ops_list {
+    /// Calls the macro `$m` with every operation and its number of operands.
     macro_rules! with_ops {
         ($m:ident) => {
             $m! {
@@ -118,7 +120,7 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// Four slots (red, green, blue, alpha) = texels read by texture use `texture`.
+    /// Four slots (red, green, blue, alpha) = texels read by texture use `texture` in the lanes of `mask`.
     Texture {
         op: TextureOp,
         texture: u16,
@@ -155,7 +157,8 @@ impl Instr {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
-    /// Whether the number and the kinds of the operands are valid.
+    /// Whether the number and the kinds of the operands are valid. Not checked here: the operands of a chain, which `exec` checks when it binds the
+    /// program.
     pub(crate) fn is_well_formed(&self) -> bool {
         let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
         match self {

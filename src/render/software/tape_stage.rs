@@ -1,6 +1,6 @@
 //! Shader stages that run the tape of a lowered module.
 //!
-//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch is stopped at the loop limit no further batch
+//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at the loop limit, no further batch
 //! runs. Not here: how a tape is executed (`exec`).
 
 use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
@@ -20,7 +20,7 @@ pub(crate) struct TapeStage<'a, R: Real> {
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     bound: Arc<BoundProgram<R>>,
-    /// Runs in place of the program.
+    /// If set, this native code runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
     marks: Option<TexelMarks>,
     /// A batch was stopped at the loop limit; no further batch is run.
@@ -45,7 +45,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
-    /// With the marks by which the draw discards pixels.
+    /// Sets the marked texels between which the draw discards pixels.
     pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
         Self { marks, ..self }
     }

@@ -14,7 +14,7 @@ pub struct TexelMarks {
     placement: MarkedTexels,
     /// Size of the image in texels.
     size: [u32; 2],
-    /// By row: whether the texel is marked.
+    /// Row by row, whether a texel is marked (its alpha is 1).
     is_marked: Vec<bool>,
 }
 
@@ -41,7 +41,7 @@ impl TexelMarks {
         self.rows(pixels).is_some_and(|mut rows| rows.all(|row| row.iter().all(|is_marked| !is_marked)))
     }
 
-    /// The texels beside which the pixels of a rectangle lie, by row; `None` if some are beyond the image.
+    /// The texels between which the pixels of a rectangle lie, row by row; `None` if some are beyond the image.
     fn rows(&self, pixels: [u32; 4]) -> Option<impl Iterator<Item = &[bool]>> {
         let [left, top, right, bottom] = self.placement.beside(pixels);
         let [width, height] = self.size;
@@ -64,13 +64,13 @@ mod tests {
 
     #[test]
     fn a_rectangle_is_discarded_only_if_all_texels_around_its_pixels_are_marked() {
-        // Texel (4, 5) lies at pixel (12, 12): the pixels from 8 to 16 are beside it.
+        // Texel (4, 5) lies at pixel (12, 12): for the pixels from 8 to 16 it is one of the four nearest texels.
         let (all_but_one, only_one) = (marks(|texel| texel != [4, 5]), marks(|texel| texel == [4, 5]));
         for (x, y) in (0..24).step_by(2).flat_map(|x| (0..20).step_by(2).map(move |y| (x, y))) {
-            let is_beside = [x, y].iter().all(|p| (8..16).contains(p));
+            let is_near = [x, y].iter().all(|p| (8..16).contains(p));
             let quad = [x, y, x + 2, y + 2];
-            assert_eq!((all_but_one.misses(quad), all_but_one.covers(quad)), (!is_beside, false), "{x} {y}");
-            assert_eq!((only_one.misses(quad), only_one.covers(quad)), (false, !is_beside), "{x} {y}");
+            assert_eq!((all_but_one.misses(quad), all_but_one.covers(quad)), (!is_near, false), "{x} {y}");
+            assert_eq!((only_one.misses(quad), only_one.covers(quad)), (false, !is_near), "{x} {y}");
         }
         for rectangle in [[0, 0, 24, 20], [40, 0, 42, 2]] {
             assert!(!all_but_one.misses(rectangle) && !only_one.covers(rectangle), "{rectangle:?}: the module decides");

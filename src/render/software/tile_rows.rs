@@ -143,7 +143,7 @@ impl TileTarget {
         }
     }
 
-    /// Red, green and blue of a block that was drawn; any other is filled, if it is inside the image.
+    /// Red, green and blue of a block that was drawn. Any other block is filled, if it is inside the image, and gives `None`.
     #[inline(always)]
     fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);

@@ -8,13 +8,13 @@ use super::blend::{blend_lanes, blend_with_colour, blended};
 use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
 use crate::render::plan::Blend;
 
-/// Whether a bit of a mask is set: of samples or of blocks.
+/// Whether bit `k` of a mask of samples or blocks is set.
 #[inline(always)]
 fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
     mask.into() >> k & 1 == 1
 }
 
-/// Whether blending values of these lanes changes nothing, because all their bits are 0. No early exit, so that the compiler vectorises the loop.
+/// Whether all bits of these lanes are 0, so that blending them changes nothing. No early exit, so that the compiler vectorises the loop.
 #[inline(always)]
 fn are_zero(lanes: &[f32]) -> bool {
     lanes.iter().fold(0, |all, v| all | v.to_bits()) == 0
@@ -40,8 +40,8 @@ pub(crate) struct TileTarget {
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
     written_blocks: u32,
-    /// Reversed depth of the four samples. With one sample per pixel the first one decides. The others are written and tested only for fully covered blocks
-    /// ([`Self::test_depth_of_all`]); at most they make that test fail, and the caller then tests pixel by pixel.
+    /// Reversed depth of the four samples. With one sample per pixel the first one decides. Only [`Self::test_depth_of_all`] writes and tests the others
+    /// as well; at most they make that test fail, and the caller then tests the covered samples alone.
     depth: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
     blocks_with_depth: u32,

@@ -57,7 +57,7 @@ pub struct ToneMapUniforms {
 /// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
 const FIRST: u32 = (127 - 13) << 23;
 const LAST: u32 = 0x3f7f_ffff;
-/// A cell's values have equal high bits. There are 128 cells to a factor of two, so that a cell spans at most 1/128 of its values. The curve's slope
+/// A cell's values have equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The curve's slope
 /// is at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
@@ -69,7 +69,7 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     for (level, bits) in threshold_bits.iter_mut().enumerate().skip(1).map(|(k, bits)| (k as f64 - 0.5, bits)) {
         let encoded = level / 255.0;
         let linear = if encoded <= 12.92 * 0.003_130_8 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-        // The smallest f32 that is not below.
+        // The smallest f32 that is not below `linear`.
         let nearest = linear as f32;
         *bits = nearest.to_bits() + u32::from(f64::from(nearest) < linear);
     }
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn all_code_gives_the_same_bytes() {
+    fn every_instruction_set_gives_the_same_bytes() {
         let mut special_values = light();
         (special_values[0][3], special_values[1][4], special_values[2][5]) = (f32::NAN, f32::INFINITY, -1.0);
         for linear_limit in [0.8, f32::MAX] {

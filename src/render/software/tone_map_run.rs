@@ -1,5 +1,5 @@
-//! The shipped tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles that have draws over the
-//! image.
+//! The shipped tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles in which other draws cover
+//! part of the image.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
 //! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).
@@ -15,9 +15,9 @@ pub(super) struct ToneMapRun<'a, R> {
     tone_map: ToneMapUniforms,
     textures: &'a (dyn TextureUnit<R> + Sync),
     inputs: Vec<[R; LANES]>,
-    /// The inputs for the pixel's x and y.
-    position: [usize; 2],
-    /// Per output, its component of the colour.
+    /// Indices of the inputs that contain the pixel's x and y.
+    position_inputs: [usize; 2],
+    /// Per output, the index of its component of the colour.
     components: Vec<usize>,
     colour: [[R; LANES]; 4],
 }
@@ -41,7 +41,7 @@ impl<'a, R: Real> ToneMapRun<'a, R> {
             tone_map,
             textures,
             inputs: vec![[R::ZERO; LANES]; inputs.len()],
-            position: [input(0)?, input(1)?],
+            position_inputs: [input(0)?, input(1)?],
             components: outputs.iter().map(component).collect::<Option<_>>()?,
             colour: [[R::ZERO; LANES], [R::ZERO; LANES], [R::ZERO; LANES], [R::ONE; LANES]],
         })
@@ -56,12 +56,12 @@ impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
         self.run_with_textures(active, self.textures)
     }
     fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
-        let [x, y] = self.position.map(|k| self.inputs[k].map(|v| R::from_lane_bits(v.to_i32() as u32)));
+        let [x, y] = self.position_inputs.map(|k| self.inputs[k].map(|v| R::from_lane_bits(v.to_i32() as u32)));
         let mut light = [[R::ZERO; LANES]; 4];
         textures.load(0, &x, &y, &[R::ZERO], active, light.each_mut().map(|plane| plane.as_mut_slice()));
         let planes = [0, 1, 2].map(|k: usize| R::as_f32(&light[k]).and_then(|plane| plane.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b)] = planes else { return 0 };
-        // Red in the lowest byte.
+        // RGBA, red in the lowest byte.
         let mut packed = [0; LANES];
         self.tone_map.bytes([r, g, b], &mut packed);
         for (k, plane) in self.colour.iter_mut().take(3).enumerate() {

@@ -13,7 +13,7 @@ use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Triangles that a thread processes at a time; their vertices stay in its cache.
+/// Number of triangles that a thread processes at a time; their vertices stay in its cache.
 const TRIANGLES_PER_PART: usize = 1024;
 
 /// The triangles of one draw, and the time that it took to prepare them.
@@ -159,15 +159,15 @@ impl<'a, R: Real> VertexStage<'a, R> {
         Ok(Self { program, sources, outputs, count, total: count.saturating_mul(instances) })
     }
 
-    /// Runs the program on one batch of vertices, starting at vertex number `first`, and writes one row per vertex to `rows`.
+    /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex among those of all instances.
     fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;
         // Instance and vertex of each lane; lanes past the end repeat the last vertex.
         let [mut instances, mut vertices] = [[0_u32; LANES]; 2];
         let (mut instance, mut vertex) = (first / self.count, first % self.count);
-        for (lane, (to_instance, to_vertex)) in instances.iter_mut().zip(&mut vertices).enumerate() {
-            (*to_instance, *to_vertex) = (instance as u32, vertex as u32);
+        for (lane, (instance_of_lane, vertex_of_lane)) in instances.iter_mut().zip(&mut vertices).enumerate() {
+            (*instance_of_lane, *vertex_of_lane) = (instance as u32, vertex as u32);
             if lane + 1 < count {
                 vertex += 1;
                 if vertex == self.count {
@@ -181,7 +181,9 @@ impl<'a, R: Real> VertexStage<'a, R> {
                 VertexInputSource::VertexIndex => {
                     lanes.iter_mut().zip(&vertices).for_each(|(lane, vertex)| *lane = R::from_lane_bits(*vertex))
                 }
-                VertexInputSource::InstanceIndex => lanes.iter_mut().zip(&instances).for_each(|(lane, k)| *lane = R::from_lane_bits(*k)),
+                VertexInputSource::InstanceIndex => {
+                    lanes.iter_mut().zip(&instances).for_each(|(lane, instance)| *lane = R::from_lane_bits(*instance))
+                }
                 VertexInputSource::Constant(value) => lanes.fill(R::from_f64(value)),
                 VertexInputSource::Attribute { values, stride, component, per_instance: false } => {
                     for (lane, vertex) in lanes.iter_mut().zip(&vertices) {
@@ -257,12 +259,13 @@ pub(crate) fn assemble<R: Real>(
     let raster_state = RasterState { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
     let setup = TriangleSetup { raster_state, varyings: &varyings };
     let instances = draw.instances.count as usize;
+    let mut program_wall_seconds = None;
     let (submitted, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {
             let shaded = stage.run_all()?;
             let triangles_per_instance = indices.len() / 3;
             let submitted = triangles_per_instance.saturating_mul(instances);
-            let program_seconds = start.elapsed().as_secs_f64();
+            program_wall_seconds = Some(start.elapsed().as_secs_f64());
             let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 for triangle in range {
@@ -272,12 +275,7 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
             };
-            let mut parts = map_parts(submitted, || (), |(), range| part(range))?;
-            if let Some((_, [part_program_seconds, _])) = parts.first_mut() {
-                // The vertex program ran on all vertices before the first part.
-                *part_program_seconds = program_seconds;
-            }
-            (submitted, parts)
+            (submitted, map_parts(submitted, || (), |(), range| part(range))?)
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
@@ -316,8 +314,9 @@ pub(crate) fn assemble<R: Real>(
         parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall = start.elapsed().as_secs_f64();
-    // The wall time is divided in proportion to the times of the threads.
-    let vertex_seconds = if total_seconds > 0.0 { wall * total_program_seconds / total_seconds } else { 0.0 };
+    // If the vertex program did not run by itself, the wall time is divided in proportion to the times of the threads.
+    let proportional_seconds = if total_seconds > 0.0 { wall * total_program_seconds / total_seconds } else { 0.0 };
+    let vertex_seconds = program_wall_seconds.unwrap_or(proportional_seconds);
     Ok(AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds: wall - vertex_seconds })
 }
 

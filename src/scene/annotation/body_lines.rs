@@ -1,11 +1,12 @@
-//! Lines on the ground of one body: its planetographic grid, its terminator, and eclipse shadows, on the side that faces the camera.
+//! Lines on the ground of one body, on the side that faces the camera: its planetographic grid and its terminator; and the drawing of smooth lines through
+//! points, which `eclipse_lines` uses.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
 //! latitude.
 
 use crate::message::{Reason, TextLanguage, reason};
-use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines};
+use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines, signed_angle_text};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments};
@@ -45,7 +46,7 @@ impl Circle {
         self.centre + self.a * t.cos() + self.b * t.sin()
     }
 
-    /// The intervals between two parameters, less than a turn apart, that are visible from a camera outside the unit sphere.
+    /// The parts of a parameter range within -pi to 2 pi that are visible from a camera outside the unit sphere.
     fn visible_intervals(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
         let (offset, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
         let amplitude = a.hypot(b);
@@ -64,14 +65,15 @@ impl Circle {
 /// Collects the lines of one body.
 pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) camera: &'a Camera,
-    pub(super) p: &'a PlacedBody<'b>,
-    pub(super) all: AnnotationLines,
+    pub(super) placed: &'a PlacedBody<'b>,
+    pub(super) output: AnnotationLines,
 }
 
-/// Curve parameter between two adjacent points of a [`GroundLine`]: small enough that [`Curve`] does not halve it.
+/// Curve parameter between two adjacent points of a [`GroundLine`]: below the longest span that [`Curve`] may replace by a chord, so that only the
+/// deviation in pixels decides whether a span is halved.
 const POINT_STEP: f64 = 0.15;
 
-/// A Catmull-Rom curve through the points of a line at integer parameters (Catmull and Rom 1974), on the unit sphere.
+/// A Catmull-Rom curve (Catmull and Rom 1974) on the unit sphere. At an integer parameter k it passes through point k of the line.
 fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
     let count = line.points.len() as isize;
     let point = |k: isize| {
@@ -97,19 +99,19 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle in a parameter range. Returns the midpoint of its first run inside the frame (camera axes), for the label.
+    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first run inside the frame, in camera axes.
     fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
-        let placement = &self.p.placement;
+        let placement = &self.placed.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
         let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut first = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
             let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
             let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-            for run in curve.runs(&parameters, 0) {
+            for run in curve.runs(&parameters) {
                 first = first.or(run.get(run.len() / 2).map(|(p, _)| *p));
                 let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-                self.all.segments.extend(segments(self.camera, &run, depth, opacity, colour));
+                self.output.segments.extend(segments(self.camera, &run, depth, opacity, colour));
             }
         }
         first
@@ -117,7 +119,7 @@ impl GroundLineBuilder<'_, '_> {
 
     /// Draws the visible part of a smooth line through points.
     pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
-        let placement = &self.p.placement;
+        let placement = &self.placed.placement;
         let camera = placement.camera_in_unit_sphere();
         let count = line.points.len();
         if count < 3 {
@@ -151,67 +153,74 @@ impl GroundLineBuilder<'_, '_> {
                 (false, true) => [limb(to, from), to],
                 (false, false) => continue,
             };
-            for run in curve.runs(&range.map(|t| t * POINT_STEP), 0) {
-                self.all.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
+            for run in curve.runs(&range.map(|t| t * POINT_STEP)) {
+                self.output.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
             }
         }
     }
 
     pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.all.decisions.push(Decision { feature, on, reason, stated_error: None });
+        self.output.decisions.push(Decision { feature, on, reason, stated_error: None });
     }
 
     pub(super) fn grid(&mut self, language: TextLanguage) {
-        let radii = self.p.placement.radii_km;
-        let camera = self.p.placement.camera_in_unit_sphere();
+        let radii_km = self.placed.placement.radii_km;
+        let camera = self.placed.placement.camera_in_unit_sphere();
         // Degrees of the body per pixel at the sub-camera point.
-        let height_km = (camera.length() - 1.0).max(1e-9) * radii.x;
-        let pixel_deg = (height_km * self.camera.pixel_tangent() / radii.x).to_degrees().min(3.0);
+        let height_km = (camera.length() - 1.0).max(1e-9) * radii_km.x;
+        let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
         let latitude = (camera.z / camera.length()).clamp(-1.0, 1.0).asin().to_degrees();
         let radius_deg = (1.0 / camera.length()).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
         // A margin of 6 degrees, because planetographic latitudes differ from those on the unit sphere.
         let cap =
             Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg: latitude, radius_deg: (radius_deg + 6.0).min(180.0) };
-        let axis_ratio = radii.z / radii.x;
+        let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
             let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
-                    let on_sphere = (axis_ratio * line.at_deg.to_radians().tan()).atan();
+                    let on_sphere = (axis_ratio * line.coordinate_deg.to_radians().tan()).atan();
                     (Circle::of_latitude(on_sphere.sin()), [0.0, TAU])
                 }
-                GridLineKind::Meridian => (Circle::of_longitude(line.at_deg), line.latitude_range_deg(pixel_deg).map(f64::to_radians)),
+                GridLineKind::Meridian => {
+                    (Circle::of_longitude(line.coordinate_deg), line.latitude_range_deg(pixel_deg).map(f64::to_radians))
+                }
             };
             let opacity = |t: f64| {
-                let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.at_deg };
+                let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.coordinate_deg };
                 GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
             let Some(label_point) = self.draw_circle(&circle, range, &opacity, GRID_COLOUR) else { continue };
             count += 1;
             let text = match line.kind {
-                GridLineKind::Parallel => angle_text(line.at_deg, true),
-                GridLineKind::Meridian => format!("{}{}", angle_text(line.at_deg, false), language.name("point", "E")),
+                GridLineKind::Parallel => signed_angle_text(line.coordinate_deg),
+                GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("point", "E")),
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {
-                self.all.texts.push(SkyText { text, at_px: self.camera.pixel_from_clip(clip), colour: GRID_COLOUR, is_tick: true });
+                self.output.texts.push(SkyText {
+                    text,
+                    at_px: self.camera.pixel_from_clip(clip),
+                    colour: GRID_COLOUR,
+                    is_grid_coordinate: true,
+                });
             }
         }
-        let reason = reason!("lines-body", count = count, body = &self.p.body.name);
-        self.all.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, stated_error: None });
+        let reason = reason!("lines-body", count = count, body = &self.placed.body.name);
+        self.output.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, stated_error: None });
     }
 
     pub(super) fn terminator(&mut self) {
-        // The Sun's centre is on the horizon where its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points form a
-        // great circle.
-        let sun = self.p.body_from_icrf * self.p.sun_from_body_km / self.p.placement.radii_km;
+        // On the terminator the Sun's centre is on the horizon: its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points
+        // form a great circle.
+        let sun = self.placed.body_from_icrf * self.placed.sun_from_body_km / self.placed.placement.radii_km;
         let Some(pole) = sun.try_normalize() else { return };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
-        let reason = if drawn { reason!("lines-terminator", body = &self.p.body.name) } else { reason!("lines-not-in-frame") };
-        self.all.decisions.push(Decision { feature: "terminator", on: drawn, reason, stated_error: None });
+        let reason = if drawn { reason!("lines-terminator", body = &self.placed.body.name) } else { reason!("lines-not-in-frame") };
+        self.output.decisions.push(Decision { feature: "terminator", on: drawn, reason, stated_error: None });
     }
 }
 

@@ -1,6 +1,6 @@
 //! Points of the user's data layers over an image.
 //!
-//! In: the catalog's data layers, the time, and the reported bodies. Out: [`Dot`]s. Always: a point appears at its time and fades over its layer's
+//! In: the catalog's data layers, the time, and the bodies in view. Out: [`Dot`]s. Always: a point appears at its time and fades over its layer's
 //! `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
 
 use crate::catalog::{Catalog, DataLayer};
@@ -22,12 +22,12 @@ pub struct Dot {
     pub opacity: f64,
 }
 
-/// Opacity of a new point.
+/// Opacity of a point at its own time, before it fades, and of a point without a time.
 const OPACITY: f64 = 0.9;
 /// The image height for which dot sizes are given; they scale in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
-/// Opacity of a data item at a time; `None` if it is not visible.
+/// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears.
 pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant) -> Option<f64> {
     let Some(time) = time else { return Some(OPACITY) };
     let age_days = (now.tdb_seconds_past_j2000() - time.tdb_seconds_past_j2000()) / SECONDS_PER_DAY;
@@ -64,6 +64,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
                     if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;
                     }
+                    // Slightly nearer than the body's centre, so that only nearer bodies hide the point.
                     (line_of_sight, body.distance_km * (1.0 - 1e-9))
                 }
                 None => {
@@ -74,9 +75,9 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
-            let size = image.size_px() + radius_px;
+            let max_px = image.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any()
-                || centre_px.cmpgt(size).any()
+                || centre_px.cmpgt(max_px).any()
                 || is_hidden(&placed, line_of_sight, distance_km)
             {
                 continue;

@@ -2,7 +2,7 @@
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
 //! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart, and ends at the limb. It
-//! appears at its time and fades like a data point. Vertices closer than a third of a pixel are merged. Ignores relief and shape models. A million
+//! appears at its time and fades like a data point. Vertices closer than `MERGE_PX` are merged. Ignores relief and shape models. A million
 //! vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
@@ -20,8 +20,8 @@ use std::sync::Arc;
 
 /// Distance below which vertices are merged, pixels.
 const MERGE_PX: f64 = 0.3;
-/// Step at which a line is tested against the limb: sum of the changes of latitude and longitude, radians.
-const STEP: f64 = 0.05;
+/// Largest step between points at which a line is tested against the limb: sum of the changes of latitude and longitude.
+const STEP_RAD: f64 = 0.05;
 
 /// A vertex, or a point between two.
 struct Vertex {
@@ -46,7 +46,7 @@ fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
 impl Path {
     /// `merge_distance`: distance on the unit sphere below which vertices are merged.
     fn of(vertices: &[[f64; 2]], radii_km: DVec3, merge_distance: f64) -> Self {
-        // The parameter starts at 1, because `Curve::runs` starts a new run at 0.
+        // The parameter starts at 1, because `Curve::runs` always starts a new run at parameter 0.
         let mut path = Self { vertices: Vec::with_capacity(vertices.len()), radii_km };
         for (k, vertex) in vertices.iter().enumerate() {
             let mut to = DVec2::new(vertex[0], vertex[1]).map(f64::to_radians);
@@ -66,7 +66,7 @@ impl Path {
             if length < 1e-12 {
                 continue;
             }
-            let steps = (length / STEP).ceil().max(1.0);
+            let steps = (length / STEP_RAD).ceil().max(1.0);
             for n in 1..=steps as usize {
                 let lat_lon = from.lerp(to, n as f64 / steps);
                 parameter += length / steps;
@@ -113,17 +113,17 @@ impl Path {
 
 /// Draws the lines of all layers of the body.
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<DataLayer>], now: Instant) {
-    let placement = builder.p.placement;
+    let placement = builder.placed.placement;
     let radii_km = placement.radii_km;
-    let nearest_km = (builder.p.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
+    let nearest_km = (builder.placed.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
     let merge_distance = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
     // Bounds both derivatives with respect to the parameter: the radius of curvature of a meridian is up to a^2 / c.
     let derivative_bound = radii_km.max_element().powi(2) / radii_km.min_element();
     let icrf_from_body = placement.body_from_icrf.transpose();
-    let (mut count, mut descriptions) = (0, Vec::new());
-    for layer in layers.iter().filter(|l| l.body == Some(builder.p.body.id) && !l.lines.is_empty()) {
+    let (mut segment_count, mut descriptions) = (0, Vec::new());
+    for layer in layers.iter().filter(|l| l.body == Some(builder.placed.body.id) && !l.lines.is_empty()) {
         let colour = DVec3::from_array(layer.colour.map(|c| srgb_to_linear(f64::from(c) / 255.0)));
-        let before = builder.all.segments.len();
+        let before = builder.output.segments.len();
         for line in layer.lines.iter() {
             let Some(opacity) = opacity_at(layer, line.time, now) else { continue };
             let path = Path::of(&line.vertices, radii_km, merge_distance);
@@ -133,18 +133,18 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
             let point = |parameter: f64| placement.centre_km + icrf_from_body * (path.at(parameter) * radii_km);
             let curve = Curve { camera: builder.camera, point: &point, derivative_bound, tolerance_factor: 1.0 };
             for part in path.visible_parts(placement.camera_in_unit_sphere()) {
-                for run in curve.runs(&part, 0) {
+                for run in curve.runs(&part) {
                     let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-                    builder.all.segments.extend(segments(builder.camera, &run, depth, |_| opacity, colour));
+                    builder.output.segments.extend(segments(builder.camera, &run, depth, |_| opacity, colour));
                 }
             }
         }
-        count += builder.all.segments.len() - before;
+        segment_count += builder.output.segments.len() - before;
         descriptions.push(reason!("lines-of", count = layer.lines.len(), layer = &layer.name));
     }
     let layers: Reason = descriptions.into_iter().collect();
-    let reason = if count > 0 { layers } else { reason!("lines-none-now", layers = layers) };
-    builder.decide("data", count > 0, reason);
+    let reason = if segment_count > 0 { layers } else { reason!("lines-none-now", layers = layers) };
+    builder.decide("data", segment_count > 0, reason);
 }
 
 #[cfg(test)]
@@ -153,7 +153,7 @@ mod tests {
 
     const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
 
-    /// Between vertices a line is straight in longitude and latitude, over the date line too.
+    /// Between vertices a line is straight in longitude and latitude, also across the antimeridian.
     #[test]
     fn a_line_is_straight_in_longitude_and_latitude() {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {

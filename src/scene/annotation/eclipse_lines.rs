@@ -26,14 +26,15 @@ const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines and of sections with which a cone is drawn.
-const CONE_SIDES: u32 = 8;
+/// Number of generating lines with which a cone is drawn.
+const CONE_GENERATORS: u32 = 8;
+/// Number of sections across the axis with which a cone is drawn.
 const CONE_SECTIONS: u32 = 4;
 
 /// The current shadow outlines, and the paths of shadows that cross the ground close to the current time.
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const FEATURE: &str = "eclipse-path";
-    let Some((receiver, sun, candidates)) = sun_occluders::receiver(context, builder.p) else {
+    let Some((receiver, sun, candidates)) = sun_occluders::receiver_and_candidates(context, builder.placed) else {
         return builder.decide(FEATURE, false, reason!("lines-no-sun"));
     };
     let mut descriptions = Vec::new();
@@ -70,7 +71,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
     builder.decide(FEATURE, on, reason);
 }
 
-/// Collects the cone lines of one body.
+/// Collects the lines of the shadow cones at one body.
 struct ConeBuilder<'a, 'b> {
     camera: &'a Camera,
     placed: &'a PlacedBody<'b>,
@@ -85,7 +86,7 @@ impl ConeBuilder<'_, '_> {
         let in_icrf = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (point(t) * radius_km);
         let curve = Curve { camera: self.camera, point: &in_icrf, derivative_bound: derivative_bound * radius_km, tolerance_factor: 1.0 };
         let parameters: Vec<f64> = (0..=spans).map(|k| f64::from(k) / f64::from(spans)).collect();
-        for run in curve.runs(&parameters, 0) {
+        for run in curve.runs(&parameters) {
             let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
             self.segments.extend(segments(self.camera, &run, depth, |_| CONE_OPACITY, colour));
         }
@@ -98,8 +99,8 @@ impl ConeBuilder<'_, '_> {
             let line = cone.line_at(kind, angle);
             line.from + line.along * (fraction * length(angle))
         };
-        for k in 0..CONE_SIDES {
-            let turns = f64::from(k) / f64::from(CONE_SIDES);
+        for k in 0..CONE_GENERATORS {
+            let turns = f64::from(k) / f64::from(CONE_GENERATORS);
             self.draw_line(&|t| at(turns, t), 1, length(TAU * turns), colour);
         }
         for k in 0..CONE_SECTIONS {
@@ -115,8 +116,8 @@ impl ConeBuilder<'_, '_> {
 /// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, stated_error: None };
-    let receiver_axis_candidates =
-        sun_occluders::receiver(context, placed).and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
+    let receiver_axis_candidates = sun_occluders::receiver_and_candidates(context, placed)
+        .and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
     let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
     let mut occluder_names = vec![receiver.body.name.clone()];

@@ -15,13 +15,13 @@ use glam::DVec2;
 const MAX_NAMES: usize = 70;
 /// Diameter of a feature, in glyph sizes, at which its name starts to appear, and at which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
-/// The same for landing sites, in terms of the diameter of their body.
+/// The same for the name of a landing site; here the diameter is that of the body.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
 /// Largest size of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_SIZE: f64 = 1.5;
-/// sRGB of a name.
+/// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
 /// Rises smoothly from 0 at the first value to 1 at the second.
@@ -29,7 +29,7 @@ fn rise((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
-/// The names, and the positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
+/// The names, and the pixel positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
 pub(crate) fn features(
     image: &impl ImageProjection,
     bodies: &[BodyInView],
@@ -37,7 +37,7 @@ pub(crate) fn features(
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = image.size_px();
-    let letter_px = metrics.size_px();
+    let glyph_px = metrics.size_px();
     let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
@@ -45,7 +45,7 @@ pub(crate) fn features(
     for (k, body) in nearest_first.iter().enumerate() {
         let placement = &body.placement;
         let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * pixels_per_radian;
-        if body_px < 4.0 * letter_px || placement.camera_is_inside() {
+        if body_px < 4.0 * glyph_px || placement.camera_is_inside() {
             continue;
         }
         let camera = placement.camera_in_unit_sphere() * placement.radii_km;
@@ -61,30 +61,30 @@ pub(crate) fn features(
             let mut opacity = rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.prominence_km / distance_km * pixels_per_radian;
             opacity *=
-                if feature.is_landing_site { rise(SITE_FADE, body_px / letter_px) } else { rise(FEATURE_FADE, feature_px / letter_px) };
+                if feature.is_landing_site { rise(SITE_FADE, body_px / glyph_px) } else { rise(FEATURE_FADE, feature_px / glyph_px) };
             if opacity < 0.02 {
-                if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * letter_px {
+                if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
-                    if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * letter_px {
+                    if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;
                     }
                 }
                 continue;
             }
             let line_of_sight = placement.body_from_icrf.transpose() * -to_camera;
-            let Some(at) = image.pixel_of(line_of_sight) else { continue };
-            let hidden = nearest_first[..k].iter().any(|o| {
-                let radius = (o.placement.radii_km.max_element() / o.distance_km).min(1.0).asin();
-                !o.placement.camera_is_inside() && crate::ephemeris::angle_rad(o.placement.centre_km, line_of_sight) < radius
+            let Some(feature_at_px) = image.pixel_of(line_of_sight) else { continue };
+            let is_hidden = nearest_first[..k].iter().any(|nearer| {
+                let radius_rad = (nearer.placement.radii_km.max_element() / nearer.distance_km).min(1.0).asin();
+                !nearer.placement.camera_is_inside() && crate::ephemeris::angle_rad(nearer.placement.centre_km, line_of_sight) < radius_rad
             });
-            if hidden || feature_px > MAX_SIZE * size.min_element() {
+            if is_hidden || feature_px > MAX_SIZE * size.min_element() {
                 continue;
             }
             let width = metrics.width_px(feature.name);
             let extent = DVec2::new(width, metrics.line_height_px);
-            let centred = at - 0.5 * extent;
-            let side_offset = DVec2::new(0.5 * width + 0.7 * letter_px, 0.0);
+            let centred = feature_at_px - 0.5 * extent;
+            let side_offset = DVec2::new(0.5 * width + 0.7 * glyph_px, 0.0);
             // A landing site's name is placed on its right, or if that does not fit, on its left, below right or above right.
             let below = DVec2::new(0.0, 1.4 * extent.y);
             let corners = match feature.is_landing_site {
@@ -93,13 +93,13 @@ pub(crate) fn features(
             };
             let fits = |corner: &DVec2| {
                 let rect = Rect { min: *corner, max: *corner + extent };
-                let around = rect.padded(DVec2::new(0.6, 0.3) * letter_px);
+                let around = rect.padded(DVec2::new(0.6, 0.3) * glyph_px);
                 rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&around))
             };
             let Some(corner) = corners.into_iter().find(fits) else { continue };
             let rect = Rect { min: corner, max: corner + extent };
             occupied.push(rect);
-            sites.extend(feature.is_landing_site.then_some(at));
+            sites.extend(feature.is_landing_site.then_some(feature_at_px));
             let left_px = DVec2::new(corner.x, corner.y + 0.5 * metrics.line_height_px);
             names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
         }

@@ -1,16 +1,16 @@
 //! Grids of longitude and latitude: which lines an image gets, and their coordinates as text.
 //!
 //! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that is continuous in the field of view and along the line:
-//! a line fades in as its neighbours move apart, and fades out towards a pole, where lines would crowd. Nothing else affects a line, so that no line
-//! jumps when the camera pans. Does not orient the sphere and does not draw.
+//! a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. Nothing else affects the opacity,
+//! so no line flickers when the camera pans. Does not orient the sphere and does not draw.
 
 use crate::message::TextLanguage;
 use crate::scene::numeric::smoothstep;
 use std::f64::consts::FRAC_PI_2;
 
-/// Grid steps in degrees, each a multiple of the next, down to an arc second.
+/// Grid steps from 90 degrees down to an arc second, each a multiple of the next.
 const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 30.0, 1.0 / 60.0, 1.0 / 360.0, 1.0 / 3600.0];
-/// Distance between neighbouring lines, in pixels, below which a line is not drawn, and from which it is opaque.
+/// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
 /// A parallel, or half a meridian circle from pole to pole.
@@ -18,7 +18,7 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 pub(crate) struct GridLine {
     pub kind: GridLineKind,
     /// Latitude of a parallel, or longitude of a meridian from 0 to 360.
-    pub at_deg: f64,
+    pub coordinate_deg: f64,
     /// Step of the coarsest grid that contains the line.
     step_deg: f64,
 }
@@ -83,7 +83,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
             // The poles themselves are points.
             let parallels = indices(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
-            lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, at_deg: n as f64 * step_deg, step_deg }));
+            lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
         if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
             let range = if half_width_deg >= 180.0 {
@@ -94,7 +94,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
             let meridians = range.filter(|n| is_new(*n));
             lines.extend(meridians.map(|n| GridLine {
                 kind: GridLineKind::Meridian,
-                at_deg: (n as f64 * step_deg).rem_euclid(360.0),
+                coordinate_deg: (n as f64 * step_deg).rem_euclid(360.0),
                 step_deg,
             }));
         }
@@ -103,23 +103,32 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
 }
 
 fn is_multiple(value: f64, step: f64) -> bool {
-    let times = value / step;
-    (times - times.round()).abs() < 1e-6
+    let ratio = value / step;
+    (ratio - ratio.round()).abs() < 1e-6
 }
 
-/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'5"`. `signed`: with a plus sign if positive.
-pub(crate) fn angle_text(degrees: f64, signed: bool) -> String {
+/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'5"`.
+pub(crate) fn angle_text(degrees: f64) -> String {
+    angle_text_with("", degrees)
+}
+
+/// [`angle_text`] with a plus sign if the angle is positive.
+pub(crate) fn signed_angle_text(degrees: f64) -> String {
+    angle_text_with("+", degrees)
+}
+
+/// [`angle_text`] with this text in front if the angle is positive.
+fn angle_text_with(plus: &str, degrees: f64) -> String {
     let seconds = (degrees.abs() * 3600.0).round() as u64;
     let sign = match () {
         () if seconds == 0 => "",
         () if degrees < 0.0 => "-",
-        () if signed => "+",
-        () => "",
+        () => plus,
     };
     sexagesimal_text(sign, seconds, ["°", "'", "\""])
 }
 
-/// A right ascension in hours, minutes and seconds, to a tenth of a second.
+/// A right ascension in hours, minutes and seconds, to a tenth of a second; trailing zeros are left out.
 pub(crate) fn hours_text(degrees: f64) -> String {
     let tenths = (degrees.rem_euclid(360.0) / 15.0 * 36_000.0).round() as u64 % 864_000;
     let text = sexagesimal_text("", tenths / 10, ["h", "m", "s"]);
@@ -144,7 +153,7 @@ pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
     let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
-    if (eighth - eighth.round()).abs() < 1e-9 { language.name("point", POINTS[point]).to_owned() } else { angle_text(degrees, false) }
+    if (eighth - eighth.round()).abs() < 1e-9 { language.name("point", POINTS[point]).to_owned() } else { angle_text(degrees) }
 }
 
 /// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges.
@@ -158,27 +167,26 @@ mod tests {
 
     const WHOLE_SPHERE: Cap = Cap { longitude_deg: 0.0, latitude_deg: 0.0, radius_deg: 180.0 };
 
-    /// Each line occurs once, even if it is a multiple of several steps, and the number of lines respects the minimum spacing.
+    /// Each line occurs once, even if its coordinate is a multiple of several steps, and the number of visible parallels respects the minimum spacing.
     #[test]
     fn every_line_occurs_once() {
         for pixel_deg in [0.3, 0.09, 0.044, 0.01] {
             let all = grid_lines(WHOLE_SPHERE, pixel_deg);
             for (k, a) in all.iter().enumerate() {
-                assert!(all[k + 1..].iter().all(|b| a.kind != b.kind || (a.at_deg - b.at_deg).abs() > 1e-7), "{a:?}");
+                assert!(all[k + 1..].iter().all(|b| a.kind != b.kind || (a.coordinate_deg - b.coordinate_deg).abs() > 1e-7), "{a:?}");
             }
-            let shown = all.iter().filter(|l| l.kind == GridLineKind::Parallel && l.opacity(0.0, pixel_deg) > 0.0).count() as f64;
-            assert!(shown <= 180.0 / (pixel_deg * SPACING_FADE_PX.0) + 1.0, "{pixel_deg}: {shown}");
+            let visible = all.iter().filter(|l| l.kind == GridLineKind::Parallel && l.opacity(0.0, pixel_deg) > 0.0).count() as f64;
+            assert!(visible <= 180.0 / (pixel_deg * SPACING_FADE_PX.0) + 1.0, "{pixel_deg}: {visible}");
         }
     }
 
-    /// Narrow views have a moderate number of lines, some of them clearly visible, from degrees to a second of arc, at the poles too.
+    /// A view has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arc seconds, also at the poles.
     #[test]
-    fn narrow_views_have_visible_lines() {
+    fn views_of_any_size_have_visible_lines() {
         for (longitude_deg, latitude_deg) in [(10.2, 5.1), (359.9, -70.3), (120.0, 89.95), (3.0, -90.0)] {
             for radius_deg in [40.0, 3.0, 0.2, 0.005, 0.0005] {
                 let lines = grid_lines(Cap { longitude_deg, latitude_deg, radius_deg }, radius_deg / 500.0);
                 assert!((1..4000).contains(&lines.len()), "{longitude_deg} {latitude_deg} {radius_deg}: {}", lines.len());
-                // Every view has at least one clearly visible line.
                 let strongest = lines.iter().map(|l| l.opacity(latitude_deg, radius_deg / 500.0)).fold(0.0, f64::max);
                 assert!(strongest > 0.5, "{longitude_deg} {latitude_deg} {radius_deg}: {strongest}");
             }
@@ -204,8 +212,8 @@ mod tests {
 
     #[test]
     fn coordinates_are_written_as_charts_write_them() {
-        assert_eq!((angle_text(-20.5, true).as_str(), angle_text(20.0, true).as_str()), ("-20°30'", "+20°"));
-        assert_eq!((angle_text(0.0, true).as_str(), angle_text(1.0 + 5.0 / 3600.0, false).as_str()), ("0°", "1°0'5\""));
+        assert_eq!((signed_angle_text(-20.5).as_str(), signed_angle_text(20.0).as_str()), ("-20°30'", "+20°"));
+        assert_eq!((signed_angle_text(0.0).as_str(), angle_text(1.0 + 5.0 / 3600.0).as_str()), ("0°", "1°0'5\""));
         assert_eq!((hours_text(90.0).as_str(), hours_text(82.5).as_str(), hours_text(360.0).as_str()), ("6h", "5h30m", "0h"));
         assert_eq!(hours_text(1.0 / 3600.0 * 7.5), "0h0m0.5s");
         assert_eq!(([315.0, 30.0, 360.0, 90.0].map(|degrees| azimuth_text(degrees, TextLanguage::English))), ["NW", "30°", "N", "E"]);

@@ -15,16 +15,16 @@ use crate::scene::request::layers::Layers;
 use crate::scene::resources::Context;
 use std::sync::Arc;
 
-/// Smallest diameter in pixels at which a body has lines.
+/// Smallest diameter in pixels at which lines are drawn on a body.
 const MIN_DIAMETER_PX: f64 = 16.0;
 
-/// The kinds of lines on the ground of a body, by the names of their layers, and whether they are requested.
+/// The kinds of lines on the ground of a body: whether each is requested, and the name of its layer.
 pub(crate) fn requested(layers: Layers, body: Option<NaifId>, data: &[Arc<DataLayer>]) -> [(bool, &'static str); 4] {
     let has_lines = layers.data && body.is_some_and(|id| data.iter().any(|l| l.body == Some(id) && !l.lines.is_empty()));
     [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")]
 }
 
-/// The lines on the ground of a body. If `body` is `None`, the decisions report that the camera looks at nothing.
+/// The lines on the ground of a body. If `body` is `None`, the decisions report that there is no target.
 pub(crate) fn ground_lines(
     context: Context<'_>,
     camera: &Camera,
@@ -34,16 +34,16 @@ pub(crate) fn ground_lines(
     let layers = context.request.layers;
     let requested = requested(layers, body.map(|p| p.body.id), data);
     let diameter_px = body.map_or(0.0, |p| 2.0 * (p.placement.radii_km.x / p.distance_km).min(1.0).asin().tan() / camera.pixel_tangent());
-    let Some(p) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
-        let reason = || {
-            let size = || reason!("lines-small", size = format_args!("{diameter_px:.1}"), threshold = MIN_DIAMETER_PX);
-            if body.is_none() { reason!("lines-no-target") } else { size() }
+    let Some(placed) = body.filter(|p| diameter_px >= MIN_DIAMETER_PX && !p.placement.camera_is_inside()) else {
+        let reason = || match body {
+            None => reason!("lines-no-target"),
+            Some(_) => reason!("lines-small", size = format_args!("{diameter_px:.1}"), threshold = MIN_DIAMETER_PX),
         };
         let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), stated_error: None };
         let decisions = requested.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return AnnotationLines { decisions, ..AnnotationLines::default() };
     };
-    let mut builder = GroundLineBuilder { camera, p, all: AnnotationLines::default() };
+    let mut builder = GroundLineBuilder { camera, placed, output: AnnotationLines::default() };
     if layers.grid_body {
         builder.grid(context.request.language);
     }
@@ -56,5 +56,5 @@ pub(crate) fn ground_lines(
     if layers.eclipse_path {
         eclipse_lines::on_ground(&mut builder, context);
     }
-    builder.all
+    builder.output
 }

@@ -1,8 +1,8 @@
 //! Fields of view of instruments as frames over the image, each with its name.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field is wider than
-//! the image, or smaller than a few pixels, has no frame.
+//! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field covers the
+//! entire image, or is smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
@@ -21,7 +21,7 @@ const MIN_SIZE_PX: f64 = 8.0;
 /// Distance between a frame and its name, in glyph heights.
 const NAME_OFFSET: f64 = 0.8;
 
-/// Axes of a frame: the direction of its centre, and its directions up and left as seen from inside the sky.
+/// Orthonormal axes of a frame: towards its centre, and its directions up and left as seen from inside the celestial sphere.
 struct FrameAxes {
     centre: DVec3,
     up: DVec3,
@@ -29,7 +29,7 @@ struct FrameAxes {
 }
 
 impl FrameAxes {
-    /// East is to the left of north, because the sky is seen from inside.
+    /// `position_angle_deg`: angle of `up` from north through east. East is to the left of north, because the sky is seen from inside.
     fn of(centre: DVec3, position_angle_deg: f64) -> Self {
         let east = DVec3::Z.cross(centre).try_normalize().unwrap_or(DVec3::Y);
         let north = centre.cross(east);
@@ -37,8 +37,9 @@ impl FrameAxes {
         Self { centre, up: north * cos + east * sin, left: east * cos - north * sin }
     }
 
-    fn on_circle(&self, radius: f64, t: f64) -> DVec3 {
-        self.centre * radius.cos() + (self.up * t.cos() + self.left * t.sin()) * radius.sin()
+    /// The point of a circle about the centre at the angle `t` from up through left.
+    fn on_circle(&self, radius_rad: f64, t: f64) -> DVec3 {
+        self.centre * radius_rad.cos() + (self.up * t.cos() + self.left * t.sin()) * radius_rad.sin()
     }
 
     /// A corner, by the tangents of its offsets to the left and up.
@@ -48,64 +49,62 @@ impl FrameAxes {
 }
 
 /// Draws a curve on the unit sphere with first and second derivatives of at most `derivative_bound`.
-fn draw_arc(camera: &Camera, all: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
+fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-    for run in (Curve { camera, point, derivative_bound, tolerance_factor }).runs(&parameters, 0) {
+    for run in (Curve { camera, point, derivative_bound, tolerance_factor }).runs(&parameters) {
         // Reversed depth 1 is in front of everything.
-        all.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
+        output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
 }
 
-fn draw_great_circle(camera: &Camera, all: &mut AnnotationLines, a: DVec3, b: DVec3) {
+fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b: DVec3) {
     let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
         let point = |t: f64| (a * (angle - t).sin() + b * t.sin()) / angle.sin();
-        draw_arc(camera, all, &point, [0.0, angle], 1.0);
+        draw_arc(camera, output, &point, [0.0, angle], 1.0);
     }
 }
 
 /// The frames of all instruments. `size_px`: height of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> AnnotationLines {
-    let mut all = AnnotationLines::default();
+    let mut output = AnnotationLines::default();
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
-    // A face of a composed image has no fallback, because its middle is not the middle of the image.
-    let Some(centre) =
-        target.filter(|v| camera.is_part_of_composite || in_image(v)).or((!camera.is_part_of_composite).then_some(camera.forward))
-    else {
-        return all;
+    // A face of a cube has no fallback, because its middle is not the middle of the image.
+    let Some(centre) = target.filter(|v| camera.is_cube_face || in_image(v)).or((!camera.is_cube_face).then_some(camera.forward)) else {
+        return output;
     };
     let max_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FrameAxes::of(centre, instrument.position_angle_deg);
-        let half = match instrument.field {
+        let half_rad = match instrument.field {
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
-        let tan = half.map(f64::tan);
+        let tan = half_rad.map(f64::tan);
         if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_tan {
             left_out += 1;
             continue;
         }
-        let before = all.segments.len();
+        let before = output.segments.len();
         match instrument.field {
-            FieldOfView::Circle { .. } => draw_arc(camera, &mut all, &|t| axes.on_circle(half.x, t), [0.0, TAU], half.x.sin()),
+            FieldOfView::Circle { .. } => draw_arc(camera, &mut output, &|t| axes.on_circle(half_rad.x, t), [0.0, TAU], half_rad.x.sin()),
             FieldOfView::Rectangle { .. } => {
                 let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.corner(l * tan.x, u * tan.y));
-                (0..4).for_each(|k| draw_great_circle(camera, &mut all, corners[k], corners[(k + 1) % 4]));
+                (0..4).for_each(|k| draw_great_circle(camera, &mut output, corners[k], corners[(k + 1) % 4]));
             }
         }
-        if all.segments.len() == before {
+        if output.segments.len() == before {
             left_out += 1;
             continue;
         }
         drawn.push(instrument.name.clone());
         if let Some(clip) = camera.clip(axes.corner(0.0, tan.y)) {
             let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
-            all.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_tick: false });
+            output.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_grid_coordinate: false });
         }
     }
     let on = !drawn.is_empty();
@@ -113,8 +112,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     if left_out > 0 {
         reason = reason.and(reason!("lines-instruments-left", count = left_out));
     }
-    all.decisions.push(Decision { feature: "instruments", on, reason, stated_error: None });
-    all
+    output.decisions.push(Decision { feature: "instruments", on, reason, stated_error: None });
+    output
 }
 
 #[cfg(test)]
@@ -125,8 +124,8 @@ mod tests {
         Instrument { name: "own".into(), field, position_angle_deg }
     }
 
-    /// Every end of every segment of a circular frame lies at half the field's diameter from the centre; a rectangular frame has its width and height, and
-    /// turns by its position angle.
+    /// Both ends of every segment of a circular frame are at half the field's diameter from the centre. A rectangular frame has the width and height of the
+    /// field and is turned by its position angle.
     #[test]
     fn frames_have_the_size_of_their_fields() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
@@ -156,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_show_nothing_are_left_out() {
+    fn fields_too_small_or_larger_than_the_image_have_no_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
             let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);

@@ -1,8 +1,9 @@
-//! Labels of bodies: names and markers, thinned where they crowd.
+//! Labels of bodies: names and markers, fewer where they crowd.
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a glyph) or cover other texts; a body in front of the camera has a marker. The selected body's name may be a few lines
-//! away where there is no room at its sides. A body behind the disc of a nearer body has no label. Does not draw glyphs.
+//! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker. The selected body's name may be some
+//! lines away where there is no room at its sides. A body has no label if its centre is outside the image, if it is behind the disc of a nearer body, or if
+//! it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -25,7 +26,7 @@ pub struct Label {
     pub name: String,
     /// Pixels from the image's top left corner.
     pub centre_px: DVec2,
-    /// Radius of its disc.
+    /// Radius of the body's disc.
     pub radius_px: f64,
     /// The side on which its name is placed; `None` if the name does not fit.
     pub name_side: Option<LabelSide>,
@@ -57,14 +58,14 @@ impl LabelSide {
     }
 }
 
-/// A body's priority for a label: lower comes first.
-fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
-    let planet = parents(body.id).is_none_or(|p| p == NaifId::SUN);
+/// Sort key of a body's label, the most important first: its class, then its magnitude.
+fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
+    let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
         () if body.id == selected => 0,
         () if body.id == NaifId::SUN => 1,
         () if body.appearance == Appearance::Disc && body.diameter_px > 24.0 => 2,
-        () if planet => 3,
+        () if orbits_sun => 3,
         () => 4,
     };
     (class, body.magnitude.unwrap_or(99.0))
@@ -74,7 +75,7 @@ fn rank(body: &BodyInView, selected: NaifId, parents: &impl Fn(NaifId) -> Option
 pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
-/// Diameter relative to the image's height above which a body is not named, because it fills the image.
+/// Radius of a disc, relative to the image's height, from which the body is not named, because it fills the image.
 pub(crate) const FILLS_IMAGE: f64 = 0.45;
 
 /// The labels of an image, for glyphs of `size_px`.
@@ -83,23 +84,17 @@ pub struct LabelLayer {
     pub size_px: f64,
     pub selected: NaifId,
     pub labels: Vec<Label>,
-    /// Names of features, caption, scale bar and compass.
+    /// Caption, scale bar and compass, and the names of surface features.
     pub margin: Margin,
     /// Points of data, below all names.
     pub dots: Vec<Dot>,
 }
 
 impl LabelLayer {
-    /// The labels of the request's layers; `None` if there are none. `with_margin`: also caption, scale bar and compass.
-    pub(crate) fn of(
-        image: &impl ImageProjection,
-        request: &ViewRequest,
-        catalog: &Catalog,
-        bodies: &[BodyInView],
-        with_margin: bool,
-    ) -> Option<Self> {
+    /// The labels of the request's layers; `None` if there are none.
+    pub(crate) fn of(image: &impl ImageProjection, request: &ViewRequest, catalog: &Catalog, bodies: &[BodyInView]) -> Option<Self> {
         let layers = &request.layers;
-        let shows_margin = with_margin && (layers.caption || layers.scale_bar || layers.compass);
+        let shows_margin = layers.caption || layers.scale_bar || layers.compass;
         let shows_data = layers.data && request.pixel_view == PixelView::Final && !catalog.data_layers().is_empty();
         if !(layers.labels || layers.features || shows_margin || shows_data) {
             return None;
@@ -114,9 +109,9 @@ impl LabelLayer {
         }
         let mut occupied: Vec<Rect> = layer.occupied(&metrics).collect();
         if layers.labels {
-            let parent = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
-            let names = |name: &str| request.language.name("body", name).to_owned();
-            layer.labels = body_labels(image, bodies, layer.selected, parent, &metrics, names, &occupied);
+            let parent_of = |id: NaifId| catalog.body(id).and_then(|b| b.parent);
+            let name_of = |name: &str| request.language.name("body", name).to_owned();
+            layer.labels = body_labels(image, bodies, layer.selected, parent_of, &metrics, name_of, &occupied);
             let of_label = |label: &Label| Some(label_rect(label.centre_px, label.radius_px, &label.name, &metrics, label.name_side?));
             occupied.extend(layer.labels.iter().filter_map(of_label));
         }
@@ -141,7 +136,7 @@ impl LabelLayer {
         self.margin.rings.extend(margin.rings);
     }
 
-    /// Rectangles of caption, scale bar and compass.
+    /// Rectangles of the texts and bars in the margin.
     pub(crate) fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         self.margin.occupied(metrics)
     }
@@ -152,66 +147,68 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-/// Largest number of lines between the usual place of a name and the name of the selected body.
-const SELECTED_LINES: u8 = 8;
-/// Free space at both ends of a name, mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
+/// Largest value of [`LabelSide::lines`] for the selected body.
+const SELECTED_MAX_LINES: u8 = 8;
+/// Free space at each end of a name, in mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;
-/// Distance in pixels from a more important label below which a label is left out.
+/// Distance in pixels from a more important body below which a body has no label; half the radius of that body's disc if this is larger, but at most
+/// 20 pixels.
 const CROWDED_PX: f64 = 7.0;
 
-/// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied` has other texts, which names avoid.
+/// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.
 pub(crate) fn body_labels(
-    camera: &dyn ImageProjection,
+    image: &dyn ImageProjection,
     bodies: &[BodyInView],
     selected: NaifId,
-    parent: impl Fn(NaifId) -> Option<NaifId>,
+    parent_of: impl Fn(NaifId) -> Option<NaifId>,
     metrics: &LabelMetrics,
     name_of: impl Fn(&str) -> String,
     occupied: &[Rect],
 ) -> Vec<Label> {
-    let size = camera.size_px();
+    let size = image.size_px();
     let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
         .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
         .filter_map(|b| {
-            let centre = camera.pixel_of(b.placement.centre_km)?;
-            let angular_radius = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-            let radius_px = camera.disc_radius_px(angular_radius);
+            let centre = image.pixel_of(b.placement.centre_km)?;
+            let angular_radius_rad = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+            let radius_px = image.disc_radius_px(angular_radius_rad);
             // A body whose centre is outside the image has no label.
-            let inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
-            inside.then_some((b, centre, radius_px))
+            let is_inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
+            is_inside.then_some((b, centre, radius_px))
         })
         .collect();
-    let hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
+    // The disc is well inside the disc of a nearer body that is larger than a point.
+    let is_hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
         others
             .iter()
             .any(|(o, centre, r)| o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r)
     };
     let all = visible.clone();
-    visible.retain(|(b, at, r)| !hidden(b, *at, *r, &all));
+    visible.retain(|(b, at, r)| !is_hidden(b, *at, *r, &all));
     visible.sort_by(|a, b| {
-        let (x, y) = (rank(a.0, selected, &parent), rank(b.0, selected, &parent));
+        let (x, y) = (rank(a.0, selected, &parent_of), rank(b.0, selected, &parent_of));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
     });
     let mut chosen: Vec<Label> = Vec::new();
-    let mut names: Vec<Rect> = occupied.to_vec();
+    let mut occupied: Vec<Rect> = occupied.to_vec();
     for (b, centre_px, radius_px) in visible {
-        if chosen.iter().any(|k| k.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * k.radius_px.min(40.0))) {
+        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * label.radius_px.min(40.0))) {
             continue;
         }
         let name = name_of(&b.name);
         let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
-        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !names.iter().any(|n| n.overlaps(&rect.padded(margin)));
-        let max_lines = if b.id == selected { SELECTED_LINES } else { 0 };
+        let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
+        let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
         let place = LabelSide::places(max_lines).map(of_side).find(fits);
-        names.extend(place.map(|(_, rect)| rect));
+        occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }
     chosen
 }
 
-/// The rectangle of a body's name beside its disc or marker.
+/// The rectangle of a body's name at its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
     let width_px = name.chars().count() as f64 * metrics.glyph_width_px;
     let near_end = centre_px + side.offset_px(metrics, radius_px);

@@ -1,14 +1,14 @@
 //! The legend of an image's colours: one line for its metadata.
 //!
 //! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and
-//! white. EXR files hold the numbers in that unit; PNG files hold them times 2^stops, clipped at 1 and encoded as sRGB.
+//! white. EXR files hold the numbers in that unit; PNG files hold them times 2^stops, tone-mapped or clipped to at most 1, and encoded as sRGB.
 
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::request::ToneMap;
 
-/// The legend of an image, and the invented maps and shapes in it.
+/// The legend of an image, followed by the invented maps and shapes in it.
 pub(crate) fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure, scene.tone_map);
     for body in &scene.bodies {

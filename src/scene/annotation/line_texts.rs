@@ -1,8 +1,8 @@
-//! Labels of lines: names of constellations and coordinates of grids, and which of them fit.
+//! Labels of lines and stars: names of constellations, instruments and stars, and coordinates of grids; and which of them fit.
 //!
-//! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the corner of each. Always: no two overlap (estimated from
-//! the mean width of a glyph), none overlaps a body's label, and each is inside the image; constellations have priority over coordinates. Does not
-//! draw glyphs.
+//! In: texts with their positions, and the labels of bodies. Out: the texts that fit, with the left end of each. Always: no two overlap (estimated
+//! from the mean width of a glyph), none overlaps a body's label, and each is inside the image; names have priority over coordinates. Does not draw
+//! glyphs.
 
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics, label_rect};
 use crate::scene::annotation::text::Rect;
@@ -19,7 +19,7 @@ pub(crate) struct SkyText {
     /// Linear RGB.
     pub colour: DVec3,
     /// Whether this is the coordinate of a grid line; if so, it is moved into the image.
-    pub is_tick: bool,
+    pub is_grid_coordinate: bool,
 }
 
 /// A text that fits, with its place in the image.
@@ -46,22 +46,22 @@ const WHITE_FRACTION: f64 = 0.35;
 /// Maximum number of texts in an image.
 const MAX_TEXTS: usize = 400;
 
-/// Places the texts that overlap neither each other nor the labels of bodies.
+/// Places the texts that fit into the image and overlap neither each other nor the labels of bodies. `labels`: the image's other labels.
 pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
-        let lettering = LabelMetrics::of_size(layer.size_px);
-        layer.labels.iter().filter_map(move |m| Some(label_rect(m.centre_px, m.radius_px, &m.name, &lettering, m.name_side?)))
+        let label_metrics = LabelMetrics::of_size(layer.size_px);
+        layer.labels.iter().filter_map(move |l| Some(label_rect(l.centre_px, l.radius_px, &l.name, &label_metrics, l.name_side?)))
     });
     let mut occupied: Vec<Rect> = body_rects.collect();
     occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).collect::<Vec<_>>()));
-    candidates.sort_by_key(|t| t.is_tick);
+    candidates.sort_by_key(|t| t.is_grid_coordinate);
     let mut texts = Vec::new();
     for text in candidates {
         let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
         let inset = INSET * size_px;
         let mut corner = text.at_px - 0.5 * size;
-        if text.is_tick {
+        if text.is_grid_coordinate {
             corner = corner.clamp(DVec2::splat(inset), (image_px - size - inset).max(DVec2::splat(inset)));
         }
         let rect = Rect { min: corner, max: corner + size };
@@ -82,16 +82,21 @@ mod tests {
     #[test]
     fn texts_keep_apart_and_in_the_image() {
         let image = DVec2::new(400.0, 300.0);
-        let text =
-            |text: &str, x: f64, y: f64, is_tick: bool| SkyText { text: text.into(), at_px: DVec2::new(x, y), colour: DVec3::ONE, is_tick };
-        let wanted = vec![
-            text("+20°", -3.0, 150.0, true),
-            text("6h", 200.0, 303.0, true),
-            text("Orion", 200.0, 290.0, false),
-            text("Orion", 202.0, 288.0, false),
-            text("Taurus", 399.0, 100.0, false),
+        let name = |text: &str, x: f64, y: f64| SkyText {
+            text: text.into(),
+            at_px: DVec2::new(x, y),
+            colour: DVec3::ONE,
+            is_grid_coordinate: false,
+        };
+        let coordinate = |text: &str, x: f64, y: f64| SkyText { is_grid_coordinate: true, ..name(text, x, y) };
+        let candidates = vec![
+            coordinate("+20°", -3.0, 150.0),
+            coordinate("6h", 200.0, 303.0),
+            name("Orion", 200.0, 290.0),
+            name("Orion", 202.0, 288.0),
+            name("Taurus", 399.0, 100.0),
         ];
-        let layer = place_texts(wanted, None, 13.0, image);
+        let layer = place_texts(candidates, None, 13.0, image);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
         // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);

@@ -1,7 +1,7 @@
 //! The margin of an image: caption, scale bar, compass.
 //!
-//! In: the request and the reported bodies. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
-//! target's distance, across the line of sight. For a target too small to show a disc the bar is an angle. The compass points to the target's north
+//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
+//! target's distance, across the line of sight. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
 //! pole.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
@@ -80,22 +80,22 @@ impl Margin {
         target: Option<&BodyInView>,
         metrics: &LabelMetrics,
     ) {
-        let (letter, language) = (metrics.size_px(), request.language);
+        let (glyph_px, language) = (metrics.size_px(), request.language);
         let length = |km| Argument::Number(length_text(km));
-        let named = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
-        let clock = language.time(&request.time.to_utc_iso());
-        let first = target.map_or_else(|| clock.clone(), |t| format!("{}   {clock}", language.name("body", &t.name)));
+        let name_of = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
+        let time = language.time(&request.time.to_utc_iso());
+        let first = target.map_or_else(|| time.clone(), |t| format!("{}   {time}", language.name("body", &t.name)));
         let from = match request.position {
-            Position::Centre(body) => message!("image-from-centre", body = named(body)),
+            Position::Centre(body) => message!("image-from-centre", body = name_of(body)),
             Position::Ground { body, latitude_deg, longitude_deg, .. } => {
-                let east = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
+                let signed_longitude_deg = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
                 message!(
                     "image-from-ground",
-                    body = named(body),
+                    body = name_of(body),
                     latitude = format_args!("{:.2}", latitude_deg.abs()),
                     north = language.name("point", if latitude_deg < 0.0 { "S" } else { "N" }),
-                    longitude = format_args!("{:.2}", east.abs()),
-                    east = language.name("point", if east < 0.0 { "W" } else { "E" }),
+                    longitude = format_args!("{:.2}", signed_longitude_deg.abs()),
+                    east = language.name("point", if signed_longitude_deg < 0.0 { "W" } else { "E" }),
                 )
             }
             Position::Over { .. } | Position::Offset { .. } => match target {
@@ -104,17 +104,17 @@ impl Margin {
             },
         };
         let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
-        let bottom = image.size_px().y - 0.9 * letter;
-        self.text(first, DVec2::new(0.8 * letter, bottom - 1.3 * letter));
-        self.text(second, DVec2::new(0.8 * letter, bottom));
+        let bottom = image.size_px().y - 0.9 * glyph_px;
+        self.text(first, DVec2::new(0.8 * glyph_px, bottom - 1.3 * glyph_px));
+        self.text(second, DVec2::new(0.8 * glyph_px, bottom));
     }
 
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
-        let (size, letter) = (image.size_px(), metrics.size_px());
+        let (size, glyph_px) = (image.size_px(), metrics.size_px());
         let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
         let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
-        let (text, angle) = match target.filter(|t| disc_px(t) >= DISC_PX) {
+        let (text, angle_rad) = match target.filter(|t| disc_px(t) >= DISC_PX) {
             Some(t) => {
                 let km = round_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km)
@@ -122,22 +122,22 @@ impl Margin {
             None => angle_below(max_rad),
         };
         let text = language.number(&text);
-        let length = (angle * pixels_per_radian).round();
-        let thickness = (letter / 9.0).round().max(1.0);
-        let tick = (0.45 * letter).round();
-        let left = (size.x - 0.9 * letter - length).round();
-        let base = (size.y - 0.9 * letter).round();
+        let length = (angle_rad * pixels_per_radian).round();
+        let thickness = (glyph_px / 9.0).round().max(1.0);
+        let tick = (0.45 * glyph_px).round();
+        let left = (size.x - 0.9 * glyph_px - length).round();
+        let base = (size.y - 0.9 * glyph_px).round();
         self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
         self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
         self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
-        let text_left = text_left.min(size.x - 0.6 * letter - metrics.width_px(&text));
-        self.text(text, DVec2::new(text_left, base - 1.1 * letter));
+        let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
+        self.text(text, DVec2::new(text_left, base - 1.1 * glyph_px));
     }
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
-        let (size, letter) = (image.size_px(), metrics.size_px());
+        let (size, glyph_px) = (image.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole along the line of sight has no direction in the image.
@@ -146,14 +146,15 @@ impl Margin {
         let Some(north) = places.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
             return;
         };
-        let middle = DVec2::new(size.x - 3.0 * letter, 3.0 * letter).round();
+        // The needle is a row of overlapping squares, because a bar cannot be rotated.
+        let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
         self.rings.push(middle);
-        let thickness = (letter / 9.0).round().max(1.0);
+        let thickness = (glyph_px / 9.0).round().max(1.0);
         for k in 0..=10 {
-            let position = middle + north * letter * (0.5 + 0.07 * f64::from(k));
+            let position = middle + north * glyph_px * (0.5 + 0.07 * f64::from(k));
             self.bar((position - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
-        let position = middle + north * 1.9 * letter;
+        let position = middle + north * 1.9 * glyph_px;
         self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }

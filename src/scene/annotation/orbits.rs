@@ -1,9 +1,9 @@
 //! Orbits: the osculating conic of a body about its parent, as arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
-//! In: a state relative to the parent and the body's apparent position. Out: [`OrbitArc`]s. The first vertex is the body's position, so that the line passes
+//! In: a state relative to the parent and the body's apparent position. Out: [`OrbitArc`]s. One vertex is the body's position, so that the line passes
 //! through the disc at any distance. An arc is a point of the conic in camera axes with its first and second derivative, computed in f64 and narrowed. It
 //! is subdivided until its `CHORDS_PER_ARC` chords deviate by less than `MAX_CHORD_ERROR_PX` and it is not much larger than the frame, so that f32 is precise to
-//! hundredths of a pixel, or until it is outside the frame. At distances from a metre to a hundred au, this gives some dozen arcs. Ellipse, parabola and
+//! hundredths of a pixel, or until it is outside the frame. At distances from a metre to a hundred au, this gives a few dozen arcs. Ellipse, parabola and
 //! hyperbola share one formula (`ephemeris::conic`). Perturbations are not modelled; traces show them.
 
 use crate::catalog::Body;
@@ -25,26 +25,26 @@ pub(crate) const CHORDS_PER_ARC: u32 = 8;
 /// Half the width of a line, pixels.
 pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line relative to the radiance that is shown as white.
-pub(crate) const LEVEL: f32 = 0.3;
+pub(crate) const RELATIVE_RADIANCE: f32 = 0.3;
 /// Power to which the components of a body's colour are raised for its orbit.
 const HUE_POWER: f64 = 3.0;
 /// Part of white in an orbit's colour.
 const WHITE_PART: f64 = 0.3;
-/// Half length in pixels at which an orbit starts to appear, and at which it is opaque.
+/// Half of an orbit's length in pixels at which the orbit starts to appear, and at which it is opaque.
 const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Ratios of an orbit's size to that of the frame at the target's distance, at which the orbit starts to fade, and at which it is invisible. It does not
 /// fade if its body is in the frame and nearer than the second value times the target's distance.
 const SIZE_FADE: (f64, f64) = (8.0, 32.0);
-/// Maximum number of halvings: at 100 au an arc is then 30 metres long.
+/// Maximum number of halvings: an arc of an orbit of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
 /// Largest alpha u^2 of an arc, required by the shader's series for Stumpff's functions.
 const MAX_STUMPFF: f64 = 0.65;
 /// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
 const MAX_HALF_LENGTH: f64 = 2.0;
-/// Opacity one revolution behind the body relative to the opacity at the body: the line fades backwards along the body's past path.
+/// Opacity one revolution behind the body, relative to the opacity at the body: the line fades from the body backwards.
 const MIN_OPACITY: f64 = 0.25;
-/// Length of an open path: the larger of these multiples of its periapsis distance and of the body's distance.
-const OPEN_PATH_LENGTH: (f64, f64) = (40.0, 3.0);
+/// Distance from the parent up to which an open path is drawn: the larger of these multiples of its periapsis distance and of the body's distance.
+const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
 
 /// An arc of a conic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ pub struct OrbitArc {
     pub second_derivative: Vec3,
     /// Argument of Stumpff's functions, per u squared.
     pub alpha: f32,
-    /// First and last u.
+    /// First and last u, which runs from -1 to 1 at most.
     pub range: [f32; 2],
     /// Opacity at the first and last u.
     pub opacity: [f32; 2],
@@ -83,7 +83,7 @@ pub(crate) struct Conic {
     second_derivative: DVec3,
     /// GM over the semi-major axis, km^2/s^2: negative on a hyperbola.
     alpha: f64,
-    gm: f64,
+    gm_km3_s2: f64,
     /// The body's position relative to the parent, km.
     body_km: DVec3,
 }
@@ -98,7 +98,7 @@ impl Conic {
             first_derivative: v * distance,
             second_derivative: v * r.dot(v) - r * (gm_km3_s2 / distance),
             alpha,
-            gm: gm_km3_s2,
+            gm_km3_s2,
             body_km: r,
         };
         let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.second_derivative.is_finite();
@@ -107,12 +107,12 @@ impl Conic {
 
     /// The semi-major axis of an ellipse; for an open path the body's distance.
     pub(crate) fn size_km(&self) -> f64 {
-        if self.is_closed() { self.gm / self.alpha } else { self.body_km.length() }
+        if self.is_closed() { self.gm_km3_s2 / self.alpha } else { self.body_km.length() }
     }
 
     /// Whether the conic is an ellipse short enough to be drawn completely.
     fn is_closed(&self) -> bool {
-        self.alpha > 0.0 && self.gm / self.alpha < OPEN_PATH_LENGTH.0 * 10.0 * self.body_km.length()
+        self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < OPEN_PATH_EXTENT.0 * 10.0 * self.body_km.length()
     }
 
     /// Vector from the body to the point at s; exact for small s.
@@ -139,8 +139,8 @@ impl Conic {
         // The periapsis distance q follows from q (1 + e) = angular momentum squared over GM.
         let distance = self.body_km.length();
         let momentum_sq = self.body_km.cross(self.first_derivative / distance).length_squared();
-        let e = (1.0 - self.alpha * momentum_sq / (self.gm * self.gm)).max(0.0).sqrt();
-        let limit = (OPEN_PATH_LENGTH.0 * momentum_sq / (self.gm * (1.0 + e))).max(OPEN_PATH_LENGTH.1 * distance);
+        let e = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
+        let limit = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + e))).max(OPEN_PATH_EXTENT.1 * distance);
         let end = |sign: f64| {
             let mut s = sign * distance / self.first_derivative.length();
             while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
@@ -170,7 +170,7 @@ struct ArcSubdivision<'a> {
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s. The part `ahead` of the body continues the fading of the part behind it, so that the opacity jumps from highest to lowest at the body.
+    /// Opacity at s, falling from the body backwards. The part `ahead` of the body continues the part behind it, so the opacity jumps at the body.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
         let [back, ahead_end] = self.drawn_range;
         let fading = if !self.conic.is_closed() {
@@ -188,44 +188,44 @@ impl ArcSubdivision<'_> {
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
         let middle = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
         // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
-        let max_curvature = if self.conic.alpha > 0.0 {
-            self.conic.gm
+        let max_second_derivative = if self.conic.alpha > 0.0 {
+            self.conic.gm_km3_s2
         } else {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
-        let radius = first_derivative.length() * half + 0.5 * max_curvature * half * half;
+        let radius = first_derivative.length() * half + 0.5 * max_second_derivative * half * half;
         if !self.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;
         }
         // An arc along the line of sight may be long, because it is short in the frame.
-        let across = self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_curvature * half * half;
+        let across = self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_second_derivative * half * half;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let deviation_km = max_curvature * (2.0 * half / f64::from(CHORDS_PER_ARC)).powi(2) / 8.0;
+        let deviation_km = max_second_derivative * (2.0 * half / f64::from(CHORDS_PER_ARC)).powi(2) / 8.0;
         let is_fine_enough = deviation_km < MAX_CHORD_ERROR_PX * self.camera.pixel_tangent() * nearest
             && self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF
             && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
-        let ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
-        if is_fine_enough && ahead_of_camera {
-            // An arc that touches the body is expanded about the body, so that it is exact there.
-            let (anchor, range) = if from == 0.0 {
+        let is_ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
+        if is_fine_enough && is_ahead_of_camera {
+            // u = (s - origin) / s_per_u. An arc that ends at the body has its origin there, so that it is exact at the body.
+            let (origin, range) = if from == 0.0 {
                 (from, [0.0, 1.0])
             } else if to == 0.0 {
                 (to, [-1.0, 0.0])
             } else {
                 (middle_s, [-0.5, 0.5])
             };
-            let unit = to - from;
+            let s_per_u = to - from;
             let [first_derivative, second_derivative] =
-                if anchor == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(anchor) };
-            let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(anchor));
+                if origin == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(origin) };
+            let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(origin));
             let over_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
             let ahead = to > 0.0;
             self.arcs.push(OrbitArc {
                 point: over_tangents(point),
-                first_derivative: over_tangents(self.camera.in_axes(first_derivative) * unit),
-                second_derivative: over_tangents(self.camera.in_axes(second_derivative) * (unit * unit)),
-                alpha: narrow_scalar(self.conic.alpha * unit * unit),
+                first_derivative: over_tangents(self.camera.in_axes(first_derivative) * s_per_u),
+                second_derivative: over_tangents(self.camera.in_axes(second_derivative) * (s_per_u * s_per_u)),
+                alpha: narrow_scalar(self.conic.alpha * s_per_u * s_per_u),
                 range,
                 opacity: [self.opacity_at(from, ahead), self.opacity_at(to, ahead)],
                 colour: narrow(self.colour),
@@ -280,24 +280,24 @@ pub(crate) fn line_colour(body: &Body) -> DVec3 {
 pub(crate) fn line(
     camera: &Camera,
     ephemeris: &Ephemeris,
-    p: &PlacedBody<'_>,
+    placed: &PlacedBody<'_>,
     target_distance_km: Option<f64>,
 ) -> Option<(Vec<OrbitArc>, Decision)> {
-    let parent = p.catalog.body(p.body.parent?)?;
+    let parent = placed.catalog.body(placed.body.parent?)?;
     let feature = "orbit";
-    let without = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, stated_error: None }));
-    let state = match ephemeris.state(p.body.id, parent.id, p.emitted_at, None) {
+    let not_drawn = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, stated_error: None }));
+    let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, None) {
         Ok(answer) => answer.state,
-        Err(e) => return without(reason!("quoted", text = &e.to_string())),
+        Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
     };
-    let gm = parent.gm_km3_s2.unwrap_or(0.0) + p.body.gm_km3_s2.unwrap_or(0.0);
-    let Some(conic) = Conic::of(&state, gm) else { return without(reason!("orbit-no-conic", body = &parent.name)) };
-    let (remaining, size_ratio) = fade_at_target(camera, &conic, p.placement.centre_km, target_distance_km);
+    let gm = parent.gm_km3_s2.unwrap_or(0.0) + placed.body.gm_km3_s2.unwrap_or(0.0);
+    let Some(conic) = Conic::of(&state, gm) else { return not_drawn(reason!("orbit-no-conic", body = &parent.name)) };
+    let (remaining, size_ratio) = fade_at_target(camera, &conic, placed.placement.centre_km, target_distance_km);
     if remaining <= 0.0 {
-        return without(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
+        return not_drawn(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
     }
-    let all = arcs(camera, &conic, p.placement.centre_km, OPACITY * remaining, line_colour(p.body));
-    let size_px = half_length_px(camera, &conic, p.placement.centre_km);
+    let all = arcs(camera, &conic, placed.placement.centre_km, OPACITY * remaining, line_colour(placed.body));
+    let size_px = half_length_px(camera, &conic, placed.placement.centre_km);
     let reason = match all.len() {
         0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), threshold = FADE_PX.0),
         0 => reason!("outside-frame"),
@@ -384,14 +384,14 @@ mod tests {
         for (name, state) in states() {
             let conic = Conic::of(&state, GM).expect("a conic");
             let [back, ahead_end] = conic.drawn_range();
-            let place = state.pos_km;
+            let body_km = state.pos_km;
             // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
             let beside = |fraction: f64, height_km: f64, along: f64, fov_deg: f64| {
                 let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
                 let offset = conic.offset_from_body_km(s);
                 let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - offset;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
-                Camera::looking(place + offset + DVec3::Z * height_km, forward, DVec3::Z, fov_deg, 800, 600)
+                Camera::looking(body_km + offset + DVec3::Z * height_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
             // Distances from a metre to a hundred au.
             let cameras = [
@@ -405,7 +405,7 @@ mod tests {
                 beside(-0.4, 1e5, 0.0, 1.0),
             ];
             for (n, camera) in cameras.iter().enumerate() {
-                let all = arcs(camera, &conic, place - camera.position_km, 1.0, DVec3::ONE);
+                let all = arcs(camera, &conic, body_km - camera.position_km, 1.0, DVec3::ONE);
                 assert!(!all.is_empty() && all.len() < 1000, "{name}, camera {n}: {} arcs", all.len());
                 assert!(
                     all.iter().all(|a| a.point.is_finite() && a.first_derivative.is_finite() && a.second_derivative.is_finite()),
@@ -416,7 +416,7 @@ mod tests {
                     // The samples are dense close to the body, where the camera may be close to the line.
                     let t = f64::from(step) / 4000.0;
                     let s = (t * t * t) * if t < 0.0 { -back } else { ahead_end };
-                    let p = place + conic.offset_from_body_km(s) - camera.position_km;
+                    let p = body_km + conic.offset_from_body_km(s) - camera.position_km;
                     if p.dot(camera.forward) < 1e-3 {
                         continue;
                     }
@@ -430,7 +430,7 @@ mod tests {
         }
     }
 
-    /// A vertex of the line is within 0.05 px of the body, from one radius to the entire system, on and off the optical axis; a shifted line is detected.
+    /// A vertex is within 0.05 px of the body, from 6000 km away to beyond the planets, on and off the optical axis; a shifted line is detected.
     #[test]
     fn the_line_passes_through_its_body_at_every_zoom() {
         for (name, state) in states() {
@@ -456,8 +456,8 @@ mod tests {
         // A line shifted by 100 km is 0.9 px from its body at that distance.
         let conic = Conic::of(&states()[0].1, GM).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 50.0, 1024, 1024);
-        let place = DVec3::new(1e5, 0.0, 0.0);
-        let moved = arcs(&camera, &conic, place + conic.first_derivative.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
+        let body_km = DVec3::new(1e5, 0.0, 0.0);
+        let moved = arcs(&camera, &conic, body_km + conic.first_derivative.normalize().any_orthonormal_vector() * 100.0, 1.0, DVec3::ONE);
         assert!(distance_to_line_px(&camera, &moved, DVec2::ZERO) > 0.05);
     }
 

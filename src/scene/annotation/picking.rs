@@ -1,6 +1,6 @@
 //! Picking: finds the body or star under a click.
 //!
-//! In: the labels, the finished scene, and the position of a click in pixels. Out: a body, an index into the star catalogue, or a position
+//! In: the labels, the finished scene, and the position of a click in pixels. Out: a body, an index into the star catalog, or a position
 //! in pixels.
 
 use crate::catalog::NaifId;
@@ -13,23 +13,23 @@ use glam::DVec2;
 /// Largest distance of a click from the centre of the body or star that it selects, pixels.
 pub const CLICK_RADIUS_PX: f64 = 14.0;
 
-/// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalogue.
+/// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalog.
 pub fn star_at(scene: &Scene, at_px: DVec2) -> Option<usize> {
-    // Converts one click from the screen to the image, instead of a million stars from the image to the screen.
+    // Converts the click from the screen to the image, rather than every star from the image to the screen.
     let at_px = scene.geometry.image_of_screen(at_px)?;
-    let near = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
-    near.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
+    let in_reach = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
+    in_reach.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
 /// The centre of the small body or star that a click selects, else the click's own position.
 pub fn snapped_px(labels: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
-    let small =
-        labels.iter().filter(|m| m.radius_px < CLICK_RADIUS_PX).map(|m| m.centre_px).filter(|px| px.distance(at_px) <= CLICK_RADIUS_PX);
-    let body = small.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
+    let in_reach =
+        labels.iter().filter(|l| l.radius_px < CLICK_RADIUS_PX).map(|l| l.centre_px).filter(|px| px.distance(at_px) <= CLICK_RADIUS_PX);
+    let body = in_reach.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
     body.or_else(|| star_at(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
 }
 
-/// The position of a star in the image, if it is drawn.
+/// The position of a star on the screen, if it is drawn. `star`: index into the star catalog.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
     let in_image = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
     scene.geometry.screen_of_image(in_image)
@@ -41,14 +41,14 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
 
 /// The body that a click at `at_px` selects: the nearest small body within the click radius, else the foremost disc under it.
 pub fn body_at(labels: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
-    let near = labels
+    let nearest_small = labels
         .iter()
-        .filter(|m| m.radius_px < CLICK_RADIUS_PX)
-        .map(|m| (m.centre_px.distance(at_px), m.body))
+        .filter(|l| l.radius_px < CLICK_RADIUS_PX)
+        .map(|l| (l.centre_px.distance(at_px), l.body))
         .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
         .min_by(|a, b| a.0.total_cmp(&b.0));
     let direction = scene.geometry.direction(&scene.camera, at_px);
     let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
-    let under = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
-    near.map(|(_, id)| id).or(under.map(|b| b.id))
+    let foremost = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+    nearest_small.map(|(_, id)| id).or(foremost.map(|b| b.id))
 }

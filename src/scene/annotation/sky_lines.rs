@@ -1,14 +1,16 @@
 //! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
 //!
-//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `AnnotationLines`: line segments in drawing order, behind
-//! all bodies, their labels, and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
+//! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `AnnotationLines`: line segments in drawing order, which
+//! all bodies hide; their labels; and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
 //! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
 use crate::catalog::constellations::{Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
-use crate::scene::annotation::grids::{Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg};
+use crate::scene::annotation::grids::{
+    Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
+};
 use crate::scene::annotation::line_texts::SkyText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments};
 use crate::scene::camera::Camera;
@@ -46,10 +48,10 @@ const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
 const FIGURE: LineStyle = style(0.45, 0.65, 1.0, 0.75);
 const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 
-/// Smallest field of view (degrees of the image's height) in which constellations are named.
-const NAMES_FROM_DEG: f64 = 4.0;
+/// Vertical field of view above which constellations are named.
+const NAMES_MIN_FOV_DEG: f64 = 4.0;
 
-/// Bound of the derivatives of a great circle with respect to its angle; aberration changes them by one part in ten thousand.
+/// Bound of the first two derivatives of a great circle on the unit sphere with respect to its angle. Aberration changes them by about 1e-4.
 const DERIVATIVE_BOUND: f64 = 1.001;
 
 /// Collects the lines of the sky.
@@ -58,7 +60,7 @@ struct SkyLineBuilder<'a> {
     velocity_km_s: DVec3,
     /// See [`Curve::tolerance_factor`]: wide views magnify errors at the image's corners.
     tolerance_factor: f64,
-    all: AnnotationLines,
+    output: AnnotationLines,
 }
 
 impl SkyLineBuilder<'_> {
@@ -76,9 +78,9 @@ impl SkyLineBuilder<'_> {
         let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
         let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
         let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: self.tolerance_factor };
-        let runs = curve.runs(&parameters, 0);
+        let runs = curve.runs(&parameters);
         for run in &runs {
-            self.all.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
+            self.output.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
         }
         runs
     }
@@ -91,14 +93,15 @@ impl SkyLineBuilder<'_> {
     }
 
     fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.all.decisions.push(Decision { feature, on, reason, stated_error: None });
+        self.output.decisions.push(Decision { feature, on, reason, stated_error: None });
     }
 
+    /// Draws a grid and its coordinates. `velocity_km_s`: velocity for the aberration, zero for none.
     fn grid(
         &mut self,
         feature: &'static str,
         icrf_from_frame: DMat3,
-        is_aberrated: bool,
+        velocity_km_s: DVec3,
         style: LineStyle,
         longitude_text: impl Fn(f64) -> String,
     ) {
@@ -108,18 +111,17 @@ impl SkyLineBuilder<'_> {
         let radius_deg = camera.tan_half_fov.length().atan().to_degrees() + 0.01;
         let longitude_deg = ahead.y.atan2(ahead.x).to_degrees();
         let cap = Cap { longitude_deg, latitude_deg: ahead.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
-        let velocity = if is_aberrated { self.velocity_km_s } else { DVec3::ZERO };
         let apparent =
-            |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity);
+            |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity_km_s);
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
             let runs = self.grid_line(&line, cap, pixel_deg, &apparent, style);
             count += usize::from(!runs.is_empty());
             let text = match line.kind {
-                GridLineKind::Parallel => angle_text(line.at_deg, true),
-                GridLineKind::Meridian => longitude_text(line.at_deg),
+                GridLineKind::Parallel => signed_angle_text(line.coordinate_deg),
+                GridLineKind::Meridian => longitude_text(line.coordinate_deg),
             };
-            self.tick(&line, &runs, pixel_deg, text, style);
+            self.label_grid_line(&line, &runs, pixel_deg, text, style);
         }
         self.decide(feature, count > 0, reason!("lines-count", count = count));
     }
@@ -132,33 +134,32 @@ impl SkyLineBuilder<'_> {
         apparent: &dyn Fn(f64, f64) -> DVec3,
         style: LineStyle,
     ) -> Vec<Polyline> {
-        let at = line.at_deg;
+        let coordinate_deg = line.coordinate_deg;
         match line.kind {
             GridLineKind::Parallel => {
                 let opacity = line.opacity(0.0, pixel_deg);
-                let radius = DERIVATIVE_BOUND * at.to_radians().cos() + 1e-9;
+                let radius = DERIVATIVE_BOUND * coordinate_deg.to_radians().cos() + 1e-9;
                 // Starts opposite the middle of the image, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
                 if opacity <= 0.0 {
                     Vec::new()
                 } else {
-                    self.arc(&|t: f64| apparent(t.to_degrees(), at), [from, from + TAU], radius, |_| opacity, style)
+                    self.arc(&|t: f64| apparent(t.to_degrees(), coordinate_deg), [from, from + TAU], radius, |_| opacity, style)
                 }
             }
             GridLineKind::Meridian => {
                 let [from, to] = line.latitude_range_deg(pixel_deg).map(f64::to_radians);
                 let opacity = |t: f64| line.opacity(t.to_degrees(), pixel_deg);
-                self.arc(&|t: f64| apparent(at, t.to_degrees()), [from, to], DERIVATIVE_BOUND, opacity, style)
+                self.arc(&|t: f64| apparent(coordinate_deg, t.to_degrees()), [from, to], DERIVATIVE_BOUND, opacity, style)
             }
         }
     }
 
-    /// Adds the label of a line where the line enters the frame.
-    fn tick(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
+    /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
+    fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
         let half = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
-        // Parallels are labelled at the left, meridians at the bottom.
         let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
             GridLineKind::Meridian => 2.0 * half.y - px.y,
@@ -169,7 +170,7 @@ impl SkyLineBuilder<'_> {
         };
         let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
         if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > 0.5) {
-            self.all.texts.push(SkyText { text, at_px: px, colour: style.colour, is_tick: true });
+            self.output.texts.push(SkyText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
 }
@@ -180,22 +181,21 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     let camera = &viewer.camera;
     let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
     let mut builder =
-        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, all: AnnotationLines::default() };
+        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, output: AnnotationLines::default() };
     let language = request.language;
-    let degrees = |longitude| angle_text(longitude, false);
-    let hours = |longitude| language.number(&hours_text(longitude));
+    let hours = |longitude_deg| language.number(&hours_text(longitude_deg));
     for (wanted, feature, frame, style, text) in [
-        (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, &degrees as &dyn Fn(f64) -> String),
-        (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, &degrees as &dyn Fn(f64) -> String),
+        (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, &angle_text as &dyn Fn(f64) -> String),
+        (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, &angle_text as &dyn Fn(f64) -> String),
         (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, &hours),
     ] {
         if wanted {
-            builder.grid(feature, frame.icrf_from_frame(), true, style, text);
+            builder.grid(feature, frame.icrf_from_frame(), viewer.body_velocity_km_s, style, text);
         }
     }
     if layers.grid_horizon {
         match horizon {
-            Some(axes) => builder.grid("grid-horizon", axes, false, HORIZON, |azimuth| azimuth_text(azimuth, language)),
+            Some(axes) => builder.grid("grid-horizon", axes, DVec3::ZERO, HORIZON, |azimuth| azimuth_text(azimuth, language)),
             None => builder.decide("grid-horizon", false, reason!("lines-no-ground")),
         }
     }
@@ -205,10 +205,11 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     if layers.constellations {
         constellations(&mut builder, request, viewer);
     }
-    builder.all
+    builder.output
 }
 
-/// Axes of the local horizon as columns in ICRF: north, east, zenith, so that longitude is the azimuth from north through east, and latitude the altitude.
+/// Axes of the local horizon as columns in ICRF: north, east, zenith. In this frame longitude is the azimuth, from north through east, and latitude is
+/// the altitude.
 pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
     let east = pole.cross(zenith).try_normalize().unwrap_or_else(|| zenith.any_orthonormal_vector());
     DMat3::from_cols(zenith.cross(east), east, zenith)
@@ -216,19 +217,20 @@ pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
 
 fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     let icrf_from_b1875 = icrf_from_b1875();
-    let before = builder.all.segments.len();
+    let before = builder.output.segments.len();
     let velocity = builder.velocity_km_s;
     for border in &Constellations::embedded().borders {
         let [from, to] = border.ends.map(DVec2::from_array);
         let max_cosine = from.y.cos().max(to.y.cos());
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
-            let point = from.lerp(to, t / length);
-            aberrated(icrf_from_b1875 * direction(point.x.to_degrees(), point.y.to_degrees()), velocity)
+            let ra_dec = from.lerp(to, t / length);
+            aberrated(icrf_from_b1875 * direction(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
         };
-        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND, |_| 1.0, BORDER);
+        // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the curve bends by as much.
+        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BORDER);
     }
-    let count = builder.all.segments.len() - before;
+    let count = builder.output.segments.len() - before;
     builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
 }
 
@@ -240,23 +242,28 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         None => aberrated(vertex.direction, viewer.body_velocity_km_s),
     };
     let camera = builder.camera;
-    let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_FROM_DEG;
+    let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG;
     let mut names = Vec::new();
     for constellation in &Constellations::embedded().all {
-        let before = builder.all.segments.len();
+        let before = builder.output.segments.len();
         for line in &constellation.figure {
             let places: Vec<DVec3> = line.iter().map(apparent).collect();
             for ends in places.windows(2) {
                 builder.great_circle(ends[0], ends[1], FIGURE);
             }
         }
-        if builder.all.segments.len() > before {
+        if builder.output.segments.len() > before {
             names.push(constellation.abbreviation.clone());
         }
-        let middle = camera.clip(constellation.middle).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
+        let middle = camera.clip(constellation.label_direction).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
             let at_px = camera.pixel_from_clip(clip);
-            builder.all.texts.push(SkyText { text: constellation.name.clone(), at_px, colour: FIGURE.colour, is_tick: false });
+            builder.output.texts.push(SkyText {
+                text: constellation.name.clone(),
+                at_px,
+                colour: FIGURE.colour,
+                is_grid_coordinate: false,
+            });
         }
     }
     let on = !names.is_empty();

@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
-/// Names of the stars of a frame, and a decision that reports their number.
+/// Names of the stars of a frame, and a decision that reports their number. `size_px`: height of glyphs.
 pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star], size_px: f64) -> (Vec<SkyText>, Decision) {
     let metrics = LabelMetrics::of_size(size_px);
     let named = sprites.iter().filter_map(|sprite| {
@@ -29,7 +29,7 @@ pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star]
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
         let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;
         let at_px = at_px + DVec2::new(half_width + metrics.gap_px(0.0).max(0.5 * size_px), 0.0);
-        SkyText { text: name.to_owned(), at_px, colour: COLOUR, is_tick: false }
+        SkyText { text: name.to_owned(), at_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)
 }

@@ -1,8 +1,8 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or is outside the frame. The result is
-//! some hundred segments, no matter how much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
+//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or until it is outside the frame. The
+//! result is a few hundred segments, however much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -11,9 +11,9 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 /// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 pub(crate) const MARGIN_PX: f64 = 4.0;
-/// Maximum number of halvings of a span: at 100 au an arc is then 30 metres long.
+/// Maximum number of halvings of a span: an arc of a curve of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Longest arc, in parameter units, that may be replaced by its chord.
+/// Longest span, in units of the parameter, that may be replaced by its chord.
 const MAX_SPAN: f64 = 0.2;
 
 /// A straight segment of a line on the screen.
@@ -21,7 +21,7 @@ const MAX_SPAN: f64 = 0.2;
 pub struct LineSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
-    /// Normal of the line at each end, in pixels (x right, y up), per pixel of half width. Adjacent segments share it.
+    /// Unit normal of the line in the image (x right, y up) at each end. Adjacent segments share it.
     pub across: [Vec2; 2],
     /// Opacity at each end.
     pub opacity: [f32; 2],
@@ -40,8 +40,11 @@ pub(crate) struct Curve<'a> {
     pub tolerance_factor: f64,
 }
 
-/// A polyline inside the frame: points in camera axes (right, up, forward) with their parameters.
-pub(crate) type Polyline = Vec<(DVec3, f64)>;
+/// A point in camera axes (right, up, forward), and its parameter.
+type CurvePoint = (DVec3, f64);
+
+/// A polyline inside the frame.
+pub(crate) type Polyline = Vec<CurvePoint>;
 
 struct StrokeSubdivision<'a> {
     curve: &'a Curve<'a>,
@@ -54,19 +57,19 @@ impl Curve<'_> {
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
-    /// `halvings`: number of halvings that count as done already.
-    pub(crate) fn runs(&self, parameters: &[f64], halvings: u32) -> Vec<Polyline> {
+    pub(crate) fn runs(&self, parameters: &[f64]) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
             let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
-            subdivision.arc(from, to, halvings);
+            subdivision.arc(from, to, 0);
         }
         subdivision.runs
     }
 }
 
 impl StrokeSubdivision<'_> {
-    fn arc(&mut self, from: (DVec3, f64), to: (DVec3, f64), halvings: u32) {
+    /// Halves a span until its chord is accurate enough, and appends the chords.
+    fn arc(&mut self, from: CurvePoint, to: CurvePoint, halvings: u32) {
         let middle_at = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera(middle_at);
         let span = to.1 - from.1;
@@ -85,7 +88,7 @@ impl StrokeSubdivision<'_> {
     }
 
     /// Appends the part of a chord that is inside the frame.
-    fn chord(&mut self, from: (DVec3, f64), to: (DVec3, f64)) {
+    fn chord(&mut self, from: CurvePoint, to: CurvePoint) {
         let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.0, to.0) else { return };
         let at = |t: f64| {
             if t == 0.0 {
@@ -111,7 +114,7 @@ impl StrokeSubdivision<'_> {
 /// which it enters and leaves; `None` if it is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
-    // Signed distances to the frustum's planes, positive inside.
+    // For each plane of the frustum a multiple of the signed distance, positive inside.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (a, b) in planes(from).into_iter().zip(planes(to)) {
@@ -128,7 +131,7 @@ pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Optio
 /// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter.
 pub(crate) fn segments(
     camera: &Camera,
-    run: &[(DVec3, f64)],
+    run: &[CurvePoint],
     depth: impl Fn(DVec3) -> f64,
     opacity: impl Fn(f64) -> f64,
     colour: DVec3,

@@ -24,13 +24,13 @@ impl LabelMetrics {
         text.chars().count() as f64 * self.glyph_width_px
     }
 
-    /// The rectangle of a text, from the left end of its centre line.
+    /// The rectangle of a text. `left_px`: left end of the text's centre line.
     pub(crate) fn rect(&self, text: &str, left_px: DVec2) -> Rect {
         let half = DVec2::new(0.0, 0.5 * self.line_height_px);
         Rect { min: left_px - half, max: left_px + half + DVec2::new(self.width_px(text), 0.0) }
     }
 
-    /// Horizontal and vertical distance from a body's centre to its name, pixels.
+    /// Horizontal distance, equal to the vertical one, from a body's centre to the near end of its name.
     pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
         let size_px = self.size_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
@@ -41,7 +41,7 @@ impl LabelMetrics {
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
 /// Radius of a marker relative to the size of glyphs; smaller bodies have a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
-/// Mean width of a glyph relative to its size (Ubuntu Light, over English names).
+/// Mean width of a glyph relative to its size, measured on English names in Ubuntu Light.
 pub(crate) const GLYPH_WIDTH: f64 = 6.6 / 13.0;
 /// Height of a line relative to the size of glyphs.
 pub(crate) const LINE_HEIGHT: f64 = 15.0 / 13.0;

@@ -96,8 +96,14 @@ pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
 }
 
 /// Whether the atmosphere can change the image, with the reason.
-pub(crate) fn is_significant(body: &Body, air: &Atmosphere, inside: bool, diameter_px: f64, threshold: Threshold) -> (bool, Reason) {
-    if inside {
+pub(crate) fn is_significant(
+    body: &Body,
+    air: &Atmosphere,
+    camera_is_inside: bool,
+    diameter_px: f64,
+    threshold: Threshold,
+) -> (bool, Reason) {
+    if camera_is_inside {
         return (true, reason!("air-camera-inside", height = air.top_km));
     }
     let rim_px = rim_px(body, air, diameter_px);
@@ -162,13 +168,23 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
     }
 }
 
-/// Sets the heights of the ends of rays that only rise or only fall. One end is the camera, or the top of the atmosphere if the camera is above it. The
-/// other end is the ground, or in a draw of the sky the top.
-pub(crate) fn set_ends(uniforms: &mut DrawUniforms, sky: bool) {
+/// The far end of rays that only rise or only fall: the ground, or in a draw of the sky the top of the atmosphere.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum FarEnd {
+    Ground,
+    Top,
+}
+
+/// Sets the heights of the ends of rays that only rise or only fall. The near end is the camera, or the top of the atmosphere if the camera is above it.
+pub(crate) fn set_ends(uniforms: &mut DrawUniforms, far_end: FarEnd) {
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
     let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
-    uniforms.air.end_heights = Vec2::new(camera, if sky { top } else { 0.0 });
+    let far = match far_end {
+        FarEnd::Ground => 0.0,
+        FarEnd::Top => top,
+    };
+    uniforms.air.end_heights = Vec2::new(camera, far);
 }
 
 /// The atmosphere around the camera.
@@ -181,7 +197,7 @@ pub(crate) struct SurroundingAir<'a> {
 impl<'a> SurroundingAir<'a> {
     pub(crate) fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
         let air = body.atmosphere.as_ref()?;
-        // A camera at a body's centre sees as if the body were not there.
+        // A camera inside the body, such as one at its centre, sees neither the body nor its air.
         if placement.camera_is_inside() {
             return None;
         }
@@ -193,6 +209,7 @@ impl<'a> SurroundingAir<'a> {
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
+        // Red with a mean of 1 where practically no light passes.
         if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
@@ -206,15 +223,15 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated by the light's altitude. `towards`: vector from the body
-    /// to the light.
+    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated at the light's altitude, times the
+    /// light's `irradiance`. `towards`: vector from the body to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
-        let levels = &EXPOSURE_BY_ALTITUDE;
-        let below = levels.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
-        let ((d0, l0), (d1, l1)) = (levels[below.min(levels.len() - 2)], levels[(below + 1).min(levels.len() - 1)]);
-        let fraction = ((altitude_deg - d0) / (d1 - d0)).clamp(0.0, 1.0);
-        irradiance * (l0.ln() + fraction * (l1 / l0).ln()).exp()
+        let table = &EXPOSURE_BY_ALTITUDE;
+        let below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
+        let ((deg0, radiance0), (deg1, radiance1)) = (table[below.min(table.len() - 2)], table[(below + 1).min(table.len() - 1)]);
+        let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
+        irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels.
@@ -265,7 +282,6 @@ mod tests {
         assert!(SurroundingAir::of(earth, &centre).is_none());
     }
 
-    /// The counts are those with which the shaders are compiled.
     #[test]
     fn sample_counts_are_those_of_the_shaders() {
         let wesl = include_str!("../../../shaders/lib/air/sample_counts.wesl");

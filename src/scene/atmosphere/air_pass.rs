@@ -1,5 +1,5 @@
-//! Whether the air before a body's ground and clouds is drawn as a coarse image of its own, which their pixels interpolate, and the sunlight of an eclipse
-//! with it.
+//! Whether the air in front of a body's ground and clouds is drawn as a coarse image, which their pixels interpolate. In an eclipse, the image also holds the
+//! sunlight that reaches the ground.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
 //! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
@@ -17,13 +17,14 @@ use glam::{Vec2, Vec4};
 /// Name of the decision.
 pub(crate) const AIR_PASS: &str = "air-pass";
 
-/// Diameter of a disc in pixels from which on a coarse image is worth its two passes: below, most pixels are near the limb, where each evaluates its air.
+/// Smallest diameter of a disc in pixels for which a coarse image is worth its two passes: on a smaller one, most pixels are near the limb, where each
+/// evaluates its own air.
 const MIN_DIAMETER_PX: f64 = 128.0;
 
-/// Radius of a penumbra in pixels from which on the sunlight is interpolated: eight texels, and more on a large disc ([`shows_penumbrae`]).
+/// Smallest radius of a penumbra in pixels for which the sunlight is interpolated: eight texels. On a large disc the limit is higher ([`shows_penumbrae`]).
 const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
-/// Radius of the smallest occluder's penumbra on the ground that faces the Sun, in the body's equatorial radii.
+/// Radius of the smallest penumbra on the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     let tan_sun_radius = 1.0 / f64::from(eclipse.across[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
@@ -31,9 +32,9 @@ fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether some texels lie in every penumbra: between the texels of a smaller one no difference would show that it is there. Texels are marked from two texels
-/// inside the limb on. There the ground is seen at a cosine of 4 / sqrt(disc's radius in pixels), so that a radius of the square root leaves one texel.
-/// `radius_px`: of the disc, at the distance of the body's centre; the ground that is seen is nearer.
+/// Whether every penumbra covers some texels; a smaller one could lie between texels unnoticed. Texels are marked from two texels (8 pixels) inside the limb.
+/// There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 4 pixels wide across
+/// the limb: one texel. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
 fn shows_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }
@@ -71,7 +72,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Sets the bound of the interpolation's error. Called when the draw has its lights.
+/// Sets the bound of the interpolation's error. The draw must have its lights and its eclipse.
 pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
@@ -85,7 +86,7 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
 mod tests {
     use super::*;
 
-    /// One occluder: its distance and its radius in the body's radii. The Sun is 1 / 215 of a radian in radius.
+    /// One occluder, its distance and radius in the body's radii. The Sun's angular radius is 1 / 215 radian.
     fn eclipse(distance: f32, radius: f32) -> EclipseUniforms {
         EclipseUniforms {
             across: [Vec4::new(1.0, 0.0, 0.0, 215.0), Vec4::Y],
@@ -100,7 +101,7 @@ mod tests {
         let moon = eclipse(60.0, 0.27);
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
         assert!(shows_penumbrae(&moon, 64.0) && shows_penumbrae(&moon, 1e5) && !shows_penumbrae(&moon, 50.0));
-        // A hundredth of a radius: 32 pixels on a disc of 3200, but then the square root of the disc's radius counts.
+        // A penumbra of a hundredth of the body's radius has 32 pixels on a disc of 3200, but there the square root of the disc's radius is the limit.
         let small_moon = eclipse(1.0, 0.01);
         assert!(!shows_penumbrae(&small_moon, 3199.0) && !shows_penumbrae(&small_moon, 3201.0) && shows_penumbrae(&small_moon, 10_001.0));
         assert!(shows_penumbrae(&EclipseUniforms { occluder_positions: vec![], ..moon }, 1.0), "no occluder, no shadow to be lost");

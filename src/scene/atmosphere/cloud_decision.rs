@@ -25,16 +25,16 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Greatest distance in pixels between the points where a view ray meets the deck and the ground. Clouds drawn with the ground share the ground's eclipse
-/// shadow, whose edge is therefore displaced on them by at most that distance.
+/// Largest distance in pixels between the points where a view ray meets the deck and the ground. Clouds drawn with the ground share the ground's eclipse
+/// shadow, so the shadow's edge on them is displaced by at most this distance.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
-/// Whether the ground's draw shows the clouds where it reads the coarse image of the air. It saves their own intersection, map coordinates and air.
+/// Whether the ground's draw also shows the clouds where it reads the coarse image of the air, which saves a second intersection, map coordinates and air.
 fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, height_km: f64) -> (bool, Reason) {
-    let p = inputs.placed;
-    let pixel_km = (p.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
+    let placed = inputs.placed;
+    let pixel_km = (placed.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
     let parallax_px = height_km / pixel_km.max(1e-9);
-    let lines = ground_lines::requested(inputs.frame.context.request.layers, Some(p.body.id), &inputs.frame.catalog.data_layers());
+    let lines = ground_lines::requested(inputs.frame.context.request.layers, Some(placed.body.id), &inputs.frame.catalog.data_layers());
     match () {
         () if lines.iter().any(|(requested, _)| *requested) => (false, reason!("clouds-apart-lines")),
         () if inputs.rect.is_none() || !chosen.shows_clouds_on_ground(inputs.body()) => (false, reason!("clouds-apart-features")),
@@ -45,26 +45,28 @@ fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, 
     }
 }
 
+/// Decides on the clouds and creates their draw.
 fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
-    let (body, p) = (inputs.body(), inputs.placed);
+    let (body, placed) = (inputs.body(), inputs.placed);
     let clouds = body.clouds.as_ref()?;
     let scale = clouds::shell_scale(body, clouds);
-    let shell = clouds::shell(&p.placement, scale);
+    let shell = clouds::shell(&placed.placement, scale);
     if shell.camera_is_inside() {
         let reason = reason!("clouds-camera-below", height = clouds.height_km);
         decisions.log.note(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let deck_radiance = clouds.albedo * lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
     let threshold = inputs.threshold();
-    let check = || (threshold.is_exceeded_by(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
-    if !decisions.log.map(Effect::Clouds, Some(&clouds.map), check) {
+    let by_threshold =
+        || (threshold.is_exceeded_by(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
+    if !decisions.log.map(Effect::Clouds, Some(&clouds.map), by_threshold) {
         return None;
     }
     let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
     let has_billows = span_deg < max_span_deg && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
     let sizes = reason!("detail-cloud-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
-    let reason = detail::law(Detail::Billows).and(sizes);
+    let reason = detail::description(Detail::Billows).and(sizes);
     decisions.log.note("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;
     if decisions.chosen.air_pass != AirPass::None {
@@ -76,9 +78,9 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let features = decisions.chosen.cloud_features(body, inputs.pixel_view())?;
     let rect = Outline::of(inputs.frame.camera, &shell).rect(inputs.frame.camera)?;
     let mut uniforms = globe::uniforms(inputs, &shell, rect, MapSet::default(), &decisions.secondary_lights);
-    let brightness = photometry::phase_correction(body, p.phase_angle, p.distance_km / body.radii_km.x);
+    let brightness = photometry::phase_correction(body, placed.phase_angle, placed.distance_km / body.radii_km.x);
     uniforms.air = air::uniforms(body, scale);
-    air::set_ends(&mut uniforms, false);
+    air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * inputs.disc_fraction));
     let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
     Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })

@@ -16,8 +16,8 @@ use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
 
 /// Whether the atmosphere can change the image, with the reason.
-fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere, inside: bool) -> (bool, Reason) {
-    air::is_significant(body, air, inside, inputs.diameter_px, inputs.threshold())
+fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere, camera_is_inside: bool) -> (bool, Reason) {
+    air::is_significant(body, air, camera_is_inside, inputs.diameter_px, inputs.threshold())
 }
 
 /// Whether some pixel may show the atmosphere: the camera is in it, or it is in the frame.
@@ -31,11 +31,11 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let body = inputs.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let request = inputs.frame.context.request;
-    let drawn =
+    let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
     // As in `features::decide`: a body that is only a point gets no atmosphere, unless neither its globe nor its rings reach the frame.
     let reaches_decision = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
-    drawn
+    is_drawn
         && reaches_decision
         && may_be_seen(inputs, &shell)
         && air::model(request.effects.air_model(), request.quality).0 == AtmosphereModel::Table
@@ -45,8 +45,8 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, context) = (inputs.body(), inputs.frame.context);
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return decisions };
-    let inside = shell.camera_is_inside();
-    let (on, reason) = is_significant(inputs, body, air, inside);
+    let camera_is_inside = shell.camera_is_inside();
+    let (on, reason) = is_significant(inputs, body, air, camera_is_inside);
     let log = &mut decisions.log;
     if !log.effect(Effect::Atmosphere, on, reason) {
         return decisions;
@@ -72,9 +72,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     let features = chosen.sky_features(body, inputs.pixel_view());
     let rim_px = air::rim_px(body, air, inputs.diameter_px);
-    let rim_is_negligible = !inside && rim_px < air::RIM_PX;
+    let rim_is_negligible = !camera_is_inside && rim_px < air::RIM_PX;
     // Unless the catalog gives the ground's own colour, the disc's colour already includes the atmosphere.
-    let colour_includes_air = !inside && !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let colour_includes_air = !camera_is_inside && !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     if colour_includes_air
         && (rim_is_negligible || !air::is_visible_over_disc(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
@@ -89,14 +89,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         (true, false) => 2.0,
     };
     let camera = inputs.frame.camera;
-    let rect = if inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
+    let rect = if camera_is_inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_negligible) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
-    air::set_ends(&mut uniforms, true);
-    if !inside {
+    air::set_ends(&mut uniforms, air::FarEnd::Top);
+    if !camera_is_inside {
         uniforms.air.night_radiance = 0.0;
     }
-    if !inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
+    if !camera_is_inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;
         let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), threshold = air::SHADED_RIM_PX);

@@ -27,8 +27,8 @@ pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Spec
     air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
-/// Quadrature along a ray: fractions of its length with their weights. Midpoints of even steps in the square root of the length: steps grow away from the
-/// start, where the air is densest.
+/// Quadrature along a ray: fractions of its length with their weights. They are midpoints of equal steps in the square root of the length, so steps in
+/// length grow away from the start, where the air is densest.
 pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
         let u = (k as f64 + 0.5) / count as f64;
@@ -36,7 +36,7 @@ pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Optical depth of a straight ray that starts where its air is densest. `height_km`: height at a distance from the start.
+/// Optical depth of a straight ray that starts where its air is densest, by `count` samples. `height_km`: height at a distance in km from the start.
 pub(crate) fn optical_depth(air: &Atmosphere, length_km: f64, count: usize, height_km: impl Fn(f64) -> f64) -> DVec3 {
     quadrature(count).map(|(fraction, weight)| coefficient(air, height_km(length_km * fraction), extinction) * (length_km * weight)).sum()
 }
@@ -46,7 +46,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// On a vertical ray the height is the length, and the depth is known: scale height times extinction, minus the part above the top.
+    /// On a vertical ray the height is the length, and the depth has a closed form.
     #[test]
     fn the_vertical_depth_is_that_of_the_columns() {
         let catalog = Catalog::embedded();

@@ -1,7 +1,7 @@
 //! Optical depth of the air above the ground along a straight line, as a polynomial.
 //!
 //! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of lib/air/ground_depth.wesl: coefficients of t, t², … per channel, for t = 1 / (1 + slope
-//! cos z), z the zenith angle. Always: the depth of air that extends upwards without limit, because an atmosphere's top is where it has become negligible. Error of
+//! cos z), z the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's top is negligible. Error of
 //! the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
 //! 2e-3 for air that consists of an absorbing layer alone (tests below).
 
@@ -13,17 +13,18 @@ use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec3, Vec4};
 use std::f64::consts::PI;
 
-/// Zenith angles at which the polynomial is fitted.
+/// Number of zenith angles at which the polynomial is fitted.
 const FIT_POINTS: usize = 24;
-/// Quadrature nodes along a line.
+/// Number of quadrature nodes along a line.
 const NODES: usize = 32;
 /// Height in scale heights at which a line ends: the density there is exp(-36) = 2e-16 of that at the ground.
-const SCALE_HEIGHTS: f64 = 36.0;
+const END_SCALE_HEIGHTS: f64 = 36.0;
 
-/// Column of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground.
+/// Column of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground. `nodes`: positions in
+/// 0 to 1 with weights.
 fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) -> f64 {
-    // The distance at which the line has risen by SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
-    let height = SCALE_HEIGHTS * scale_height;
+    // The distance at which the line has risen by END_SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
+    let height = END_SCALE_HEIGHTS * scale_height;
     let rise = radius_sq_minus_1(height);
     let end = rise / (cos_zenith + (cos_zenith * cos_zenith + rise).sqrt());
     let density = |s: f64| {
@@ -40,6 +41,7 @@ fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 
         let above = radius_sq_minus_1.max(0.0);
         above / (cos_zenith + (cos_zenith * cos_zenith + above).sqrt()).max(1e-30)
     };
+    // The part of the line between two knots. `zero`, `full`: |p|² - 1 where the density is 0, and where it is 1.
     let piece = |from: f64, to: f64, zero: f64, full: f64| {
         let (a, b) = (distance(from), distance(to));
         if b <= a {
@@ -112,7 +114,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         if depth <= 0.0 {
             continue;
         }
-        // The change of the opacity with the depth, over the opacity; where nothing shines through, a thousandth of the relative error of the depth counts.
+        // Relative error of the opacity per error of the depth. Where the air is opaque this vanishes, and a thousandth of the depth's relative error counts
+        // instead.
         let transmittance = (-depth).exp();
         let weight = (transmittance / (1.0 - transmittance) + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
@@ -184,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn air_that_users_describe_keeps_the_bound_and_no_air_has_no_depth() {
+    fn atmospheres_of_custom_bodies_keep_the_bound_and_no_air_has_no_depth() {
         let described = |gas: f32, haze: f32, extinction: [f32; 3], layer: Vec3| AtmosphereUniforms {
             rayleigh_scale_height: gas,
             rayleigh_extinction: Vec3::splat(extinction[0] / gas),
@@ -208,13 +211,13 @@ mod tests {
         assert!(none.iter().all(|row| row.truncate() == Vec3::ZERO));
     }
 
-    /// The vertical column of an exponential atmosphere is its scale height, and that of the layer half its thickness.
+    /// The vertical column of an exponential atmosphere is its scale height, and that of a triangular layer half its thickness.
     #[test]
     fn the_columns_have_their_closed_forms() {
         let nodes = gauss_legendre(NODES);
         for scale_height in [2e-4, 1.25e-3, 0.02] {
             assert!((exponential_column(scale_height, 1.0, &nodes) / scale_height - 1.0).abs() < 1e-9);
-            // Along the horizon: sqrt(pi x / 2) H (1 + 3 / 8x).
+            // Horizontal: H sqrt(pi x / 2) (1 + 3 / (8 x)) for the scale height H = 1 / x in radii.
             let x = 1.0 / scale_height;
             let grazing = scale_height * (0.5 * PI * x).sqrt() * (1.0 + 0.375 / x);
             let error = exponential_column(scale_height, 0.0, &nodes) / grazing - 1.0;

@@ -5,11 +5,12 @@
 //! a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a straight path
 //! through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is multiplied by
 //! the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors are
-//! between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle across the light, elongated
-//! along the ground by the Sun's height), the change of the Sun's height within the shadow, the curvature of the ground below a path's far end, and the
+//! between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and
+//! under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the
 //! overlap of two occluders' shadows, which is spread twice.
 //!
-//! Error: within 40 % of a photon simulation of the same eclipse, where a thousandth of the light is left (tests/eclipse/totality.rs).
+//! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
+//! (tests/eclipse/twilight.rs).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, extinction, scattering};
@@ -25,27 +26,29 @@ pub use crate::scene::constants::IN_SHADOW_HEIGHTS as HEIGHTS;
 pub(crate) const ROWS: usize = HEIGHTS + 1;
 /// Columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
+/// Factors per occluder.
 pub const NODES: usize = ROWS * COLUMNS;
-/// Index of the first vector that contains the range of an occluder's columns, and the total number of vectors.
+/// Index of the first of the vectors that contain the range of each occluder's columns.
 pub(crate) const FIRST_COLUMN_RANGE: usize = NODES * MAX_OCCLUDERS as usize;
-pub const TABLES: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
+/// Number of vectors of all occluders together.
+pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 
 /// Number of elevations of the paths.
 const ELEVATIONS: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
-/// Bins of distance over the ground: the first contains all distances up to [`FIRST_KM`], and each next bin extends 1.41 times as far.
+/// Number of bins of distance over the ground: the first contains all distances up to [`FIRST_BIN_KM`], and each next bin ends sqrt(2) times as far away.
 const BINS: usize = 18;
-const FIRST_KM: f64 = 2.0;
-/// Azimuths over which a distance is averaged.
+const FIRST_BIN_KM: f64 = 2.0;
+/// Number of azimuths over which the light from a distance is averaged.
 const AZIMUTHS: usize = 12;
-/// Iterations of further scattering; each adds less than half of the previous one.
+/// Number of iterations that spread the light of the orders after the second.
 const ORDERS: usize = 4;
 /// Upper limit of the fraction of light that is scattered again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
-/// Distance beyond which no light is spread into a shadow, km: eight mean free paths of red light.
+/// Distance beyond which no light is spread into a shadow: about seven mean free paths of red light at the Earth's ground.
 const MAX_DISTANCE_KM: f64 = 600.0;
-/// Lower limit of the sine of the Sun's height; under a lower Sun the shadow leaves the planet.
+/// Lower limit of the sine of the Sun's altitude; under a lower Sun the shadow leaves the planet.
 const MIN_SUN_SINE: f64 = 0.05;
 /// Samples of the visible fraction of the Sun across the occluder's limb.
 const EDGE_NODES: usize = 96;
@@ -55,16 +58,17 @@ const SUN_ANNULI: usize = 40;
 /// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
 struct Shadow {
     /// Radius of the occluder in solar radii.
-    occluder: f64,
+    occluder_radius: f64,
     /// Kilometres per solar radius, perpendicular to the light.
     km_per_solar_radius: f64,
     /// Cosine of the Sun's zenith angle.
     sun_cosine: f64,
     /// Distances of the first and the last column from the occluder's limb, solar radii; negative on the occluder.
-    from: f64,
-    to: f64,
-    /// Visible fraction of the Sun for distances of -1 to 1 from the occluder's limb.
+    first_column: f64,
+    last_column: f64,
+    /// Visible fraction of the Sun for distances of -1 to 1 solar radii from the occluder's limb.
     visible_sun: Vec<DVec3>,
+    /// See [`azimuths`].
     azimuths: [(DVec2, DVec2); AZIMUTHS],
 }
 
@@ -80,44 +84,45 @@ impl Shadow {
         if !(depth > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
-        let occluder = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
+        let occluder_radius = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
         let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
         let margin = MAX_DISTANCE_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
-            .map(|k| visible_sun_fraction(occluder, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
+            .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
             .collect();
         let sun_cosine = along.max(MIN_SUN_SINE);
         Some(Self {
-            occluder,
+            occluder_radius,
             km_per_solar_radius,
             sun_cosine,
-            from: (-1.0 - margin).max(-occluder),
-            to: 1.0 + margin,
+            first_column: (-1.0 - margin).max(-occluder_radius),
+            last_column: 1.0 + margin,
             visible_sun,
             azimuths: azimuths(sun_cosine),
         })
     }
 
-    /// Visible fraction of the Sun at a distance from the occluder's centre.
+    /// Visible fraction of the Sun at a distance from the occluder's centre, solar radii.
     fn visible_sun(&self, distance: f64) -> DVec3 {
-        let edge = distance - self.occluder;
-        if edge >= 1.0 {
+        let from_limb = distance - self.occluder_radius;
+        if from_limb >= 1.0 {
             return DVec3::ONE;
         }
-        let node_position = (0.5 * (edge + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
+        let node_position = (0.5 * (from_limb + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
         let k = (node_position as usize).min(EDGE_NODES - 2);
         self.visible_sun[k].lerp(self.visible_sun[k + 1], node_position - k as f64)
     }
 
-    /// Distance from the occluder's centre at a column.
+    /// Distance of a column from the occluder's centre, solar radii.
     fn distance(&self, column: usize) -> f64 {
-        self.occluder + self.from + (self.to - self.from) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
+        self.occluder_radius + self.first_column + (self.last_column - self.first_column) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
-    /// Interpolates a row of square roots and squares the result.
+    /// Interpolates a row of square roots at a distance from the occluder's centre, and squares the result.
     fn interpolate_squared(&self, row: &[DVec3], distance: f64) -> DVec3 {
-        let x = ((distance - self.occluder - self.from) / (self.to - self.from)).clamp(0.0, 1.0).sqrt() * (COLUMNS - 1) as f64;
+        let x = ((distance - self.occluder_radius - self.first_column) / (self.last_column - self.first_column)).clamp(0.0, 1.0).sqrt()
+            * (COLUMNS - 1) as f64;
         let k = (x as usize).min(COLUMNS - 2);
         let root = row[k].lerp(row[k + 1], x - k as f64);
         root * root
@@ -142,14 +147,15 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     })
 }
 
-/// Visible fraction of the Sun behind a circle of radius `occluder` whose limb is `edge` beyond the Sun's centre (a negative `edge` covers the centre).
-fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
-    let separation = (occluder + edge).max(0.0);
+/// Visible fraction of the Sun behind a circle of radius `occluder_radius` whose limb is at `from_limb` from the Sun's centre; negative if it covers the
+/// centre. Lengths in solar radii.
+fn visible_sun_fraction(occluder_radius: f64, from_limb: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
+    let separation = (occluder_radius + from_limb).max(0.0);
     let annulus = |k: usize| {
         let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
         let mu = (1.0 - r * r).sqrt();
         let intensity = limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu);
-        let cosine = (r * r + separation * separation - occluder * occluder) / (2.0 * r * separation).max(1e-12);
+        let cosine = (r * r + separation * separation - occluder_radius * occluder_radius) / (2.0 * r * separation).max(1e-12);
         intensity * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / SUN_ANNULI as f64)
     };
     let total: DVec3 = (0..SUN_ANNULI)
@@ -165,36 +171,37 @@ fn visible_sun_fraction(occluder: f64, edge: f64, limb_darkening: &[DVec3; 3]) -
 /// Light binned by the distance of its source along the ground.
 #[derive(Clone)]
 struct Sources {
-    parts: [DVec3; BINS],
-    /// Sums of distances, weighted by the green channel of `parts`.
+    light: [DVec3; BINS],
+    /// Sums of distances, weighted by the green channel of `light`.
     path_sums_km: [f64; BINS],
 }
 
 impl Sources {
-    const NONE: Self = Self { parts: [DVec3::ZERO; BINS], path_sums_km: [0.0; BINS] };
+    const NONE: Self = Self { light: [DVec3::ZERO; BINS], path_sums_km: [0.0; BINS] };
 
     fn add(&mut self, path_km: f64, light: DVec3) {
-        let bin = (2.0 * (path_km / FIRST_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
-        self.parts[bin] += light;
+        let bin = (2.0 * (path_km / FIRST_BIN_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
+        self.light[bin] += light;
         self.path_sums_km[bin] += path_km * light.y;
     }
 
     fn total(&self) -> DVec3 {
-        self.parts.iter().copied().sum()
+        self.light.iter().copied().sum()
     }
 
     /// The light that arrives at a distance from the occluder's centre if each source is scaled by `factor` at its own distance from that centre.
     fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
-        let bins = self.parts.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
+        let bins = self.light.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
         bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &factor)).sum()
     }
 }
 
+/// A body's air and ground, the sources of the light.
 struct AirAndGround<'a> {
     radius_km: f64,
     air: &'a Atmosphere,
-    /// Albedo of the ground, linear RGB.
-    ground: DVec3,
+    /// Linear RGB.
+    ground_albedo: DVec3,
 }
 
 impl AirAndGround<'_> {
@@ -219,15 +226,15 @@ impl AirAndGround<'_> {
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height. Calls `scatters` for each step with the distance along the ground, the height, and the amount of scattering.
-    /// Returns the distance at which the path meets the ground and the transmittance up to there.
-    fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut scatters: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
+    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the
+    /// fraction of light scattered towards the start. Returns the distance at which the path meets the ground and the transmittance up to there.
+    fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(1e-4);
         let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
         let to_ground = self.radius_km * self.radius_km - closest_sq;
-        let hits = elevation_sine < 0.0 && to_ground > 0.0;
+        let hits_ground = elevation_sine < 0.0 && to_ground > 0.0;
         let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
-        let path_km = if hits { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
+        let path_km = if hits_ground { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
         let ground_distance_km =
             |s: f64| self.radius_km * (s * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s * elevation_sine);
         let mut transmittance = DVec3::ONE;
@@ -238,13 +245,13 @@ impl AirAndGround<'_> {
             let depth = self.coefficient(h, extinction) * step;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            scatters(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * mean_transmittance * step);
+            add_scattering(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * mean_transmittance * step);
             transmittance *= depth.map(|d| (-d).exp());
         }
-        hits.then(|| (ground_distance_km(path_km), transmittance))
+        hits_ground.then(|| (ground_distance_km(path_km), transmittance))
     }
 
-    /// For a height: the sources of second-order light, and of rescattered light.
+    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
@@ -253,7 +260,7 @@ impl AirAndGround<'_> {
                 rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
-                second.add(path_km, transmittance * self.ground * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
+                second.add(path_km, transmittance * self.ground_albedo * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
             }
         }
         (second, rescattered)
@@ -273,20 +280,21 @@ fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
 /// The tables of all occluders that a draw may have: [`NODES`] square roots each, then for each occluder the start of its columns and one over their range.
 /// Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
-    let mut all = vec![Vec4::ONE; TABLES];
+    let mut all = vec![Vec4::ONE; VECTORS];
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air = AirAndGround { radius_km: body.radii_km.x, air, ground: DVec3::from_array(body.target_mean_colour()) };
+        let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.target_mean_colour()) };
         for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }
-        let column_range = DVec3::new(shadow.from, 1.0 / (shadow.to - shadow.from), 0.0);
+        let column_range = DVec3::new(shadow.first_column, 1.0 / (shadow.last_column - shadow.first_column), 0.0);
         all[FIRST_COLUMN_RANGE + index] = camera::narrow(column_range).extend(0.0);
     }
     all
 }
 
+/// The [`NODES`] square roots of one occluder.
 fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let root = |v: DVec3| v.map(|x| x.clamp(0.0, 1.0).sqrt());
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
@@ -315,7 +323,7 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     rows
 }
 
-/// Fraction of the entire sky's irradiance of level ground that remains.
+/// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at all heights.
 fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights
@@ -326,7 +334,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
         let weight = weight * elevation_sine;
-        let scatters = |path_km: f64, h: f64, scattered: DVec3| {
+        let add_scattering = |path_km: f64, h: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
             let row_position = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
                 .min((HEIGHTS - 1) as f64);
@@ -334,7 +342,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - up)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * up));
         };
-        air.integrate_path(0.0, elevation_sine, scatters);
+        air.integrate_path(0.0, elevation_sine, add_scattering);
     }
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {

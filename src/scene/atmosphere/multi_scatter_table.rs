@@ -3,7 +3,7 @@
 //! In: a body with its atmosphere. Out: [`NODES`] square roots, by rows of heights: of radiances per unit of sunlight, and in the last row of the irradiance
 //! of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
 //! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
-//! modelled: the directionality of the higher orders, and light that spreads sideways beyond the region in which the air is uniform.
+//! modelled: the directionality of the higher orders, and differences in illumination between neighbouring places.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
@@ -25,9 +25,9 @@ pub(crate) const SOURCES: [&str; 4] =
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
 /// Sampling with the Sun below the horizon, which lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
-/// of 12 degrees was a thirtieth of its true value.
-const BY_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
-/// Sampling of the row of the ground.
+/// of 12 degrees would be a thirtieth of its true value.
+const AT_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
+/// Sampling for the row of the ground's irradiance.
 const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 /// Integration steps towards the Sun.
 const SUNLIGHT_STEPS: usize = 24;
@@ -36,7 +36,7 @@ const MAX_RESCATTERED: f64 = 0.98;
 use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST};
 /// Column coordinate of the Sun in the zenith.
 const LAST: f64 = 1.0 / (1.0 + BEND);
-/// Height at which rays that leave the ground start, so that none starts below it: 10 cm.
+/// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
 const GROUND_CLEARANCE_KM: f64 = 1e-4;
 
 /// Number of directions over the sphere, and of integration steps along each.
@@ -121,7 +121,7 @@ impl AirSphere<'_> {
         depth.map(|d| (-d).exp())
     }
 
-    /// Integrates in-scattering along a ray in `count` steps. `source`: radiance per unit of scattering at a place.
+    /// Integrates in-scattering along a ray in `count` steps. `source`: radiance that a unit of scattering at a point sends into the ray.
     fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut ray = RayIntegral {
@@ -144,11 +144,11 @@ impl AirSphere<'_> {
         ray
     }
 
-    /// The node of a row and a column: mean radiance over all directions, of all orders of scattering from the second.
+    /// The node of a row and a column: radiance of the second and all further orders of scattering, the mean over all directions.
     fn node(&self, row: usize, column: usize) -> DVec3 {
         let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
-        let sampling = if sun.z > 0.0 { BY_DAY } else { BY_DUSK };
+        let sampling = if sun.z > 0.0 { BY_DAY } else { AT_DUSK };
         let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
         for along in directions(sampling.directions) {
             let ray = self.ray(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
@@ -172,22 +172,23 @@ impl AirSphere<'_> {
         let sun = towards_sun(sun_cosine(column));
         let mut sum = DVec3::ZERO;
         for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
-            let cos = along.dot(sun);
             let multiple = self.ray(from, along, ON_GROUND.steps, |p| self.interpolate(rows, self.height(p), p.normalize().dot(sun))).light;
-            let single_scattering: DVec3 = self.single_scattering(from, along, sun, cos);
-            sum += (multiple + single_scattering) * along.z;
+            sum += (multiple + self.single_scattering(from, along, sun)) * along.z;
         }
-        // The directions are those of the entire sphere, of which each has the solid angle 2 TAU / count.
+        // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
         sum * (2.0 * TAU / ON_GROUND.directions as f64)
     }
 
     /// Single scattering along a ray, with the phase function of each species.
-    fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3, cos: f64) -> DVec3 {
-        let phases = |s: &crate::catalog::Species| s.asymmetry.map_or_else(|| phase::rayleigh(cos), |g| phase::henyey_greenstein(cos, g));
+    fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
+        let cos_scattering = along.dot(sun);
+        let phase_function = |s: &crate::catalog::Species| {
+            s.asymmetry.map_or_else(|| phase::rayleigh(cos_scattering), |g| phase::henyey_greenstein(cos_scattering, g))
+        };
         let source = |p: DVec3| {
             let height = self.height(p);
             let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));
-            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * (density(s, height) * phases(s))).sum();
+            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * (density(s, height) * phase_function(s))).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };
         self.ray(from, along, ON_GROUND.steps, source).light

@@ -1,18 +1,18 @@
 //! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
 //!
 //! In: the cosine of the scattering angle, 1 is forwards, and for aerosols the asymmetry, which is the mean cosine. Always: the shader's functions
-//! (shaders/lib/air/phase.wesl) times 1 / pi; `shader::formulas` of the tests compares them.
+//! (shaders/lib/air/phase.wesl) times 1 / pi; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
 
-/// Rayleigh's phase function, of gas.
+/// Rayleigh's phase function, for gas.
 pub fn rayleigh(cos_scattering: f64) -> f64 {
     3.0 / (16.0 * PI) * (1.0 + cos_scattering * cos_scattering)
 }
 
-/// Henyey and Greenstein's phase function, of aerosols (1941, Astrophysical Journal 93, 70).
+/// Henyey and Greenstein's phase function, for aerosols (1941, Astrophysical Journal 93, 70).
 pub fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
-    // (1 - g)^2 for light that goes straight on: kept above 0 for an asymmetry g near 1, as in the shader.
+    // Forwards it is (1 - g)^2, with g the asymmetry: kept above 0 for g near 1, as in the shader.
     let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
 }
@@ -21,9 +21,9 @@ pub fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Midpoint rule over the cosine; the error of the narrowest lobe is below 1e-4.
+    /// Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4.
     #[test]
-    fn the_mean_over_all_directions_is_that_of_isotropic_light() {
+    fn the_functions_are_normalised_and_have_their_mean_cosine() {
         const STEPS: usize = 100_000;
         let cosines = || (0..STEPS).map(|k| (2.0 * k as f64 + 1.0) / STEPS as f64 - 1.0);
         let mean = |values: &dyn Fn(f64) -> f64| cosines().map(values).sum::<f64>() / STEPS as f64;

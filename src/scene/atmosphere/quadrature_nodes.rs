@@ -12,7 +12,7 @@ use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
-/// Vectors per node.
+/// Vectors of the uniform per node.
 pub(crate) const ROWS: usize = 3;
 /// Nodes after those of the quadrature: the camera's end and the far end.
 pub(crate) const ENDS: usize = 2;
@@ -28,6 +28,7 @@ fn midpoint(nodes: &[(f64, f64)], k: usize) -> f64 {
     0.5 * (nodes[k].0 + nodes.get(k + 1).map_or(1.0, |next| next.0))
 }
 
+/// The heights of an atmosphere's profiles, in radii.
 struct ScaleHeights {
     rayleigh: f64,
     mie: f64,
@@ -59,11 +60,11 @@ impl ScaleHeights {
 /// The ends of a ray and where the nodes between them lie, from the lower end up.
 struct NodePlacement {
     scales: ScaleHeights,
-    /// Heights of the camera's end, of the far end, and of the lower of the two, radii.
+    /// Heights of the camera's end, of the far end, and of the lower of the two, in radii.
     camera: f64,
     far: f64,
     low: f64,
-    /// w at the upper end.
+    /// w at the upper end; see the module's documentation.
     w_max: f64,
     /// Quadrature nodes in 0 to 1, with weights.
     nodes: Vec<(f64, f64)>,
@@ -213,7 +214,7 @@ mod tests {
             let scale = 0.00125;
             let (low, high) = (f64::from(camera.min(far)), f64::from(camera.max(far)));
             let column = scale * ((-low / scale).exp() - (-high / scale).exp());
-            // gas * step * radius, times one over the radius.
+            // y is weight * radius * density of the gas, w is one over the radius.
             let sum: f64 = (0..8).map(|k| f64::from(rows[ROWS * k].y * rows[ROWS * k].w)).sum();
             assert!((sum / column - 1.0).abs() < 1e-4, "{camera} {far}: {sum} for {column}");
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();

@@ -1,7 +1,7 @@
 //! Looks up the value of a draw's uniform by its name in the shader fragments, including tables of the atmosphere.
 //!
-//! In: a draw's uniforms, and the number of rows of the module's array, because the sample count of a model is a constant of its fragments. Out: the
-//! value. Does not write bytes.
+//! In: a draw's uniforms, and the number of rows of the array in the shader module, from which the sample count follows. Out: the value. Does not write
+//! bytes.
 
 use super::quadrature_nodes;
 use crate::scene::draw::DrawUniforms;

@@ -33,7 +33,7 @@ pub(super) struct Annotations {
 impl Annotations {
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, reports: &[BodyInView], stars: &[StarSprite]) -> Self {
         let (request, camera) = (builder.request, frame.camera);
-        let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, true);
+        let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports);
         if request.pixel_view != PixelView::Final {
             let (sky_lines, ground_lines, lines_in_space) = Default::default();
             return Self { sky_lines, ground_lines, lines_in_space, labels, texts: None, decisions: Vec::new() };
@@ -53,8 +53,9 @@ impl Annotations {
         let (star_texts, star_decision) = names.unzip();
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
-        let wanted: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
-        let texts = (!wanted.is_empty()).then(|| line_texts::place_texts(wanted, labels.as_ref(), size_px, camera.half_size() * 2.0));
+        let candidates: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
+        let texts =
+            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,
@@ -87,15 +88,16 @@ impl<'a> SceneBuilder<'a> {
         nearest.is_some_and(|p| p.body.id == body.body.id)
     }
 
-    /// Whether any body, including the one that the viewer stands on, hides a text on the sky. A text on the horizon is drawn above the horizon.
-    /// Coordinate ticks are never hidden: they stay at the image's edge, even azimuth ticks below the horizon.
+    /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
+    /// above the text, so that texts on the horizon are kept.
+    /// Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
     fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
             let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };
             !self.is_inside(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
         };
-        !text.is_tick && self.placed.iter().any(hides)
+        !text.is_grid_coordinate && self.placed.iter().any(hides)
     }
 
     /// Outlines of instruments' fields of view, centred on the target.

@@ -70,7 +70,7 @@ impl BodiesInFrame {
 
     /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
     /// radiance shown as white.
-    pub(super) fn hide(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
+    pub(super) fn apply_visibility(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
@@ -79,22 +79,22 @@ impl BodiesInFrame {
 }
 
 /// The report of a placed body.
-fn report(p: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyInView {
-    let to_viewer = p.placement.body_from_icrf * -p.placement.centre_km;
+fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyInView {
+    let to_viewer = placed.placement.body_from_icrf * -placed.placement.centre_km;
     BodyInView {
-        id: p.body.id,
-        name: p.body.name.clone(),
+        id: placed.body.id,
+        name: placed.body.name.clone(),
         appearance: decided.appearance,
-        distance_km: p.distance_km,
-        angular_diameter_deg: 2.0 * (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin().to_degrees(),
+        distance_km: placed.distance_km,
+        angular_diameter_deg: 2.0 * (placed.body.radii_km.max_element() / placed.distance_km).min(1.0).asin().to_degrees(),
         diameter_px: decided.diameter_px,
-        phase_angle_deg: p.phase_angle.to_degrees(),
+        phase_angle_deg: placed.phase_angle.to_degrees(),
         magnitude,
         sub_observer: SubPoint::of(to_viewer),
-        sub_solar: (p.body.id != NaifId::SUN).then(|| SubPoint::of(p.body_from_icrf * p.sun_from_body_km)),
-        placement: p.placement,
+        sub_solar: (placed.body.id != NaifId::SUN).then(|| SubPoint::of(placed.body_from_icrf * placed.sun_from_body_km)),
+        placement: placed.placement,
         features: draws.iter().map(|d| d.features).collect(),
-        invented: invented(p.body, draws),
+        invented: invented(placed.body, draws),
         decisions: decided.decisions,
     }
 }
@@ -123,14 +123,14 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
 fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    let shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
-    let meshed = draws.iter().any(|d| d.features.shape == Shape::Mesh);
-    let detailed = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
-    let detailed = detailed.map(|d| ("detail".to_owned(), detail::law(d)));
-    let shape = body.mesh.iter().filter(|_| meshed).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
-    maps.filter(|(file, _)| shown(file))
+    let is_shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
+    let has_mesh = draws.iter().any(|d| d.features.shape == Shape::Mesh);
+    let details = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
+    let details = details.map(|d| ("detail".to_owned(), detail::description(d)));
+    let shape = body.mesh.iter().filter(|_| has_mesh).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
+    maps.filter(|(file, _)| is_shown(file))
         .chain(shape)
         .map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how))))
-        .chain(detailed)
+        .chain(details)
         .collect()
 }

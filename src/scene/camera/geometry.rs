@@ -55,8 +55,8 @@ impl ImageProjection for LeftEyeImage<'_> {
     fn size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.width), f64::from(self.camera.height))
     }
-    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
-        self.camera.disc_radius_px(angular_radius)
+    fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
+        self.camera.disc_radius_px(angular_radius_rad)
     }
     fn field_of_view(&self) -> Message {
         self.camera.field_of_view()
@@ -115,8 +115,8 @@ impl ImageProjection for WarpedImage<'_> {
     fn size_px(&self) -> DVec2 {
         DVec2::from_array(self.geometry.screen_px.map(f64::from))
     }
-    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
-        self.geometry.image.projection(self.camera).disc_radius_px(angular_radius) * self.geometry.scale()
+    fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
+        self.geometry.image.projection(self.camera).disc_radius_px(angular_radius_rad) * self.geometry.scale()
     }
     fn field_of_view(&self) -> Message {
         self.geometry.image.projection(self.camera).field_of_view()
@@ -205,7 +205,7 @@ mod tests {
 
     /// An undistorted mesh on a screen of twice the image's size.
     #[test]
-    fn a_plain_mesh_scales() {
+    fn an_undistorted_mesh_scales_the_image() {
         let mesh = Arc::new(WarpMesh::parse("m", "2\n2 2\n-1.5 -1 0 0 1\n1.5 -1 1 0 1\n-1.5 1 0 1 1\n1.5 1 1 1 1\n").expect("a mesh"));
         let plain = WarpedGeometry { image: Box::default(), image_px: [90, 60], mesh, screen_px: [180, 120] };
         for (x, y) in [(0.5, 0.5), (12.0, 47.0), (89.0, 3.0)] {

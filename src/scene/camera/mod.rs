@@ -14,6 +14,7 @@ use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 /// View depth in km that maps to reversed depth 1: surfaces nearer than this (10 cm) are clipped.
 pub const NEAR_DEPTH_KM: f64 = 1e-4;
 
+/// A perspective camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Barycentric position, ICRF.
@@ -26,8 +27,8 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Whether this is one frame of a composed image. The glare of the Sun is then drawn even if the Sun is outside this frame.
-    pub is_part_of_composite: bool,
+    /// Whether the frame is a face of a dome or an entire sphere. The glare of the Sun is then drawn even if the Sun is outside the frame.
+    pub is_cube_face: bool,
 }
 
 /// The apparent position, orientation and size of a body, f64.
@@ -42,7 +43,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Camera in the unit-sphere frame.
+    /// Position of the camera in the unit-sphere frame.
     pub fn camera_in_unit_sphere(&self) -> DVec3 {
         self.body_from_icrf * -self.centre_km / self.radii_km
     }
@@ -84,8 +85,8 @@ pub struct ClipRect {
 impl ClipRect {
     pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
 
-    /// The intersection of two rectangles.
-    pub(crate) fn common(&self, other: &Self) -> Option<Self> {
+    /// The intersection of two rectangles; `None` if it is empty.
+    pub(crate) fn intersection(&self, other: &Self) -> Option<Self> {
         let both = Self {
             left: self.left.max(other.left),
             top: self.top.min(other.top),
@@ -100,7 +101,7 @@ impl ClipRect {
         narrow4(glam::DVec4::new(self.left, self.top, self.right, self.bottom))
     }
 
-    /// The smallest rectangle of whole pixels around this one. `half_size`: of the image, pixels.
+    /// The smallest rectangle of whole pixels around this one. `half_size`: half the image's size, pixels.
     pub(crate) fn of_whole_pixels(&self, half_size: DVec2) -> Self {
         let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size.x) / half_size.x - 1.0;
         let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size.y) / half_size.y;
@@ -138,7 +139,7 @@ pub enum AnchorForm {
     Plane,
 }
 
-/// Narrows f64 to f32, rounding to nearest: the only narrowing in `scene`.
+/// Narrows f64 to f32, rounding to nearest. The other modules of `scene` narrow only by this function and its variants below.
 pub(crate) fn narrow(v: DVec3) -> Vec3 {
     v.as_vec3()
 }
@@ -172,10 +173,10 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height, is_part_of_composite: false }
+        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false }
     }
 
-    /// Half the viewport in pixels.
+    /// Half the width and height of the viewport, pixels.
     pub fn half_size(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
@@ -241,8 +242,8 @@ impl Camera {
 
     /// Narrows the rays of one draw to f32.
     ///
-    /// A ray is given by its anchor, a point on it, which is affine over the rectangle: value = origin + u du + v dv. The anchor is the camera itself,
-    /// or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
+    /// A ray is given by its direction and its anchor, a point on it. Both are affine over the rectangle: value = origin + u du + v dv. The anchor is the
+    /// camera, or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
     /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the distance of the
     /// farthest anchor in the rectangle from the body's centre; `Auto` compares the two errors. Measured in tests/scene/silhouette.rs.
     ///

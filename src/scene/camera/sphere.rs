@@ -1,6 +1,6 @@
 //! Fisheye and equirectangular images: the mapping between directions and pixels.
 //!
-//! In: directions in the image's axes (x right, y up, z forward) or ICRF. Out: pixels, and their size on the sky. Always: `SphereImage::direction`
+//! In: directions in the image's axes (x right, y up, z forward) or ICRF. Out: pixels, and the solid angle of a pixel. Always: `SphereImage::direction`
 //! and [`SphereImage::pixel`] are inverse to each other. The formulas are those of shaders/entry/fisheye.wesl and equirectangular.wesl.
 
 use super::Camera;
@@ -15,8 +15,8 @@ pub(crate) trait ImageProjection {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
-    /// Radius in pixels of a disc in the image's middle, from its angular radius in radians.
-    fn disc_radius_px(&self, angular_radius: f64) -> f64;
+    /// Radius of a disc in the image's middle, from its angular radius.
+    fn disc_radius_px(&self, angular_radius_rad: f64) -> f64;
     /// The field of view.
     fn field_of_view(&self) -> Message;
 }
@@ -28,8 +28,8 @@ impl ImageProjection for Camera {
     fn size_px(&self) -> DVec2 {
         self.half_size() * 2.0
     }
-    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
-        angular_radius.tan() / self.pixel_tangent()
+    fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
+        angular_radius_rad.tan() / self.pixel_tangent()
     }
     fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
@@ -138,8 +138,8 @@ impl ImageProjection for SphereImage {
     fn size_px(&self) -> DVec2 {
         self.size()
     }
-    fn disc_radius_px(&self, angular_radius: f64) -> f64 {
-        angular_radius / self.radians_per_pixel().y
+    fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
+        angular_radius_rad / self.radians_per_pixel().y
     }
     fn field_of_view(&self) -> Message {
         let deg = 2.0 * self.half_fov_rad.to_degrees();

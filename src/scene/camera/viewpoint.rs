@@ -49,11 +49,12 @@ fn fitted_distance_radii(fov_deg: f64) -> f64 {
     1.0 / (FITTED_DISC * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
 }
 
-/// The field of view in which a disc of an angular radius (radians) has the diameter [`FITTED_DISC`].
-fn fitted_fov_deg(angular_radius: f64) -> f64 {
-    2.0 * (angular_radius.tan() / FITTED_DISC).atan().to_degrees()
+/// The field of view in which a disc of this angular radius has the diameter [`FITTED_DISC`].
+fn fitted_fov_deg(angular_radius_rad: f64) -> f64 {
+    2.0 * (angular_radius_rad.tan() / FITTED_DISC).atan().to_degrees()
 }
 
+/// Looks up bodies and their states at the request's time.
 struct StateLookup<'a> {
     catalog: &'a Catalog,
     ephemeris: &'a Ephemeris,
@@ -83,8 +84,8 @@ impl StateLookup<'_> {
     }
 }
 
-/// Maximum distance of a camera from the body relative to which it is placed: 1000 light years of Julian years. From farther away the time
-/// of emission would be outside every ephemeris.
+/// Maximum distance of a camera from the body relative to which it is placed: 1000 light years. From farther away the time of emission would be outside
+/// every ephemeris.
 pub(crate) const FARTHEST_KM: f64 = 1000.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
 fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
@@ -168,8 +169,8 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             }
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
                 fov_deg = catalog.body(target).map(|b| {
-                    let angular_radius = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
-                    fitted_fov_deg(angular_radius).clamp(1e-6, 60.0)
+                    let angular_radius_rad = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
+                    fitted_fov_deg(angular_radius_rad).clamp(1e-6, 60.0)
                 });
             }
             if stands_on_target.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }

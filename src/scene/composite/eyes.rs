@@ -1,9 +1,9 @@
 //! Stereo pairs: two cameras side by side with parallel axes.
 //!
-//! In: a plain request and the eye separation. Out: a frame for each eye. Both look in the same direction; points at the target's distance have zero
-//! parallax, nearer points have crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
+//! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
+//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
 //! frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax; the target has zero parallax, to within a quarter of a pixel if the separation was given.
+//! frame's columns. Always: no vertical parallax; the target has zero parallax, to within half a pixel if the separation is given or that of human eyes.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;
@@ -21,6 +21,7 @@ const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
 
+/// The frames of a stereo pair. `plain`: the request without its composition.
 pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<CompositeFrames, SceneError> {
     // Caption, scale bar and compass are placed later, at the same position for both eyes.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
@@ -34,9 +35,9 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
     let pixel_km = distance_km * viewer.camera.pixel_tangent();
-    let standing = matches!(request.position, Position::Ground { .. });
+    let stands_on_ground = matches!(request.position, Position::Ground { .. });
     let (separation_km, infinity_px) = match stereo.eye_separation_km {
-        None if !standing => {
+        None if !stands_on_ground => {
             let infinity_px = (f64::from(request.width) * INFINITY_PARALLAX_OF_WIDTH).round().max(1.0);
             (infinity_px * pixel_km, infinity_px)
         }
@@ -52,7 +53,7 @@ pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewReque
             max_px * pixel_km
         )));
     }
-    // Exact: a rounded number of at most half of 16384.
+    // The cast is exact: `infinity_px` is a whole number of at most half of 16384.
     let infinity_columns = infinity_px as u32;
     let eye = |side: f64| -> Result<FrameRequest, SceneError> {
         let mut viewer = viewer.clone();

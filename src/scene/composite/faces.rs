@@ -15,7 +15,7 @@ use crate::scene::error::SceneError;
 use crate::scene::request::composition::{FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::layers::Layers;
-use crate::scene::request::view_request::ViewRequest;
+use crate::scene::request::view_request::{MAX_IMAGE_PX, ViewRequest};
 use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
@@ -27,7 +27,7 @@ pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
 const MIN_FACE_PX: u32 = 16;
 
-/// Right, up and forward of each face, in the image's axes.
+/// Right, up and forward of each face in the image's axes. Order of the faces: front, right, back, left, up, down.
 pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
@@ -60,12 +60,12 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID);
     // Widened, because the boundary of the cap can lie between two grid points.
-    let widened_half_fov = half_fov_rad + 2.0 * step;
+    let widened_half_fov_rad = half_fov_rad + 2.0 * step;
     let mut bounds: Option<[f64; 4]> = None;
     for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
         let (s, t) = (f64::from(i) * step, f64::from(j) * step);
         let direction = (right * (2.0 * s - 1.0) + up * (1.0 - 2.0 * t) + forward).normalize();
-        if direction.truncate().length().atan2(direction.z) <= widened_half_fov {
+        if direction.truncate().length().atan2(direction.z) <= widened_half_fov_rad {
             let p = bounds.get_or_insert([s, t, s, t]);
             *p = [p[0].min(s - step), p[1].min(t - step), p[2].max(s + step), p[3].max(t + step)];
         }
@@ -73,6 +73,7 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     bounds.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
 }
 
+/// The frames of a dome or an entire sphere. `plain`: the request without its composition.
 pub(super) fn frames(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -91,13 +92,20 @@ pub(super) fn frames(
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
     let radial_px = 2.0 / image.radians_per_pixel().min_element();
     let matching_px = (2.0 * image.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
-    // At most 10430 pixels, for an equirectangular image of 16384 by 16384.
+    // For an equirectangular image of 16384 by 16384 this is 10432 pixels.
     let mut face_px = (matching_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
     if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
         // A frame must not have the image's size, so that their HDR targets differ.
         face_px += 2;
     }
     let frame_px = face_px + 2 * BORDER_PX;
+    if frame_px > MAX_IMAGE_PX {
+        // The size of a face is nearly in inverse proportion to the field of view. Rounded up to a tenth of a degree.
+        let least_deg = (10.0 * fov_deg * f64::from(frame_px) / f64::from(MAX_IMAGE_PX)).ceil() / 10.0;
+        return Err(SceneError::Request(format!(
+            "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
+        )));
+    }
     let mut effects = plain.effects.clone();
     if effects.override_of(Effect::Glare).is_none() {
         effects.set(Effect::Glare, false);
@@ -114,14 +122,14 @@ pub(super) fn frames(
     };
     let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
     let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
-    let camera = |[r, u, f]: [DVec3; 3], tangent: f64, side: u32| Camera {
-        right: in_icrf(r),
-        up: in_icrf(u),
-        forward: in_icrf(f),
-        tan_half_fov: DVec2::splat(tangent),
-        width: side,
-        height: side,
-        is_part_of_composite: true,
+    let camera = |[right, up, forward]: [DVec3; 3], tan_half_fov: f64, side_px: u32| Camera {
+        right: in_icrf(right),
+        up: in_icrf(up),
+        forward: in_icrf(forward),
+        tan_half_fov: DVec2::splat(tan_half_fov),
+        width: side_px,
+        height: side_px,
+        is_cube_face: true,
         ..viewer.camera.clone()
     };
     let (mut frames, mut visible_rects, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
@@ -132,19 +140,19 @@ pub(super) fn frames(
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
-        let side = f64::from(face_px);
-        let first_px = |fraction: f64| (fraction * side).floor().max(0.0) as u32;
-        let end_px = |fraction: f64| ((fraction * side + 2.0 * border).ceil() as u32).min(frame_px);
+        let side_px = f64::from(face_px);
+        let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
+        let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);
         visible_rects.push([first_px(x0), first_px(y0), end_px(x1), end_px(y1)]);
         frame_of[face] = Some(frames.len());
-        let tangent = f64::from(frame_px) / side;
-        let viewer = Viewer { camera: camera(axes, tangent, frame_px), ..viewer.clone() };
+        let tan_half_fov = f64::from(frame_px) / side_px;
+        let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
     // The light meter sees the middle of the image, at most the front face.
-    let half_fov = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
-    let metered = Camera { is_part_of_composite: false, ..camera(AXES[0], half_fov.tan(), frame_px) };
-    let meter = FrameRequest { request: face_request, viewer: Viewer { camera: metered, ..viewer } };
+    let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
+    let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
+    let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
     Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 

@@ -47,7 +47,7 @@ impl CompositeFrames {
     }
 
     /// Gives all frames the metered exposure.
-    pub(crate) fn exposed(&mut self, exposure: &Exposure) {
+    pub(crate) fn set_exposure(&mut self, exposure: &Exposure) {
         self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
     }
 }
@@ -62,7 +62,8 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// Combines the scenes of the frames, one per frame in the same order. `meter`: the camera of the light meter, midway between both eyes.
+    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter`: the camera of the light meter; for a stereo pair
+    /// it is midway between the eyes.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
@@ -97,7 +98,7 @@ impl Composite {
                 }
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, true);
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;

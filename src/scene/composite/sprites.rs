@@ -1,7 +1,7 @@
 //! Stars and points of the faces as sprites of the entire image.
 //!
-//! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance: the flux of a sprite is inversely
-//! proportional to the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
+//! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
+//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
 //! a sprite is as wide as a star in a perspective image. Near the poles of an equirectangular image a star becomes a row of sprites as wide as the
 //! stretched circle. Sprites that cross the left or right edge of such an image are repeated at the opposite edge.
 
@@ -13,9 +13,10 @@ use crate::scene::point::{point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
 
-/// Maximum radius of a sprite relative to the image's shorter side, and the radius in pixels that is always allowed. Without this limit the Sun, which is
-/// in every image of the entire sphere, would cover everything within 20 degrees at a night exposure.
+/// Maximum radius of a sprite relative to the image's shorter side. Without this limit the Sun, which is in every image of the entire sphere, would cover
+/// everything within 20 degrees at a night exposure.
 const MAX_RADIUS_OF_SHORT_SIDE: f64 = 0.015;
+/// Radius in pixels that a sprite may have in any image, however small.
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
 /// A projected sprite: clip position, radius, flux.
@@ -41,14 +42,14 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
     let radius_px = point_radius_px(copy_flux.max_element() * point_peak() / white).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
     let wraps = image.projection == Projection::Equirectangular;
     let mut sprites = Vec::new();
-    // The cast is exact: `copies` is a rounded number of at most the image's width.
+    // The cast is exact: `copies` is a whole number of at most the image's width.
     for k in 0..copies as u32 {
         let offset_px = (f64::from(k) + 0.5 - 0.5 * copies) * (stretch / copies).min(size.x / copies);
         let x = if copies > 1.0 { pixel.x + offset_px } else { pixel.x };
         for shift_px in [0.0, -size.x, size.x] {
             let copy_px = DVec2::new(x + shift_px, pixel.y);
-            let inside = copy_px.x + radius_px > 0.0 && copy_px.x - radius_px < size.x;
-            if inside && (wraps || shift_px == 0.0) {
+            let is_inside = copy_px.x + radius_px > 0.0 && copy_px.x - radius_px < size.x;
+            if is_inside && (wraps || shift_px == 0.0) {
                 let clip = DVec2::new(2.0 * copy_px.x / size.x - 1.0, 1.0 - 2.0 * copy_px.y / size.y);
                 sprites.push(ProjectedSprite {
                     centre: narrow(clip.extend(f64::from(centre.z))),

@@ -48,7 +48,7 @@ pub enum Shape {
 pub enum EclipseModel {
     #[default]
     None,
-    /// A linear ramp between first and last contact.
+    /// A linear ramp between external and internal contact of the discs.
     Linear,
     /// Exact overlap of uniform discs.
     UniformDisc,
@@ -126,7 +126,7 @@ pub enum AtmosphereModel {
     Pixel8,
     Pixel16,
     Pixel32,
-    /// Tables of transmittance and multiple scattering.
+    /// As `Pixel16`, with the light of higher orders of scattering from a table.
     Table,
 }
 
@@ -188,6 +188,7 @@ impl AirPass {
     }
 }
 
+/// Properties of a mesh's triangles and texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Flags {
     pub two_sided: bool,

@@ -49,7 +49,7 @@ impl BodyPart {
 pub struct Draw {
     pub body: NaifId,
     pub part: BodyPart,
-    /// The body's name, for labels.
+    /// The name of the body and, except for its globe, of the part: `Earth clouds`. For labels and error messages.
     pub name: String,
     pub features: DrawFeatures,
     pub uniforms: DrawUniforms,
@@ -58,7 +58,7 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// The same shape in black, without maps and effects, to find the pixels that it covers.
+    /// The same shape in black, without maps and effects: it shows which pixels the draw covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
@@ -123,7 +123,7 @@ pub struct StarSprite {
     pub radius_px: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// The star's index in the catalogue; `None` for the head of a comet.
+    /// The star's index in the star catalog; `None` for the head of a comet.
     pub star: Option<usize>,
 }
 

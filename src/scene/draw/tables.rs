@@ -1,8 +1,8 @@
-//! Tables that shaders read by texel: plain values. Module `rings` fills those of rings, module `visibility` the lunar limb profile.
+//! Tables that shaders read as textures: plain values. `scene::rings` fills those of rings, `scene::visibility` the lunar limb profile.
 
 use crate::scene::constants::RING_BIN_ROWS;
 
-/// Integrals over a ring's radius: texels row by row, four numbers each. Their layout is documented in shaders/lib/ring/profile.wesl for the ring itself,
+/// Integrals over a ring's radius: texels row by row, four numbers per texel. Their layout is documented in shaders/lib/ring/profile.wesl for the ring itself,
 /// and in shaders/lib/ring/shadow.wesl for its shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingTable {

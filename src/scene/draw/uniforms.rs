@@ -88,7 +88,7 @@ pub struct Light {
 }
 
 uniforms! {
-    /// The uniforms of one draw, all f32, all in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
+    /// The uniforms of one draw, all f32. Unless stated otherwise, vectors are in the body's unit-sphere frame: body-fixed axes, each divided by its semi-axis
     /// (so the ellipsoid is the unit sphere).
     ///
     /// The draw covers the screen rectangle that bounds the silhouette. At rectangle coordinates (u, v), each from 0 to 1 (v down the screen), the view ray is
@@ -126,9 +126,11 @@ uniforms! {
         pub limb_u2: Vec3 = "limb_u2",
         /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
         pub map_latitude_stretch: f32 = "map_latitude_stretch",
-        /// Scale of the night lights' radiance, strength of the ocean glint and mean square slope of the waves.
+        /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
+        /// Strength of the ocean glint.
         pub specular_strength: f32 = "specular_strength",
+        /// Mean square slope of the waves.
         pub wave_slope_sq: f32 = "wave_slope_sq",
         /// Normal map strength.
         pub normal_strength: f32 = "normal_strength",
@@ -140,6 +142,7 @@ uniforms! {
         pub air: AtmosphereUniforms,
         /// The camera in the unit-sphere frame, f32.
         pub camera_in_unit_sphere: Vec3 = "camera_in_unit_sphere",
+        /// Clip units per pixel.
         pub pixel_size: Vec2 = "pixel_size",
         /// Matrix from a mesh's points relative to `mesh_anchor` to clip positions with reversed depth.
         pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
@@ -172,10 +175,11 @@ uniforms! {
         pub radius: f32 = "cloud_radius",
         /// Lambert albedo of complete cloud cover.
         pub albedo: f32 = "cloud_albedo",
-        /// For the ground's draw where it shows the clouds too: the radiance of complete cloud cover per irradiance, the optical depth of the air above it (as
-        /// `air_ground_depth`), and the first row of its part of the coarse image of the air, which the plan sets.
+        /// This and the next two fields: for the ground's draw where it also shows the clouds. Radiance of complete cloud cover per irradiance.
         pub reflectance: f32 = "cloud_reflectance",
+        /// Optical depth of the air above the clouds, as `air_ground_depth`.
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
+        /// First row of the clouds' part of the coarse image of the air, which the plan sets.
         pub coarse_row: f32 = "cloud_coarse_row",
     }
 }
@@ -315,6 +319,7 @@ uniforms! {
         /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
+        /// Height and width of the opposition surge.
         pub opposition: Vec2 = "ring_opposition",
         /// 1: the half in front of the body's centre, -1: behind it, 0: both.
         pub side: f32 = "ring_side",

@@ -11,8 +11,8 @@ use crate::scene::atmosphere::species::rayleigh;
 use glam::{DVec3, DVec4};
 
 pub use crate::scene::constants::REFRACTION_LAYERS as LAYERS;
-/// Heights per layer over which transmittance is averaged.
-const HEIGHTS: usize = 4;
+/// Number of heights per layer over which transmittance is averaged.
+const HEIGHTS_PER_LAYER: usize = 4;
 
 /// Height of the tops of the Earth's low, middle and high clouds, km, and the fraction of the sky that they cover (Rossow and Schiffer 1999, Bull. Amer.
 /// Meteor. Soc. 80, 2261).
@@ -25,7 +25,7 @@ const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
 /// Correlation length of clouds, about that of a weather front.
 const CLOUD_FIELD_KM: f64 = 300.0;
 
-/// Layers of an atmosphere from the ground up.
+/// Layers of an atmosphere from the ground up; the unit of length is that of [`layers`].
 pub(crate) struct RefractingLayers {
     /// Height of the top of the highest layer.
     pub top: f64,
@@ -35,13 +35,13 @@ pub(crate) struct RefractingLayers {
 }
 
 impl RefractingLayers {
-    /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `distance`: from the axis, in solar radii; `depth`: units of length
-    /// behind the occluder; `scale`: solar radii per unit of length.
-    pub(crate) fn light(&self, distance: f64, depth: f64, scale: f64) -> f64 {
+    /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `separation`: of the centres of Sun and occluder as seen from the
+    /// point, in solar radii; `depth`: distance behind the occluder; `scale`: solar radii per unit of length.
+    pub(crate) fn light(&self, separation: f64, depth: f64, scale: f64) -> f64 {
         let layer = |(edge, transmittance): (&DVec4, &DVec3)| {
             let ring = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
             // The fraction of the ring's circumference that lies on the Sun's disc.
-            let cosine = (ring * ring + distance * distance - 1.0) / (2.0 * ring * distance).max(1e-9);
+            let cosine = (ring * ring + separation * separation - 1.0) / (2.0 * ring * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
             (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittance.to_array())
         };
@@ -54,10 +54,10 @@ pub(crate) fn refracts(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && rayleigh(air).is_some())
 }
 
-/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `depth` and `sun`: distances of the body and
-/// of the Sun from the point.
-pub(crate) fn bending_fraction(depth: f64, sun: f64) -> f64 {
-    (1.0 - depth / sun).clamp(0.0, 1.0)
+/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. The distances are those from the point, in the
+/// same unit.
+pub(crate) fn bending_fraction(body_distance: f64, sun_distance: f64) -> f64 {
+    (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
 /// The largest bending angle in [`layers`], radians: that of the ray that grazes the ground. `None` if it is unknown.
@@ -77,7 +77,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
     // Layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the spacings tried (powers, exponentials,
-    // other factors) this one approximates the integral best: tests/atmosphere/refracted_limb.rs.
+    // other factors) this one approximated the integral best; tests/atmosphere/refracted_limb.rs bounds its error.
     let thin_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
     let at = |edge: usize| {
@@ -95,12 +95,12 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     });
     let transmittances = (0..LAYERS).map(|k| {
         let sample = |j: usize| {
-            let h_km = height_km(k as f64 + (j as f64 + 0.5) / HEIGHTS as f64);
+            let h_km = height_km(k as f64 + (j as f64 + 0.5) / HEIGHTS_PER_LAYER as f64);
             let haze_and_clouds =
                 if body.clouds.is_some() { haze_transmittance(radius_km, h_km) * cloud_transmittance(radius_km, h_km) } else { DVec3::ONE };
             clear_transmittance(air, radius_km, h_km) * haze_and_clouds
         };
-        (0..HEIGHTS).map(sample).sum::<DVec3>() / HEIGHTS as f64
+        (0..HEIGHTS_PER_LAYER).map(sample).sum::<DVec3>() / HEIGHTS_PER_LAYER as f64
     });
     Some(RefractingLayers { top: at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
 }

@@ -22,22 +22,22 @@ impl<'a> ApproximateShadow<'a> {
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
-        let fraction = |c: &Occluder<'_>| air::bending_fraction(c.along, axis.sun_distance);
-        Some(Self { occluders, axis, layers: first.and_then(|c| air::layers(c.body, receiver.radius_km(), c.semi.x, fraction(c))) })
+        let fraction = |o: &Occluder<'_>| air::bending_fraction(o.along, axis.sun_distance);
+        Some(Self { occluders, axis, layers: first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi.x, fraction(o))) })
     }
 
-    /// Fraction of sunlight at a point in body axes and equatorial radii.
+    /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
         let mut fraction = 1.0_f64;
-        for (index, c) in self.occluders.iter().enumerate() {
-            let depth = c.along - along;
+        for (index, occluder) in self.occluders.iter().enumerate() {
+            let depth = occluder.along - along;
             if depth <= 0.0 {
                 continue;
             }
             // Solar radii per unit of length at the occluder's distance.
             let scale = self.axis.cot_sun_radius / depth;
-            let (separation, radius) = ((c.across - across).length() * scale, c.semi.x * scale);
+            let (separation, radius) = ((occluder.across - across).length() * scale, occluder.semi.x * scale);
             let obscuration =
                 ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * (radius * radius).min(1.0);
             fraction = fraction.min(1.0 - obscuration);
@@ -48,7 +48,7 @@ impl<'a> ApproximateShadow<'a> {
         fraction.min(1.0)
     }
 
-    /// Mean fraction over the lit ground that a viewer sees. `camera`: from the centre, body axes.
+    /// Mean fraction over the lit ground that a viewer sees. `camera`: direction from the centre to the camera, body axes, of any length.
     pub(crate) fn mean(&self, camera: DVec3) -> f64 {
         let towards = camera.normalize_or(self.axis.along);
         const POINTS: usize = 200;

@@ -31,9 +31,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Decides which moons' shadows fall on the rings. The globe's `eclipse` effect switches these shadows too.
 pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
-    let (p, context, camera) = (inputs.placed, inputs.frame.context, inputs.frame.camera);
-    let diameter_px = 2.0 * p.body.radii_km.x / (p.distance_km * camera.pixel_tangent());
-    let Some(mut found) = sun_occluders(context, p, diameter_px, ReceivingPart::Rings { outer_km }, Some(camera)) else {
+    let (placed, context, camera) = (inputs.placed, inputs.frame.context, inputs.frame.camera);
+    let diameter_px = 2.0 * placed.body.radii_km.x / (placed.distance_km * camera.pixel_tangent());
+    let Some(mut found) = sun_occluders(context, placed, diameter_px, ReceivingPart::Rings { outer_km }, Some(camera)) else {
         decisions.chosen.ring_eclipse = Eclipse::default();
         return EclipseUniforms::default();
     };

@@ -67,6 +67,7 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
+    /// `None` if the receiver's centre is inside the Sun.
     pub(crate) fn of(receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let to_sun = receiver.apparent_offset(receiver.sun_from_body_km);
         let sun_radius = sun.radii_km.max_element() / receiver.radius_km();
@@ -80,6 +81,7 @@ impl Axis {
         Some(Self { along, across: [x, y], sun_distance, cot_sun_radius })
     }
 
+    /// Coordinates of a vector across the axis.
     pub(crate) fn across(&self, v: DVec3) -> DVec2 {
         DVec2::new(v.dot(self.across[0]), v.dot(self.across[1]))
     }
@@ -100,9 +102,9 @@ pub struct Occluder<'a> {
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
     pub(crate) semi: DVec2,
-    /// Largest fraction of sunlight that it blocks at any point of the receiver.
+    /// Largest fraction of sunlight that it can block at any point of the receiver; 0 in a candidate.
     pub(crate) max_obscuration: f64,
-    /// Whether some point of the receiver is in its umbra.
+    /// Whether some point of the receiver is in its umbra; false in a candidate.
     pub(crate) has_umbra: bool,
 }
 
@@ -128,7 +130,7 @@ pub struct ReceiverExtent {
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// The image; `None`: every direction is visible, and every pixel has the size below.
+    /// The image; `None`: every direction is visible, and every pixel has the size `pixel`.
     pub frustum: Option<Frustum>,
     /// Size of a pixel at the centre in equatorial radii; 0 for exact points.
     pub pixel: f64,
@@ -137,10 +139,10 @@ pub struct ReceiverExtent {
 /// How much an occluder matters to an image, in increasing order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Importance {
-    /// Its shadow is on the far side or outside of the image.
-    Unseen,
-    /// Its shadow is in the image, and too faint or too small to see.
-    Invisible,
+    /// Its shadow is on the far side or outside the image.
+    OutOfView,
+    /// Its shadow is in the image, but too faint or too small to see.
+    Negligible,
     Visible,
 }
 
@@ -151,7 +153,8 @@ pub struct OccluderSearch<'a> {
     pub reason: Reason,
 }
 
-/// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders with an invisible effect, if their penumbra touches the receiver.
+/// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders whose shadow cannot be seen, if their penumbra touches
+/// the receiver.
 pub fn find<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -207,13 +210,14 @@ pub fn select_occluders<'a>(
     }
     // A large moon whose shadow falls outside the image must not take the place of a small one whose shadow is in it.
     let blocked_light = |o: &Occluder<'_>| o.max_obscuration * o.shadow_area();
-    occluders.sort_by(|(a_matters, a), (b_matters, b)| b_matters.cmp(a_matters).then(blocked_light(b).total_cmp(&blocked_light(a))));
+    occluders
+        .sort_by(|(importance_a, a), (importance_b, b)| importance_b.cmp(importance_a).then(blocked_light(b).total_cmp(&blocked_light(a))));
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
     let left_out = occluders.len().saturating_sub(usize::from(MAX_OCCLUDERS));
     occluders.truncate(usize::from(MAX_OCCLUDERS));
     let reason = match (occluders.first(), nearest) {
         (Some(first), _) => {
-            let names: Vec<String> = occluders.iter().map(|c| c.body.name.clone()).collect();
+            let names: Vec<String> = occluders.iter().map(|o| o.body.name.clone()).collect();
             let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_obscuration));
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
@@ -229,7 +233,8 @@ fn system_planet(body: &Body) -> NaifId {
     body.parent.filter(|p| *p != NaifId::SUN).unwrap_or(body.id)
 }
 
-/// In other systems only planets are large enough to darken a receiver visibly (Jupiter blocks a twentieth of Saturn's sunlight, Ganymede 7e-5).
+/// Whether a body can darken a receiver visibly. In other systems only planets are large enough: Jupiter blocks a twentieth of Saturn's sunlight, Ganymede
+/// 7e-5.
 fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     system_planet(occluder) == system_planet(receiver) || occluder.kind == BodyKind::Planet
 }
@@ -298,19 +303,19 @@ impl<'a> Occluder<'a> {
             let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.min_pixel(&frustum),
-                None => return Importance::Unseen,
+                None => return Importance::OutOfView,
             }
         }
         if !self.shadow_is_visible(axis, extent) {
-            return Importance::Unseen;
+            return Importance::OutOfView;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
         let pixel_fraction = if pixel > 0.0 { self.shadow_area() / (pixel * pixel) } else { 1.0 };
-        if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Invisible }
+        if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Negligible }
     }
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit
-    /// side that faces the camera most; a margin of 0.03 radii covers the gaps between these points.
+    /// side that faces the camera most. A margin of 0.03 radii covers the gaps between these points.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
         let distance = camera.length();
@@ -363,7 +368,7 @@ pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> E
     let model = match requested {
         _ if count == 0 => EclipseModel::None,
         EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best => {
-            match occluders.iter().position(|c| refraction::refracts(c.body) && (c.has_umbra || requested_refracted)) {
+            match occluders.iter().position(|o| refraction::refracts(o.body) && (o.has_umbra || requested_refracted)) {
                 Some(k) => {
                     occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
@@ -381,7 +386,8 @@ pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> E
 /// its system, and one more planet for bodies outside Jupiter's orbit (seen from inside that orbit, every planet is too small).
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
-    let one_more = usize::from(!(100..600).contains(&receiver.id.0));
-    let count = (others.clone().count() + one_more).min(usize::from(MAX_OCCLUDERS)) as u8;
+    // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
+    let other_planets = usize::from(!(100..600).contains(&receiver.id.0));
+    let count = (others.clone().count() + other_planets).min(usize::from(MAX_OCCLUDERS)) as u8;
     (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))
 }

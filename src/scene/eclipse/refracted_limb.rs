@@ -1,9 +1,9 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
 //!
 //! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
-//! layers are those of the `refracted` eclipse (eclipse/air.rs): the light of the bright ring around the body, integrated over the sky of a point, equals
-//! the light that the eclipse model gives to the point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc drawn there along
-//! straight rays is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
+//! layers are those of the `refracted` eclipse (eclipse/air.rs): integrated over the sky of a point, the light of the bright ring around the body equals the
+//! light that the eclipse model gives to this point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc, drawn there along straight
+//! rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
 //! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
 
 use crate::catalog::{Body, NaifId};
@@ -83,36 +83,37 @@ struct LimbGeometry {
 }
 
 impl LimbGeometry {
-    fn of(p: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
-        let camera = p.placement.camera_in_unit_sphere().length();
+    fn of(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
+        let camera = placed.placement.camera_in_unit_sphere().length();
         let limb_radius = (1.0 / camera).min(1.0).asin();
         Self {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
-            separation: crate::ephemeris::angle_rad(p.placement.centre_km, sun.placement.centre_km),
+            separation: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
             limb_radius,
-            limb_error: limb_radius * crate::scene::features::choice::flattening(p.body),
+            limb_error: limb_radius * crate::scene::features::choice::flattening(placed.body),
             distance: (camera * camera - 1.0).max(1e-12).sqrt(),
         }
     }
 
     /// Whether any layer can show the Sun; does not need the layers, which take milliseconds to compute.
-    fn may_show_sun(&self, p: &PlacedBody<'_>, max_bending: f64) -> bool {
-        let top_km = p.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
-        let outermost = self.limb_radius + top_km / p.body.radii_km.x / self.distance;
+    fn may_show_sun(&self, placed: &PlacedBody<'_>, max_bending: f64) -> bool {
+        let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
+        let outermost = self.limb_radius + top_km / placed.body.radii_km.x / self.distance;
         let innermost = self.limb_radius - max_bending;
         let margin = self.sun_radius + self.limb_error;
         self.separation - margin <= outermost.max(-innermost) && self.separation + margin >= innermost
     }
 
-    /// Directions behind the lower and the upper edge of a layer, as angles from the body's centre.
+    /// Directions from which the light at the lower and the upper edge of a layer comes, as angles from the body's centre; negative on the opposite side of
+    /// the centre.
     fn directions_behind(&self, edge: &DVec4) -> (f64, f64) {
         let at = |radius: f64, bending: f64| self.limb_radius + (radius - 1.0) / self.distance - bending;
         (at(edge.x, edge.y), at(edge.z, edge.w))
     }
 
-    /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel` radii at the limb: each layer that shows any part of the Sun counts
+    /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel_radii` radii at the limb: each layer that shows any part of the Sun counts
     /// with the radiance of the Sun's centre.
-    fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel: f64) -> DVec3 {
+    fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
         let shows = |edge: &DVec4| {
             let (low, high) = self.directions_behind(edge);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
@@ -121,7 +122,7 @@ impl LimbGeometry {
         };
         let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(edge, _)| shows(edge));
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (edge, transmittances)| {
-            (sum + *transmittances * ((edge.z - edge.x) / pixel), greatest.max(*transmittances))
+            (sum + *transmittances * ((edge.z - edge.x) / pixel_radii), greatest.max(*transmittances))
         });
         centre_radiance * sum.min(greatest)
     }
@@ -143,17 +144,17 @@ const SEGMENTS: u32 = 24;
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
 /// is that of a sphere: for an oblate body the arcs are slightly displaced. Empty if the refractivity is unknown, the camera is inside the atmosphere, the
 /// Sun is nearer than the body, or the disc is too small to draw.
-pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
-    if p.distance_km <= 0.0 || sun.distance_km <= p.distance_km || camera_is_inside(p) {
+pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
+    if placed.distance_km <= 0.0 || sun.distance_km <= placed.distance_km || camera_is_inside(placed) {
         return Vec::new();
     }
-    let (geometry, bending_fraction) = (LimbGeometry::of(p, sun), air::bending_fraction(p.distance_km, sun.distance_km));
+    let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), air::bending_fraction(placed.distance_km, sun.distance_km));
     let is_possible = 2.0 * geometry.limb_radius >= BLEND_TO_PX * pixel_rad
-        && air::max_bending(p.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(p, b));
-    let Some(layers) = is_possible.then(|| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
+        && air::max_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
+    let Some(layers) = is_possible.then(|| air::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
     };
-    let to_body = p.placement.centre_km / p.distance_km;
+    let to_body = placed.placement.centre_km / placed.distance_km;
     let to_sun = sun.placement.centre_km / sun.distance_km;
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
     let y = to_body.cross(x);
@@ -164,7 +165,7 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
     let step = 2.0 * half_arc / f64::from(SEGMENTS);
-    let pixel = pixel_rad * geometry.distance;
+    let pixel_radii = pixel_rad * geometry.distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         let half_chord = (geometry.sun_radius.powi(2) - (geometry.separation * sin).powi(2)).max(0.0).sqrt();
@@ -176,7 +177,7 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
-        let width = thickness.max(pixel);
+        let width = thickness.max(pixel_radii);
         let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
         LimbSegment {
             direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
@@ -189,34 +190,34 @@ pub(crate) fn segments(p: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64)
 
 fn refracted_limb(
     camera: &Camera,
-    p: &PlacedBody<'_>,
+    placed: &PlacedBody<'_>,
     sun: &PlacedBody<'_>,
     layers: &RefractingLayers,
     tint: DVec3,
 ) -> Option<RefractedLimb> {
-    let place = &p.placement;
+    let placement = &placed.placement;
     let top = layers.edges.last()?.z;
-    let shell = Placement { radii_km: place.radii_km * top, ..*place };
+    let shell = Placement { radii_km: placement.radii_km * top, ..*placement };
     let rect = Outline::of(camera, &shell).rect(camera)?;
-    let rays_over = |rect| camera.view_rays(place, rect, AnchorForm::Auto);
-    let sun_direction = (place.body_from_icrf * sun.placement.centre_km).normalize();
+    let rays_over = |rect| camera.view_rays(placement, rect, AnchorForm::Auto);
+    let sun_direction = (placement.body_from_icrf * sun.placement.centre_km).normalize();
     let (x, y) = sun_direction.any_orthonormal_pair();
-    let cot = ((sun.distance_km - sun.body.radii_km.x) * (sun.distance_km + sun.body.radii_km.x)).sqrt() / sun.body.radii_km.x;
-    let edge = |radius: f64, bending: f64| Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(bending * cot), 0.0, 0.0);
+    let cot_sun_radius = ((sun.distance_km - sun.body.radii_km.x) * (sun.distance_km + sun.body.radii_km.x)).sqrt() / sun.body.radii_km.x;
+    let edge = |radius: f64, bending: f64| Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(bending * cot_sun_radius), 0.0, 0.0);
     let first = layers.edges.first()?;
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
     let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
-    let nearest_depth_km = place.centre_km.dot(camera.forward) - place.radii_km.max_element();
+    let nearest_depth_km = placement.centre_km.dot(camera.forward) - placement.radii_km.max_element();
     // Nothing can be between the camera and a body whose near side is this close.
     let depth =
         if nearest_depth_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / nearest_depth_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
     Some(RefractedLimb {
-        body: p.body.id,
+        body: placed.body.id,
         rays: rays_over(rect),
-        unbent: sun.outline.rect(camera).and_then(|of_sun| of_sun.common(&rect)).map(rays_over),
-        axis_ratios: narrow(place.radii_km / place.radii_km.x),
+        unbent: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
+        axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
-        sun_direction: narrow(sun_direction).extend(narrow_scalar(cot)),
+        sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_radius)),
         sun_across: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
@@ -224,29 +225,30 @@ fn refracted_limb(
     })
 }
 
-fn camera_is_inside(p: &PlacedBody<'_>) -> bool {
-    atmosphere::air::shell(p.body, &p.placement).is_some_and(|shell| shell.camera_is_inside())
+/// Whether the camera is inside the body's atmosphere.
+fn camera_is_inside(placed: &PlacedBody<'_>) -> bool {
+    atmosphere::air::shell(placed.body, &placed.placement).is_some_and(|shell| shell.camera_is_inside())
 }
 
-/// Decides on the refracted limbs of a frame and records the decisions with their bodies. `tint`: transmittance of the camera's own air towards a
-/// direction.
+/// Decides on the refracted limbs of a frame and records the decisions in the bodies' reports. `tint`: that of the camera's own air
+/// ([`atmosphere::air::SurroundingAir::tint`]) towards a direction.
 pub(crate) fn limbs(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
-    bodies: &mut [BodyInView],
+    reports: &mut [BodyInView],
 ) -> Vec<RefractedLimb> {
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
     for p in placed.iter().filter(|p| air::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
-        let drawn = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
-        let Some(body) = bodies.iter_mut().find(drawn) else { continue };
+        let is_disc = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
+        let Some(report) = reports.iter_mut().find(is_disc) else { continue };
         let own_effects = request.effects.for_body(&p.body.name);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
         let mut note = |on: bool, reason: Reason| {
-            body.decisions.push(Decision { feature: Effect::RefractedLimb.name(), on, reason, stated_error: None });
+            report.decisions.push(Decision { feature: Effect::RefractedLimb.name(), on, reason, stated_error: None });
             on
         };
         let bending_fraction = air::bending_fraction(p.distance_km, sun.distance_km);
@@ -257,8 +259,8 @@ pub(crate) fn limbs(
             (_, Some(false)) => Some(reason!("eclipse-air-off")),
             _ if camera_is_inside(p) => Some(reason!("eclipse-in-air")),
             _ if sun.distance_km <= p.distance_km => Some(reason!("eclipse-not-before-sun")),
-            _ if body.diameter_px < BLEND_TO_PX => {
-                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", body.diameter_px), threshold = BLEND_TO_PX))
+            _ if report.diameter_px < BLEND_TO_PX => {
+                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", report.diameter_px), threshold = BLEND_TO_PX))
             }
             _ => None,
         };

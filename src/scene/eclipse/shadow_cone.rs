@@ -36,7 +36,7 @@ pub(crate) struct ShadowCone {
     long_axis: DVec2,
     semi: DVec2,
     /// Semi-axes of the lit body divided by its equatorial radius.
-    ground: DVec3,
+    axis_ratios: DVec3,
 }
 
 /// A generating line of a cone, or its axis.
@@ -49,12 +49,12 @@ pub(crate) struct ConeLine {
 }
 
 /// Number of generating lines in the search for the ends of a cone's outline.
-const LINES: u32 = 720;
-/// Number of points of an outline.
-const POINTS: u32 = 360;
+const SEARCH_LINES: u32 = 720;
+/// Number of intervals between the points of an outline.
+const OUTLINE_INTERVALS: u32 = 360;
 
-/// The point of a line nearest to the centre of the unit sphere, and 1 minus its squared distance: positive where the line meets the sphere. `along`: unit
-/// vector.
+/// The point of a line nearest to the centre of the unit sphere, and the square of half the line's chord in the sphere: positive where the line meets the
+/// sphere, negative where it misses. `along`: unit vector.
 pub(crate) fn under_unit_sphere(point: DVec3, along: DVec3) -> (DVec3, f64) {
     let foot = point - along * point.dot(along);
     (foot, 1.0 - foot.length_squared())
@@ -63,14 +63,14 @@ pub(crate) fn under_unit_sphere(point: DVec3, along: DVec3) -> (DVec3, f64) {
 impl ShadowCone {
     pub(crate) fn of(axis: Axis, occluder: &Occluder<'_>, receiver: &Receiver<'_>) -> Self {
         let Occluder { across, along, long_axis, semi, .. } = *occluder;
-        Self { axis, across, along, long_axis, semi, ground: receiver.body.radii_km / receiver.radius_km() }
+        Self { axis, across, along, long_axis, semi, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
     }
 
     /// The shadow that the lit body itself casts behind it.
     pub(crate) fn own_shadow(axis: Axis, receiver: &Receiver<'_>) -> Self {
-        let ground = receiver.body.radii_km / receiver.radius_km();
-        let (long_axis, semi) = outline(&axis, DMat3::IDENTITY, ground);
-        Self { axis, across: DVec2::ZERO, along: 0.0, long_axis, semi, ground }
+        let axis_ratios = receiver.body.radii_km / receiver.radius_km();
+        let (long_axis, semi) = outline(&axis, DMat3::IDENTITY, axis_ratios);
+        Self { axis, across: DVec2::ZERO, along: 0.0, long_axis, semi, axis_ratios }
     }
 
     fn in_body_axes(&self, across: DVec2, along: f64) -> DVec3 {
@@ -94,7 +94,7 @@ impl ShadowCone {
     }
 
     /// The line through the centres of the Sun and the occluder.
-    pub(crate) fn centre_line(&self) -> ConeLine {
+    pub(crate) fn axis_line(&self) -> ConeLine {
         let from = self.in_body_axes(self.across, self.along);
         ConeLine { from, along: (from - self.axis.along * self.axis.sun_distance).normalize() }
     }
@@ -116,13 +116,13 @@ impl ShadowCone {
         self.umbra_length() < self.along
     }
 
-    /// 1 minus the squared least distance of the line from the centre of the unit sphere: positive where the line meets the ground.
-    pub(crate) fn depth(&self, line: ConeLine) -> f64 {
+    /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
+    pub(crate) fn half_chord_sq(&self, line: ConeLine) -> f64 {
         let (point, along) = self.in_unit_sphere(line);
         under_unit_sphere(point, along).1
     }
 
-    /// Where the line first meets the ground, on the unit sphere; `None` if it misses.
+    /// Where the line first meets the ground behind the occluder, on the unit sphere; `None` if it misses.
     pub(crate) fn ground_point(&self, line: ConeLine) -> Option<DVec3> {
         let (point, along) = self.in_unit_sphere(line);
         let (foot, half_chord_sq) = under_unit_sphere(point, along);
@@ -131,32 +131,32 @@ impl ShadowCone {
     }
 
     fn in_unit_sphere(&self, line: ConeLine) -> (DVec3, DVec3) {
-        (line.from / self.ground, (line.along / self.ground).normalize())
+        (line.from / self.axis_ratios, (line.along / self.axis_ratios).normalize())
     }
 
     /// The outline of a cone on the ground: one closed line, or pieces that end where its generating lines graze the ground.
     pub(crate) fn outline(&self, kind: ConeKind) -> Vec<GroundLine> {
-        let step = TAU / f64::from(LINES);
-        let depth = |angle: f64| self.depth(self.line_at(kind, angle));
-        let meets = |k: u32| depth(step * f64::from(k)) > 0.0;
-        let Some(first_miss) = (0..LINES).find(|k| !meets(*k)) else {
-            let at = |k: u32| self.ground_point(self.line_at(kind, TAU * f64::from(k) / f64::from(POINTS)));
-            let points: Vec<DVec3> = (0..POINTS).filter_map(at).collect();
-            return if points.len() == POINTS as usize { vec![GroundLine { points, is_closed: true }] } else { Vec::new() };
+        let step = TAU / f64::from(SEARCH_LINES);
+        let half_chord_sq = |angle: f64| self.half_chord_sq(self.line_at(kind, angle));
+        let meets = |k: u32| half_chord_sq(step * f64::from(k)) > 0.0;
+        let Some(first_miss) = (0..SEARCH_LINES).find(|k| !meets(*k)) else {
+            let at = |k: u32| self.ground_point(self.line_at(kind, TAU * f64::from(k) / f64::from(OUTLINE_INTERVALS)));
+            let points: Vec<DVec3> = (0..OUTLINE_INTERVALS).filter_map(at).collect();
+            return if points.len() == OUTLINE_INTERVALS as usize { vec![GroundLine { points, is_closed: true }] } else { Vec::new() };
         };
         // Bisects for the angle at which the line grazes the ground.
         let graze = |mut inside: f64, mut outside: f64| {
             for _ in 0..50 {
                 let middle = 0.5 * (inside + outside);
-                if depth(middle) > 0.0 { inside = middle } else { outside = middle }
+                if half_chord_sq(middle) > 0.0 { inside = middle } else { outside = middle }
             }
             inside
         };
         let mut lines = Vec::new();
         let mut begin_angle = None;
-        for k in first_miss..first_miss + LINES {
+        for k in first_miss..first_miss + SEARCH_LINES {
             let (now, next) = (step * f64::from(k), step * f64::from(k + 1));
-            match (begin_angle, meets(k % LINES), meets((k + 1) % LINES)) {
+            match (begin_angle, meets(k % SEARCH_LINES), meets((k + 1) % SEARCH_LINES)) {
                 (None, false, true) => begin_angle = Some(graze(next, now)),
                 (Some(from), true, false) => {
                     lines.extend(self.arc(kind, from, graze(now, next)));
@@ -171,10 +171,10 @@ impl ShadowCone {
     /// A piece of an outline. Points are denser at the ends, because the outline moves fast along the ground where the generating lines graze it.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
-            let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(POINTS)).cos());
+            let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(OUTLINE_INTERVALS)).cos());
             self.ground_point(self.line_at(kind, from + (to - from) * fraction))
         };
-        let points: Vec<DVec3> = (0..=POINTS).filter_map(at).collect();
+        let points: Vec<DVec3> = (0..=OUTLINE_INTERVALS).filter_map(at).collect();
         (points.len() > 3).then_some(GroundLine { points, is_closed: false })
     }
 }
@@ -187,6 +187,7 @@ mod tests {
     use crate::scene::eclipse::occluders::candidates;
     use crate::time::Instant;
 
+    /// Calls `check` with a shadow cone and the Sun's radius in the receiver's radii.
     fn with_cone(receiver: i32, occluder: i32, time: &str, check: impl FnOnce(&ShadowCone, f64)) {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
@@ -201,7 +202,7 @@ mod tests {
 
     /// The generating lines touch the Sun's sphere, and pass the occluder's centre at a distance between its outline's semi-axes.
     #[test]
-    fn sides_touch_both_bodies() {
+    fn generating_lines_touch_both_bodies() {
         for (receiver, occluder, time) in
             [(399, 301, "2024-04-08T18:17:16Z"), (599, 501, "2024-12-07T20:00:00Z"), (301, 399, "2025-03-14T07:00:00Z")]
         {
@@ -240,7 +241,7 @@ mod tests {
             assert!(!penumbra.is_empty() && penumbra.iter().all(|line| !line.is_closed), "{}", penumbra.len());
             for end in penumbra.iter().flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]) {
                 // There the Sun is on the horizon, to within its angular radius of a quarter of a degree.
-                let normal = (end / cone.ground).normalize();
+                let normal = (end / cone.axis_ratios).normalize();
                 assert!(normal.dot(cone.axis.along).abs() < 0.006, "{}", normal.dot(cone.axis.along));
             }
         });

@@ -1,4 +1,4 @@
-//! The path of a shadow over the ground of the lit body: the central line and the limits of the umbra.
+//! The path of a shadow over the ground of the lit body: the centre line and the limits of the umbra.
 //!
 //! In: a receiver and its occluder at one time. Out: lines on the ground for the passage whose middle is nearest in time. A limit is the envelope of the
 //! umbra's outlines: the points where the outline is parallel to its own motion over the rotating ground. Always: the geometry is that of [`ShadowCone`] at
@@ -19,10 +19,10 @@ use std::sync::Arc;
 const MAX_OFFSET_S: f64 = 6.0 * 3600.0;
 /// Upper limit of half a passage's duration, seconds: half of Callisto's passage takes about 2.5 hours.
 const MAX_HALF_S: f64 = 6.0 * 3600.0;
-/// Number of instants per line.
-const INSTANT_COUNT: u32 = 200;
-/// Number of the umbra's generating lines in the search for the limits.
-const LINES: u32 = 64;
+/// Number of intervals between the instants of a ground line.
+const INTERVALS: u32 = 200;
+/// Number of the umbra's generators (the straight lines of its cone) in the search for the limits.
+const GENERATORS: u32 = 64;
 /// Half the interval of the central difference that gives the motion, seconds.
 const STEP_S: f64 = 1.0;
 
@@ -44,7 +44,7 @@ struct Passage {
     middle_s: f64,
 }
 
-/// A cache of the most recent paths.
+/// A cache of the paths computed most recently.
 #[derive(Debug)]
 pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
 
@@ -55,7 +55,7 @@ impl Default for ShadowPaths {
 }
 
 impl ShadowPaths {
-    /// The path of an occluder's passage across the Sun of a body; `None` if its middle is more than `MAX_OFFSET_S` away, or if the penumbra misses.
+    /// The path of an occluder's shadow over the receiver; `None` if the middle of the passage is more than `MAX_OFFSET_S` away, or if the penumbra misses.
     pub(crate) fn of(
         &self,
         ephemeris: &Ephemeris,
@@ -100,11 +100,12 @@ impl PassageGeometry<'_, '_> {
     /// Vector from the body's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
     fn axis_vector(&self, s: f64) -> Option<DVec3> {
         let (receiver, cone) = self.at(s)?;
-        let ConeLine { from, along } = cone.centre_line();
+        let ConeLine { from, along } = cone.axis_line();
         Some(receiver.body_from_icrf.transpose() * (from - along * from.dot(along)))
     }
 
-    /// Middle of the passage and an upper limit of half its duration.
+    /// Middle of the passage and an upper limit of half its duration, seconds. The middle is where the shadow's axis is nearest to the body's centre, found by
+    /// repeated linear extrapolation.
     fn passage(&self) -> Option<(f64, f64)> {
         let mut s = 0.0;
         for _ in 0..8 {
@@ -117,47 +118,49 @@ impl PassageGeometry<'_, '_> {
             }
             if step.abs() < 0.1 {
                 let cone = self.cone(s)?;
-                let (nearest, widest) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
-                let half_s = 1.2 * ((widest * widest - nearest * nearest).max(0.0)).sqrt() / velocity.length();
-                return (nearest < widest).then_some((s, half_s.min(MAX_HALF_S)));
+                let (nearest, contact_distance) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
+                let half_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
+                return (nearest < contact_distance).then_some((s, half_s.min(MAX_HALF_S)));
             }
         }
         None
     }
 
     fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
-        let hits = |s: f64| self.cone(s).is_some_and(|cone| cone.depth(cone.centre_line()) > 0.0);
-        let middle_of = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.centre_line()));
-        let line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
-        let centre_line = span(middle_s, half_s, hits).and_then(|span| line(instants(span).filter_map(middle_of).collect()));
-        let touches = |s: f64| {
-            let meets_ground =
-                |cone: &ShadowCone, k: u32| cone.depth(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(LINES))) > 0.0;
-            self.cone(s).is_some_and(|cone| (0..LINES).any(|k| meets_ground(&cone, k)))
+        let axis_meets_ground = |s: f64| self.cone(s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
+        let axis_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
+        let ground_line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
+        let centre_line =
+            span(middle_s, half_s, axis_meets_ground).and_then(|span| ground_line(instants(span).filter_map(axis_point).collect()));
+        let umbra_meets_ground = |s: f64| {
+            let generator_meets_ground = |cone: &ShadowCone, k: u32| {
+                cone.half_chord_sq(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(GENERATORS))) > 0.0
+            };
+            self.cone(s).is_some_and(|cone| (0..GENERATORS).any(|k| generator_meets_ground(&cone, k)))
         };
         let mut limits = Vec::new();
-        if let Some(span) = span(middle_s, half_s, touches) {
+        if let Some(span) = span(middle_s, half_s, umbra_meets_ground) {
             let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
             for side in 0..2 {
                 let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
-                limits.extend(runs.filter_map(|run| line(run.iter().filter_map(|sides| sides[side]).collect())));
+                limits.extend(runs.filter_map(|run| ground_line(run.iter().filter_map(|sides| sides[side]).collect())));
             }
         }
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The points of the umbra's outline, left and right of its motion, where the motion is tangential to the outline.
+    /// The points of the umbra's outline where its motion over the ground is tangential to the outline: the left and the right one of the motion, seen from above.
     fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
-        // The point, its motion, and the component of the motion perpendicular to the outline.
+        // The point, its motion, and a number with the sign of the motion's component across the outline.
         let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             const ANGLE_STEP: f64 = 1e-4;
             let (point, motion) = (ground_point(&now, angle)?, ground_point(&after, angle)? - ground_point(&before, angle)?);
             let around = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;
             Some((point, motion, point.dot(motion.cross(around))))
         };
-        let all: Vec<_> = (0..LINES).map(|k| TAU * f64::from(k) / f64::from(LINES)).map(|angle| (angle, at(angle))).collect();
+        let all: Vec<_> = (0..GENERATORS).map(|k| TAU * f64::from(k) / f64::from(GENERATORS)).map(|angle| (angle, at(angle))).collect();
         let outline: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
         let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
         let mut sides = [None; 2];
@@ -166,7 +169,7 @@ impl PassageGeometry<'_, '_> {
             if (begin > 0.0) == (end > 0.0) {
                 continue;
             }
-            let (mut low, mut high) = (from, from + TAU / f64::from(LINES));
+            let (mut low, mut high) = (from, from + TAU / f64::from(GENERATORS));
             for _ in 0..40 {
                 let angle = 0.5 * (low + high);
                 let (.., component) = at(angle)?;
@@ -195,7 +198,7 @@ fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64;
 
 /// Instants of an interval, denser at its ends, where a shadow runs fast over the ground.
 fn instants([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
-    (0..=INSTANT_COUNT).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INSTANT_COUNT)).cos()))
+    (0..=INTERVALS).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INTERVALS)).cos()))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 use crate::scene::camera::{Camera, Placement};
 use glam::{DVec2, DVec3};
 
-/// Pixels by which the frustum is widened on each side: a pixel at the edge also shows what lies just outside.
+/// Pixels by which the frustum is widened on each side, because a pixel at the edge also shows what lies just outside.
 const MARGIN_PX: f64 = 2.0;
 /// Factor on the penumbra's radius. A cone around two spheres is wider than the sum of the radii by the square of the Sun's angular radius.
 const RADIUS_MARGIN: f64 = 1.001;
@@ -68,7 +68,7 @@ impl ShadowRegion {
         let half = half_chord.min(max_radius);
         let (mut from, mut to) = ((along - half).max(0.0), along + half);
         if shape == ReceiverShape::EquatorialPlane {
-            // A cross section reaches as far from the plane as its radius times the cosine of the Sun's height over the plane.
+            // A cross section reaches as far from the plane as its radius times the cosine of the Sun's altitude over the plane.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
@@ -91,7 +91,7 @@ impl ShadowRegion {
         frustum.inward.iter().all(|inward| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*inward) > -radius))
     }
 
-    /// Lower limit of a pixel's size there, in equatorial radii.
+    /// Lower limit of the size of a pixel that shows the region, in equatorial radii.
     pub(crate) fn min_pixel(&self, frustum: &Frustum) -> f64 {
         let [(near, near_radius), (far, far_radius)] = self.ends;
         let (axis, to_camera) = (far - near, frustum.position - near);
@@ -117,7 +117,7 @@ mod tests {
 
     impl Shadow {
         fn random(random: &mut Random) -> Self {
-            // A random height of the Sun over the plane, down to 0.001 degrees.
+            // A random altitude of the Sun over the plane, down to 0.001 degrees.
             let flat = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
             Self {
                 centre: random.direction() * random.between(0.5, 30.0) * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-3.0, 0.0))),
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// No region has a moon on the far side of the plane from the Sun, nor a moon whose shadow meets the plane beyond the largest radius.
+    /// A moon has no region if the plane is between it and the Sun, or if its shadow meets the plane beyond the largest radius.
     #[test]
     fn a_shadow_that_misses_the_plane_has_no_region() {
         let sunward = DVec3::new(1.0, 0.0, 0.5).normalize();

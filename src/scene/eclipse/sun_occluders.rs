@@ -31,33 +31,36 @@ pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
 pub(crate) struct SunOccluders<'a> {
     pub receiver: Receiver<'a>,
     pub sun: &'a Body,
-    /// Camera position relative to the receiver's centre, body axes, equatorial radii.
+    /// Camera position relative to the receiver's centre, in its axes and equatorial radii.
     pub camera: DVec3,
     pub occluders: Vec<Occluder<'a>>,
     pub reason: Reason,
 }
 
-/// A placed body as a receiver of sunlight, the Sun, and the candidates for occluders between them; `None` without a Sun.
-pub(crate) fn receiver<'p, 'a>(context: Context<'_>, p: &'p PlacedBody<'a>) -> Option<(&'p Receiver<'a>, &'a Body, &'p [Occluder<'a>])> {
-    let body = p.body;
-    let sun = p.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
-    let (receiver, candidates) = p.sun_occluders.get_or_init(|| {
-        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, p.emitted_at, None);
+/// A placed body as a receiver of sunlight, the Sun, and the possible occluders between them; `None` if the body is the Sun or the catalog has no Sun.
+pub(crate) fn receiver_and_candidates<'p, 'a>(
+    context: Context<'_>,
+    placed: &'p PlacedBody<'a>,
+) -> Option<(&'p Receiver<'a>, &'a Body, &'p [Occluder<'a>])> {
+    let body = placed.body;
+    let sun = placed.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
+    let (receiver, candidates) = placed.sun_occluders.get_or_init(|| {
+        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, None);
         let receiver = Receiver {
             body,
-            position_km: p.position_km,
-            time: p.emitted_at,
-            body_from_icrf: p.body_from_icrf,
+            position_km: placed.position_km,
+            time: placed.emitted_at,
+            body_from_icrf: placed.body_from_icrf,
             velocity_km_s: state.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
-            sun_from_body_km: p.sun_from_body_km,
+            sun_from_body_km: placed.sun_from_body_km,
         };
-        let candidates = occluders::candidates(context.ephemeris, p.catalog.bodies().iter(), sun, &receiver);
+        let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver);
         (receiver, candidates)
     });
     Some((receiver, sun, candidates))
 }
 
-/// What of a placed body receives the sunlight.
+/// The part of a placed body that receives sunlight.
 #[derive(Clone, Copy)]
 pub(crate) enum ReceivingPart {
     /// The globe or mesh with its air and clouds.
@@ -66,17 +69,17 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` without a Sun. `camera`: the image in which the shadows are to be seen; without it, everything that is
-/// visible from the viewer's position in any direction counts.
+/// The occluders of a part of a placed body; `None` if the body is the Sun. With a `camera`, only shadows in its image matter; without one, all
+/// shadows on the side that faces the viewer.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
-    p: &PlacedBody<'a>,
+    placed: &PlacedBody<'a>,
     diameter_px: f64,
     part: ReceivingPart,
     camera: Option<&Camera>,
 ) -> Option<SunOccluders<'a>> {
-    let body = p.body;
-    let (receiver, sun, candidates) = receiver(context, p)?;
+    let body = placed.body;
+    let (receiver, sun, candidates) = receiver_and_candidates(context, placed)?;
     let receiver = *receiver;
     let (max_radius, shape) = match part {
         ReceivingPart::Rings { outer_km } => (outer_km / body.radii_km.x, ReceiverShape::EquatorialPlane),
@@ -87,8 +90,8 @@ pub(crate) fn sun_occluders<'a>(
             (air.max(clouds).max(mesh), ReceiverShape::Ball)
         }
     };
-    let viewer = p.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let frustum = camera.map(|c| Frustum::of(c, &p.placement));
+    let viewer = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     let extent = ReceiverExtent { max_radius, shape, camera: Some(viewer), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
@@ -96,38 +99,38 @@ pub(crate) fn sun_occluders<'a>(
 }
 
 /// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
-pub(crate) fn visible_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow(context, p, diameter_px, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
+pub(crate) fn visible_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }
 
 /// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
 /// shadows or the user switched eclipses off.
 pub(crate) fn evaluate_shadow<T>(
     context: Context<'_>,
-    p: &PlacedBody<'_>,
+    placed: &PlacedBody<'_>,
     diameter_px: f64,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     if context.request.effects.override_of(Effect::Eclipse) == Some(false) {
         return None;
     }
-    evaluate_shadow_with_model(context, p, diameter_px, requested_model(context.request), evaluate)
+    evaluate_shadow_with_model(context, placed, diameter_px, requested_model(context.request), evaluate)
 }
 
 /// Like [`visible_sunlight_fraction`], but always by the best model, even if the user switched eclipses off: a magnitude does not depend on the image's
 /// settings.
-pub(crate) fn best_sunlight_fraction(context: Context<'_>, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow_with_model(context, p, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
+pub(crate) fn best_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
 }
 
 fn evaluate_shadow_with_model<T>(
     context: Context<'_>,
-    p: &PlacedBody<'_>,
+    placed: &PlacedBody<'_>,
     diameter_px: f64,
     requested_model: EclipseModelChoice,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
-    let mut found = sun_occluders(context, p, diameter_px, ReceivingPart::Body, None)?;
+    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
     let model = occluders::model(&mut found.occluders, requested_model).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

@@ -19,7 +19,7 @@ pub(crate) fn uniforms_of_occluders(
     sun: &Body,
 ) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
-        Some(axis) => of(occluders, model, receiver, sun, &axis),
+        Some(axis) => uniforms_along(&axis, occluders, model, receiver, sun),
         None => EclipseUniforms::default(),
     }
 }
@@ -30,7 +30,7 @@ fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
     [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
 }
 
-fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body, axis: &Axis) -> EclipseUniforms {
+fn uniforms_along(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {
         EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_law(sun),
@@ -43,11 +43,11 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
         }
         _ => None,
     };
-    // Light through the air is computed by layers, so the opaque outline extends to their top.
+    // The first occluder's air is treated as refracting layers, so its opaque outline extends to their top.
     let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
-    let shape = |k: usize, c: &Occluder<'_>| {
-        let semi = c.semi + DVec2::splat(if k == 0 { air_thickness } else { 0.0 });
-        narrow4(c.long_axis.extend(semi.x), semi.y)
+    let outline = |index: usize, occluder: &Occluder<'_>| {
+        let semi_axes = occluder.semi + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
+        narrow4(occluder.long_axis.extend(semi_axes.x), semi_axes.y)
     };
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
     let transmittances = layers.as_ref().map_or(&[][..], |l| &l.transmittances);
@@ -56,11 +56,11 @@ fn of(occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, 
         across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        limb: normalised_limb_darkening(u1, u2).map(|f| narrow4(f, 0.0)),
-        occluder_positions: occluders.iter().map(|c| narrow4(c.across.extend(c.along), 0.0)).collect(),
-        occluder_outlines: occluders.iter().enumerate().map(|(k, c)| shape(k, c)).collect(),
+        limb: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
+        occluder_positions: occluders.iter().map(|o| narrow4(o.across.extend(o.along), 0.0)).collect(),
+        occluder_outlines: occluders.iter().enumerate().map(|(index, occluder)| outline(index, occluder)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
-        air_transmittance: transmittances.iter().map(|p| narrow4(*p, 0.0)).collect(),
+        air_transmittance: transmittances.iter().map(|t| narrow4(*t, 0.0)).collect(),
         multi_scatter: Vec::new(),
     }
 }

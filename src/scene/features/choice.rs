@@ -13,9 +13,12 @@ use crate::scene::thresholds::MAX_LIGHTS;
 /// The features that a body's catalog entry allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capabilities {
+    /// Whether the semi-axes differ.
     pub ellipsoid: bool,
     pub maps: MapSet,
+    /// Whether the body emits its light, as the Sun does.
     pub emissive: bool,
+    /// Whether a ring has an optical depth, without which it cannot be drawn.
     pub rings: bool,
     /// The kind of procedural relief of the ground.
     pub detail: Detail,
@@ -35,11 +38,11 @@ impl Capabilities {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        let detail = match () {
-            () if emissive => Detail::None,
-            () if body.invented_relief == InventedRelief::Hills => Detail::Hills,
-            () if body.invented_relief == InventedRelief::Craters && body.atmosphere.is_none() && body.clouds.is_none() => Detail::Craters,
-            () => Detail::None,
+        let has_air = body.atmosphere.is_some() || body.clouds.is_some();
+        let detail = match body.invented_relief {
+            InventedRelief::Hills if !emissive => Detail::Hills,
+            InventedRelief::Craters if !emissive && !has_air => Detail::Craters,
+            _ => Detail::None,
         };
         let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
         Self {
@@ -54,7 +57,7 @@ impl Capabilities {
     }
 }
 
-/// Largest relative difference of two semi-axes, which is also the largest angle between the normals of ellipsoid and sphere, radians.
+/// Largest relative difference of two semi-axes; to first order also the largest angle between the normals of ellipsoid and sphere, radians.
 pub fn flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
@@ -85,15 +88,15 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
-    /// Whether the air before ground and clouds is interpolated in a coarse image, and whether the ground's draw then shows the clouds.
+    /// Whether the air in front of ground and clouds is interpolated from a coarse image, and whether the ground's draw then also shows the clouds.
     pub air_pass: AirPass,
-    /// Whether the limb follows the lunar limb profile.
+    /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
 }
 
 impl FeatureSelection {
     /// Whether ring-shine lights the globe. Ring-shine excludes planet-shine, because supporting both would double the keys of ringed bodies. Moons
-    /// give a thousandth of the light of the rings, and less than the rings even where the Sun hardly lights them.
+    /// light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun hardly lights the rings.
     fn lit_by_rings(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.rings && !available.emissive
@@ -104,7 +107,8 @@ impl FeatureSelection {
         self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
     }
 
-    /// Whether the ground's draw can show the clouds: with the usual maps alone, which limits the number of keys.
+    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without `other_features`, which
+    /// limits the number of keys.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         let maps = [
@@ -156,7 +160,7 @@ impl FeatureSelection {
                 (false, false, secondary) => (1 + secondary).min(MAX_LIGHTS),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_pairs` records this.
+            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_combinations` records this.
             ring_shadow: if available.rings && !available.emissive && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0) {
                 self.ring_shadow
             } else {
@@ -180,9 +184,7 @@ impl FeatureSelection {
             ..DrawFeatures::MINIMAL
         }
     }
-}
 
-impl FeatureSelection {
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);

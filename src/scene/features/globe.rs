@@ -28,7 +28,7 @@ pub(crate) fn uniforms(
     uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
 }
 
-/// Like [`uniforms`], for a draw that shows `fraction` of the body's light.
+/// Like [`uniforms`], but for a draw that shows `fraction` of the body's light.
 pub(crate) fn uniforms_of_fraction(
     inputs: &DecisionInputs<'_, '_>,
     placement: &camera::Placement,
@@ -37,11 +37,11 @@ pub(crate) fn uniforms_of_fraction(
     secondary_lights: &[LightOn],
     fraction: f64,
 ) -> DrawUniforms {
-    let (camera, p, body) = (inputs.frame.camera, inputs.placed, inputs.body());
+    let (camera, placed, body) = (inputs.frame.camera, inputs.placed, inputs.body());
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });
-    let brightness = p.phase_brightness();
+    let brightness = placed.phase_brightness();
     let reflectance = match (maps.albedo, emissive) {
         (true, _) => gain(&body.maps.albedo),
         (false, true) => body.colour.as_dvec3(),
@@ -55,21 +55,21 @@ pub(crate) fn uniforms_of_fraction(
     };
     // The albedo includes the phase correction for sunlight. Light from another body has a different phase angle, so its irradiance is corrected.
     let phase_ratio = |l: &LightOn| {
-        let alpha = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
-        photometry::phase_correction(body, alpha, p.distance_km / body.radii_km.x) / brightness.max(1e-6)
+        let phase_angle = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
+        photometry::phase_correction(body, phase_angle, placed.distance_km / body.radii_km.x) / brightness.max(1e-6)
     };
     let to_body_frame = |l: &LightOn| Light {
-        direction_in_body: camera::narrow((p.body_from_icrf * l.direction).normalize()),
+        direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
         irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };
     let lights = if emissive {
         Vec::new()
     } else {
-        std::iter::once(&lights::sunlight(p.sun_from_body_km)).chain(secondary_lights).map(to_body_frame).collect()
+        std::iter::once(&lights::sunlight(placed.sun_from_body_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * p.radiance_scale() * fraction),
+        albedo: camera::narrow(reflectance * placed.radiance_scale() * fraction),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_u1: camera::narrow(u1),
@@ -87,6 +87,6 @@ pub(crate) fn uniforms_of_fraction(
         detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),
         ..DrawUniforms::of_rays(&rays)
     };
-    air::set_ends(&mut uniforms, false);
+    air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms
 }

@@ -49,7 +49,7 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub model: Option<&'c Arc<Mesh>>,
     /// The geometry of the body's rings, if they may be in the image.
     pub ring_view: Option<RingView<'c>>,
-    /// Fraction of the body's light that is drawn as a disc; the point has the rest.
+    /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
     pub disc_fraction: f64,
 }
 
@@ -103,16 +103,16 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
     }
 }
 
-/// The geometry of a body's rings, the input of the decisions about them; `None` without rings.
+/// The geometry of a body's rings, the input of the decisions about them; `None` without rings, or if the body is emissive.
 fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<RingView<'c>> {
-    let lit = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
-    lit.then(|| RingView {
+    let has_lit_rings = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
+    has_lit_rings.then(|| RingView {
         body: placed.body,
         camera: frame.camera,
         placement: &placed.placement,
         sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
-        sun_km: placed.sun_from_body_km.length(),
-        alpha: placed.phase_angle,
+        sun_distance_km: placed.sun_from_body_km.length(),
+        phase_angle: placed.phase_angle,
         irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
         threshold: frame.threshold,
         caches: frame.context.caches,
@@ -126,7 +126,7 @@ pub(crate) struct Decisions<'c> {
     /// Lights in addition to the Sun, strongest first.
     pub secondary_lights: Vec<LightOn>,
     pub eclipse: EclipseUniforms,
-    /// Ring uniforms of the globe's draw: shadow and ring-shine.
+    /// Ring uniforms of the draws of globe and sky: shadow and ring-shine.
     pub ring: RingUniforms,
     pub overlays: Vec<&'c Overlay>,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
@@ -162,5 +162,5 @@ pub(crate) type DecideFeature = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c
 
 /// Runs the decisions of a list of features in order; each reads the decisions before it.
 pub(crate) fn decide_in_order<'c>(features: &[DecideFeature], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
-    features.iter().fold(decisions, |decisions, feature| feature(inputs, decisions))
+    features.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
 }

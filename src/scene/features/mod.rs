@@ -46,7 +46,7 @@ const FEATURES: [DecideFeature; 10] = [
     overlays::decide,
     rings::decision::decide,
     atmosphere::decision::decide,
-    leave_out_rare_pairs,
+    leave_out_rare_combinations,
     atmosphere::air_pass::decide,
     mesh_decision::decide,
     atmosphere::cloud_decision::decide,
@@ -59,7 +59,7 @@ const AIR_ONLY_FEATURES: [DecideFeature; 2] = [eclipse::decision::decide, atmosp
 const MAP_FEATURES: [DecideFeature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
 /// Leaves out rare combinations of features that would multiply the number of shader keys.
-fn leave_out_rare_pairs<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
@@ -72,10 +72,10 @@ fn leave_out_rare_pairs<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Deci
     }
     if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
         // Leaves out the light that causes the smaller irradiance of the ground.
-        let of_rings =
+        let rings_irradiance =
             decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
-        let of_bodies = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
-        if of_bodies > of_rings {
+        let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+        if bodies_irradiance > rings_irradiance {
             decisions.log.note(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
             chosen.ring_shine = false;
             decisions.ring.shine = None;
@@ -146,16 +146,17 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None }
 }
 
-/// Decides on the point that replaces a small disc, or that has part of its light.
+/// Decides on the point that replaces a small disc or shares its light.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
-    let (frame, p, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
+    let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
-    let transmittance = frame.air.filter(|a| a.body.id != p.body.id).map_or(DVec3::ONE, |a| a.transmittance(p.placement.centre_km));
-    let flux = point::flux(frame.camera, p) * (1.0 - disc_fraction) * transmittance;
+    let transmittance =
+        frame.air.filter(|a| a.body.id != placed.body.id).map_or(DVec3::ONE, |a| a.transmittance(placed.placement.centre_km));
+    let flux = point::flux(frame.camera, placed) * (1.0 - disc_fraction) * transmittance;
     // Eclipses are evaluated only for a point that would be visible without them.
     let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
     let flux =
-        if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, p, inputs.diameter_px) } else { flux };
+        if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px) } else { flux };
     let reason = reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
     let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
@@ -166,7 +167,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         log.note("point-visible", false, frame.threshold.description(brightest));
         return None;
     }
-    frame.camera.clip(p.placement.centre_km).map(|clip| point::sprite(p.body.id, clip, flux))
+    frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux))
 }
 
 /// The files of the maps that a set of features reads.
@@ -185,12 +186,12 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
 
 /// The draw of the globe or of its mesh.
 fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
-    let (frame, p, body) = (inputs.frame, inputs.placed, inputs.body());
+    let (frame, placed, body) = (inputs.frame, inputs.placed, inputs.body());
     // The atmosphere around the camera reddens light from outside it.
-    let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(p.placement.centre_km));
+    let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(placed.placement.centre_km));
     let features = decided.chosen.features(body, inputs.pixel_view());
-    let uniforms = globe::uniforms(inputs, &p.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let factor = p.radiance_scale() * inputs.disc_fraction * tint;
+    let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
+    let factor = placed.radiance_scale() * inputs.disc_fraction * tint;
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {

@@ -1,7 +1,7 @@
-//! Every set of draw features that can occur in a frame.
+//! Every set of draw features that the catalog's bodies allow.
 //!
-//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::features`] and its siblings for clouds, rings and sky
-//! can return for any selection. Always: the keys that are validated ahead of time and the keys that frames use come from the same functions.
+//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::features`] and the similar functions for clouds, rings
+//! and sky can return. Always: the keys that are validated ahead of time and the keys that frames use come from the same functions.
 
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
@@ -64,15 +64,16 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
-/// Each ring shadow with the air evaluated for each pixel, and the coarse image of the air where there may be one, without and with the clouds in the ground's draw.
-fn shadows_on_air(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
+/// The pairs of ring shadow and air pass under an atmosphere: each ring shadow with air evaluated per pixel; where the air can be interpolated from a coarse
+/// image, also no ring shadow with each way of reading that image.
+fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
     let by_pixel = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
     let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
     by_pixel.into_iter().chain(readers.into_iter().filter(move |_| coarse))
 }
 
-/// The features of the cloud deck for one selection, without and with billows.
+/// The features of the cloud shell for one selection, without and with billows.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
 }
@@ -109,7 +110,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 all.extend(chosen.ring_features(body, view));
                             }
                             for air in air::possible_models(body) {
-                                for (ring_shadow, air_pass) in shadows_on_air(air, view) {
+                                for (ring_shadow, air_pass) in shadows_and_air_passes(air, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
@@ -131,8 +132,8 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
             }
         }
     }
-    let drawn: Vec<_> = all.iter().flat_map(|f| [f.coarse_air(), f.coarse_sunlight()]).flatten().collect();
-    all.extend(drawn);
+    let coarse_images: Vec<_> = all.iter().flat_map(|f| [f.coarse_air(), f.coarse_sunlight()]).flatten().collect();
+    all.extend(coarse_images);
     all.into_iter().collect()
 }
 
@@ -176,15 +177,15 @@ mod tests {
         assert!(all.contains(&features));
         assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
         assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
-        let foreign = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
-        assert!(!all.contains(&foreign));
+        let with_flag_of_a_mesh = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
+        assert!(!all.contains(&with_flag_of_a_mesh));
     }
 
     #[test]
     fn a_mesh_and_its_flags_are_possible_if_the_catalog_has_them() {
         let file = |rest: &str| {
             let text = format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"phobos.obj\"\n{rest}");
-            Catalog::with_files(&[("mine.toml".into(), text)]).expect("reads")
+            Catalog::with_files(&[("mine.toml".into(), text)]).expect("a valid catalog")
         };
         let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
             possible_features(catalog).into_iter().filter(|f| f.shape == Shape::Mesh).map(|f| f.flags).collect()

@@ -3,7 +3,7 @@
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
 //! weight; the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the
 //! Sun's glare whitens at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
-//! continuously with position, time, field of view and phase. Pixel views of quantities have a fixed exposure, given by their legend.
+//! as continuously as the meter's reading. Pixel views of quantities have a fixed exposure, given by their legend.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -66,8 +66,9 @@ fn metered(
         _ => return Exposure::of(0.0, reason!("exposure-number")),
     }
     let air = air.filter(|a| a.is_bright());
-    let exposure_with =
-        |night_lights: f64| from_reading(Meter { context, camera, placed, reflectors, air, night_lights }.read(darkest_white()));
+    let exposure_with = |night_light_weight: f64| {
+        from_reading(Meter { context, camera, placed, reflectors, air, night_light_weight }.read(darkest_white()))
+    };
     let without_city_lights = exposure_with(0.0);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
     let brightest = placed
@@ -108,12 +109,12 @@ pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered && drawn).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// One sentence: the main subject, its luminance, and what limited the exposure. The last argument: the radiances that the subjects, the glare and the night
-/// sky each require as white.
+/// The main subject with its luminance, a second subject with at least a tenth of the weight, and what limited the exposure. The last argument: the
+/// radiances that the subjects, the glare and the night sky each require as white.
 fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_white, glare_white, night_white]: [f64; 3]) -> Reason {
     let candelas = |radiance: f64| {
-        let l = radiance * CANDELAS_PER_RADIANCE;
-        Argument::Number(if (0.01..1e4).contains(&l) { Rounded(l).to_string() } else { format!("{l:.1e}") })
+        let luminance = radiance * CANDELAS_PER_RADIANCE;
+        Argument::Number(if (0.01..1e4).contains(&luminance) { Rounded(luminance).to_string() } else { format!("{luminance:.1e}") })
     };
     let Some(first) = metered.first() else { return reason!("exposure-nothing") };
     let level = Argument::Number(Rounded(first.target_level).to_string());
@@ -125,6 +126,7 @@ fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_whi
     let limit = if glare_white > subjects_white.max(night_white) {
         Some(reason!("exposure-glare", luminance = candelas(glare_white)))
     } else {
+        // If the dark sky is the subject, both differ only by rounding.
         (night_white >= 0.999 * subjects_white).then(|| reason!("exposure-night", ev = DARKEST_EV))
     };
     [main].into_iter().chain(second).chain(limit).collect()

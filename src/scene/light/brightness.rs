@@ -22,7 +22,7 @@ pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle: f64
         return globe;
     }
     let rings = RingLight::of(ring_tables, body, sun_km.normalize(), viewer);
-    // The rings' albedo refers to a disc of the equatorial radius: times (radius / viewer's distance)^2 (1 au / Sun's distance)^2.
+    // `ring_albedo` is relative to a disc of the equatorial radius.
     let rings_irradiance = rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     globe * rings.globe_light_fraction + rings_irradiance
 }

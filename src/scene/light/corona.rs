@@ -35,7 +35,7 @@ const MIN_SUN_PX: f64 = 1.0;
 /// Dates of sunspot minima, years (SILSO's starts of cycles 11 to 25, to a month).
 const SUNSPOT_MINIMA: [f64; 15] =
     [1867.2, 1879.0, 1890.2, 1902.1, 1913.6, 1923.6, 1933.7, 1944.1, 1954.3, 1964.8, 1976.2, 1986.7, 1996.6, 2008.9, 2019.9];
-/// Mean length of a cycle, used before and after the table. Within 50 years of the table's ends the phase may be off by half a cycle.
+/// Mean length of a cycle, used before and after the table. Fifty years beyond the table the phase may already be off by half a cycle.
 const MEAN_CYCLE_YEARS: f64 = 11.0;
 /// Fraction of a cycle from minimum to maximum: 4.2 of 11 years on average. An estimate; single cycles lie between 0.25 and 0.5.
 const RISE_FRACTION: f64 = 0.38;
@@ -63,7 +63,7 @@ pub struct Corona {
     pub flattening: f32,
     /// Radiance of each of Baumbach's terms at the limb.
     pub terms: Vec3,
-    /// Cosine of the elongation at which the corona has faded out, and 1 over the difference of the cosines between which it fades.
+    /// Cosine of the elongation at which the corona has faded out, and the reciprocal of the difference of the cosines between which it fades.
     pub outer_cosine: f32,
     pub per_cosine: f32,
     pub colour: Vec3,
@@ -135,7 +135,7 @@ pub(crate) fn corona(
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let sin_camera_latitude = pole.dot(towards).abs();
     let in_sun_axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
-    let ahead = towards.dot(camera.forward).clamp(0.1, 1.0);
+    let cos_off_axis = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
@@ -160,7 +160,7 @@ pub(crate) fn corona(
     } else {
         0.0
     };
-    // The corona must change the glare by the same relative amount by which a feature must change white.
+    // A relative change of the glare below `VISIBLE_CHANGE` is invisible, so the corona must also exceed this fraction of the glare.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
@@ -182,7 +182,7 @@ pub(crate) fn corona(
         across: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
         up: narrow_in_sun_axes(camera.up * camera.tan_half_fov.y),
         radii_per_sine: narrow_scalar(1.0 / sine),
-        half_px: narrow_scalar(0.5 * camera.pixel_tangent() * ahead * ahead / sine),
+        half_px: narrow_scalar(0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sine),
         // The corona is concentrated around the Sun's equator, so it looks round from above a pole.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - sin_camera_latitude * sin_camera_latitude)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),

@@ -46,20 +46,23 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// How far a disc has entered the frame: 0 while it is outside, 1 from when it has entered by its radius or by half the frame. In between, the fraction
+/// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. In between, the fraction
 /// along each axis is raised to a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle
 /// cannot be used instead, because it is too wide for a body at a right angle to the view.
-fn entry_fraction(camera: &Camera, towards: DVec3, radius: f64) -> f64 {
-    if camera.is_part_of_composite {
+fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
+    if camera.is_cube_face {
         return 1.0;
     }
-    let ahead = towards.dot(camera.forward);
-    if ahead <= 0.0 {
+    let cos_off_axis = towards.dot(camera.forward);
+    if cos_off_axis <= 0.0 {
         return 0.0;
     }
-    let entered_along = |across: f64, half: f64| {
-        let projected_radius = radius * (1.0 + half * half);
-        ((half + projected_radius - (across / ahead).abs()) / projected_radius.min(half)).clamp(0.0, 1.0).powi(ENTRY_EXPONENT)
+    let entered_along = |across: f64, tan_half: f64| {
+        // Perspective enlarges the disc at the frame's edge by 1 / cosine squared.
+        let projected_radius = sin_radius * (1.0 + tan_half * tan_half);
+        ((tan_half + projected_radius - (across / cos_off_axis).abs()) / projected_radius.min(tan_half))
+            .clamp(0.0, 1.0)
+            .powi(ENTRY_EXPONENT)
     };
     entered_along(towards.dot(camera.right), camera.tan_half_fov.x) * entered_along(towards.dot(camera.up), camera.tan_half_fov.y)
 }
@@ -79,14 +82,14 @@ impl VeilingGlare {
     pub(crate) fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let towards = sun.placement.centre_km / sun.distance_km;
-        let radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-        let entered = entry_fraction(camera, towards, radius);
+        let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+        let entered = entry_fraction(camera, towards, sin_radius);
         if entered <= 0.0 {
             return None;
         }
         let visible_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-        let core_angle = radius.max(camera.pixel_tangent());
+        let core_angle = sin_radius.max(camera.pixel_tangent());
         Some(Self {
             towards,
             strength: VEILING_GLARE * irradiance * visible_fraction,
@@ -106,11 +109,11 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
     let span = |across: f64| {
-        let flat = across.hypot(towards.z);
-        let half = if angle < FRAC_PI_2 && angle.sin() < flat { (angle.sin() / flat).asin() } else { PI };
+        let projected_length = across.hypot(towards.z);
+        let half_width = if angle < FRAC_PI_2 && angle.sin() < projected_length { (angle.sin() / projected_length).asin() } else { PI };
         let middle = across.atan2(towards.z);
         let tangent = |a: f64| if a.abs() < FRAC_PI_2 { a.tan() } else { f64::INFINITY.copysign(a) };
-        (tangent(middle - half), tangent(middle + half))
+        (tangent(middle - half_width), tangent(middle + half_width))
     };
     let clip = |(from, to): (f64, f64), tan_half: f64| ((from / tan_half).clamp(-1.0, 1.0), (to / tan_half).clamp(-1.0, 1.0));
     let (left, right) = clip(span(towards.x), camera.tan_half_fov.x);
@@ -167,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn all_light_above_the_bound_is_in_the_rectangle() {
+    fn the_rectangle_tightly_bounds_all_directions_within_the_chord() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 100, 80);
         for (direction, chord) in [([0.0, 0.0, 1.0], 0.2), ([0.3, -0.2, 0.9], 0.1), ([0.5, 0.5, 0.8], 0.7), ([0.1, 0.0, 1.0], 1.9)] {
             let towards = DVec3::from(direction).normalize();

@@ -29,12 +29,13 @@ fn may_be_eclipsed(p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> bool {
         return false;
     }
     let to_sun = p.sun_from_body_km / sun_distance_km;
-    let sun_radius_km = placed.iter().find(|q| q.body.id == NaifId::SUN).map_or(0.0, |s| s.body.radii_km.x);
-    placed.iter().filter(|q| q.body.id != p.body.id && q.body.id != NaifId::SUN).any(|q| {
-        let from_p_km = q.position_km - p.position_km;
-        let along_km = from_p_km.dot(to_sun);
-        let off_axis_km = (from_p_km - to_sun * along_km).length();
-        let max_off_axis_km = q.body.radii_km.max_element() + p.body.radii_km.max_element() + along_km * sun_radius_km / sun_distance_km;
+    let sun_radius_km = placed.iter().find(|other| other.body.id == NaifId::SUN).map_or(0.0, |s| s.body.radii_km.x);
+    placed.iter().filter(|other| other.body.id != p.body.id && other.body.id != NaifId::SUN).any(|other| {
+        let offset_km = other.position_km - p.position_km;
+        let along_km = offset_km.dot(to_sun);
+        let off_axis_km = (offset_km - to_sun * along_km).length();
+        let max_off_axis_km =
+            other.body.radii_km.max_element() + p.body.radii_km.max_element() + along_km * sun_radius_km / sun_distance_km;
         (0.0..sun_distance_km).contains(&along_km) && off_axis_km < max_off_axis_km + PLACEMENT_SHIFT_KM
     })
 }

@@ -10,13 +10,14 @@ use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
+/// The radiance of a body's city lights on the grid of its night map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
     /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
-    stretch: f64,
+    latitude_stretch: f64,
 }
 
 /// Radiance of a white texel of the body's night map; 0 without a night map.
@@ -25,24 +26,24 @@ pub(crate) fn brightest(body: &Body) -> f64 {
 }
 
 /// Fraction of city lights that are on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
-pub(crate) fn lit(cos_incidence: f64) -> f64 {
+pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
     let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)
 }
 
 impl NightLights {
-    /// Creates the values from the texels of an equirectangular map: rows from north to south, each texel's brightest channel, linear, 0 to 1. `None` if
+    /// Computes the radiance from the texels of an equirectangular map: rows from north to south, each texel's brightest channel, linear, 0 to 1. `None` if
     /// the number of texels is wrong.
     pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = brightest(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
         let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
-        is_complete.then(|| Self { width, height, radiance, stretch: body.map_latitude_stretch() })
+        is_complete.then(|| Self { width, height, radiance, latitude_stretch: body.map_latitude_stretch() })
     }
 
     /// Radiance at a point of the unit-sphere frame, bilinearly interpolated.
     pub(crate) fn at(&self, point: DVec3) -> f64 {
-        let direction = (point * DVec3::new(1.0, 1.0, self.stretch)).normalize();
+        let direction = (point * DVec3::new(1.0, 1.0, self.latitude_stretch)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;
         let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
         let (x, y) = (u * self.width as f64 - 0.5, (v * self.height as f64 - 0.5).clamp(0.0, self.height as f64 - 1.0));
@@ -68,11 +69,11 @@ mod tests {
         let catalog = Catalog::embedded();
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
-        let night_lights = NightLights::new(earth, 8, 4, texels()).expect("whole");
+        let night_lights = NightLights::new(earth, 8, 4, texels()).expect("complete");
         let white = brightest(earth);
         let at = |lon: f64| night_lights.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
         assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
         assert!(NightLights::new(earth, 8, 5, texels()).is_none());
-        assert_eq!((lit(0.0), lit(-0.2)), (0.0, 1.0));
+        assert_eq!((lit_fraction(0.0), lit_fraction(-0.2)), (0.0, 1.0));
     }
 }

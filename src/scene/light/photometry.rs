@@ -74,7 +74,7 @@ fn lommel_seeliger_phase(alpha: f64) -> f64 {
 }
 
 /// Phase function of an Oren-Nayar sphere, 1 at zero phase, by the midpoint rule over luminance longitude and latitude
-/// (96 x 48 points; within 1e-3 of 4 times as many).
+/// (96 x 48 points; four times as many change it by less than 1e-3).
 fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
     let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
@@ -89,11 +89,11 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
             let n = DVec3::new(lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin());
             let (mu0, mu) = (n.dot(to_sun), n.x);
             let (sun_tangential, viewer_tangential) = (to_sun - n * mu0, DVec3::X - n * mu);
-            let cos_dphi = sun_tangential.normalize_or_zero().dot(viewer_tangential.normalize_or_zero());
+            let cos_azimuth = sun_tangential.normalize_or_zero().dot(viewer_tangential.normalize_or_zero());
             let (sin_incidence, sin_emission) = (sun_tangential.length(), viewer_tangential.length());
             // sin(greater angle) tan(lesser angle)
             let sin_tan = sin_incidence * sin_emission / mu0.max(mu).max(1e-12);
-            sum += mu0 * (a + b * cos_dphi.max(0.0) * sin_tan) * mu * lat.cos();
+            sum += mu0 * (a + b * cos_azimuth.max(0.0) * sin_tan) * mu * lat.cos();
         }
     }
     let integral = sum * (to - from) / f64::from(nlon) * PI / f64::from(nlat);
@@ -150,7 +150,7 @@ pub(crate) fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
 }
 
-/// Projected area of the ellipsoid in the direction `n` (unit vector, body axes), divided by pi.
+/// Area of the ellipsoid projected along `n` (unit vector, body axes), divided by pi.
 pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn an_ellipsoid_shows_the_product_of_the_other_two_axes() {
+    fn the_projected_area_along_an_axis_is_the_product_of_the_other_two() {
         let r = DVec3::new(3.0, 2.0, 1.0);
         assert!((projected_radius_sq_km2(r, DVec3::X) - 2.0).abs() < 1e-12);
         assert!((projected_radius_sq_km2(r, DVec3::Y) - 3.0).abs() < 1e-12);

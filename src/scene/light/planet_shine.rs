@@ -7,18 +7,18 @@ use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
-/// Selects the bodies whose reflected light lights the ground.
+/// Selects the bodies whose reflected light is added to the ground's sunlight.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let (body, p, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
+    let (body, placed, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
     if Capabilities::of(body).emissive {
         return decisions;
     }
     let log = &mut decisions.log;
-    let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+    let irradiance = lights::sunlight(placed.sun_from_body_km).irradiance.x;
     log.note("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     let is_forced = inputs.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
-        lights::planet_shine(body, p.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
+        lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
         Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.description(radiance)),

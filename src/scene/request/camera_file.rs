@@ -16,8 +16,8 @@ struct Object<T>(T);
 
 impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OfMap<T>(std::marker::PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + NamedObject> serde::de::Visitor<'de> for OfMap<T> {
+        struct ObjectVisitor<T>(std::marker::PhantomData<T>);
+        impl<'de, T: Deserialize<'de> + NamedObject> serde::de::Visitor<'de> for ObjectVisitor<T> {
             type Value = Object<T>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(T::NAME)
@@ -26,7 +26,7 @@ impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
                 T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Object)
             }
         }
-        deserializer.deserialize_map(OfMap(std::marker::PhantomData))
+        deserializer.deserialize_map(ObjectVisitor(std::marker::PhantomData))
     }
 }
 
@@ -93,7 +93,7 @@ struct DirectionFile {
     axes: Axes,
 }
 
-/// The schema of [`CameraFile`] in words, for help texts.
+/// The description of [`CameraFile`] for help texts.
 pub const CAMERA_FILE_HELP: &str = r#"A camera file is one JSON object:
   {"position": {"body": "earth", "radii": [0, 0, 4]},
    "look": {"at": "earth"}, "up": "celestial", "fov_deg": 40}
@@ -137,17 +137,17 @@ impl CameraFile {
 
     /// Copies position, look, up and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
-        let place = |name: &str| catalog.body_or_barycenter(name);
-        let p = &self.position.0;
-        let body = place(&p.body)?;
-        request.position = match (p.radii, p.km, p.latitude_deg, p.longitude_deg) {
+        let id_of = |name: &str| catalog.body_or_barycenter(name);
+        let position = &self.position.0;
+        let body = id_of(&position.body)?;
+        request.position = match (position.radii, position.km, position.latitude_deg, position.longitude_deg) {
             (Some(radii), None, None, None) => {
-                let radius_km = catalog.body_named(&p.body)?.radii_km.x;
-                Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: p.axes }
+                let radius_km = catalog.body_named(&position.body)?.radii_km.x;
+                Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: position.axes }
             }
-            (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: p.axes },
+            (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: position.axes },
             (None, None, Some(latitude_deg), Some(longitude_deg)) => {
-                Position::Ground { body, latitude_deg, longitude_deg, height_km: p.height_km.unwrap_or(EYE_HEIGHT_KM) }
+                Position::Ground { body, latitude_deg, longitude_deg, height_km: position.height_km.unwrap_or(EYE_HEIGHT_KM) }
             }
             _ => {
                 let how = "give one of radii, km, or latitude_deg with longitude_deg";
@@ -157,7 +157,7 @@ impl CameraFile {
         let look = &self.look.0;
         match (&look.at, look.direction) {
             (Some(name), None) => {
-                request.target = Some(place(name)?);
+                request.target = Some(id_of(name)?);
                 request.look = Look::Target;
             }
             (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: look.axes },

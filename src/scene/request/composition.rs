@@ -51,9 +51,9 @@ impl Projection {
 pub enum StereoLayout {
     /// For red and cyan glasses, the left eye behind red.
     Anaglyph,
-    /// The left eye's image on the left half, the right eye's on the right half, both undistorted.
+    /// The left eye's image on the left half, the right eye's on the right half, neither squeezed.
     SideBySide,
-    /// Even rows, from 0, for the left eye.
+    /// Rows 0, 2, 4, ... show the left eye's image, the others the right eye's.
     Interlaced,
 }
 

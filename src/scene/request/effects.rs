@@ -115,11 +115,9 @@ impl Effect {
             Self::Corona => "corona",
         }
     }
-}
 
-impl Effect {
     /// Names of the models among which the user may choose, as in `+eclipse=linear`.
-    pub fn variants(self) -> &'static [&'static str] {
+    pub fn models(self) -> &'static [&'static str] {
         const ECLIPSE_MODELS: [&str; EclipseModel::CHOICES.len()] = [
             EclipseModel::Linear.name(),
             EclipseModel::UniformDisc.name(),
@@ -153,7 +151,7 @@ pub struct EffectOverrides {
 }
 
 impl EffectOverrides {
-    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` is for one body only. If an effect is named twice, the last sign counts. A model stays
+    /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` applies to one body only. If an effect is named twice, the last sign counts. A model stays
     /// set until another model is named or the effect is switched off. Choosing a model does not switch on an effect that is below its threshold.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
@@ -172,12 +170,12 @@ impl EffectOverrides {
                 (_, Some(name)) => (false, name),
                 _ => return Err(SceneError::Request(format!("effect `{}`: write + or - before its name", echo(part)))),
             };
-            let (name, variant) = name.split_once('=').map_or((name, None), |(n, v)| (n.trim(), Some(v.trim())));
+            let (name, model) = name.split_once('=').map_or((name, None), |(n, m)| (n.trim(), Some(m.trim())));
             let Some(effect) = Effect::ALL.into_iter().find(|e| e.name().eq_ignore_ascii_case(name)) else {
                 let known: Vec<_> = Effect::ALL.iter().map(|e| e.name()).collect();
                 return Err(SceneError::Request(format!("effect `{}` is not known; {}", echo(name), suggestion_or_list(name, &known))));
             };
-            match variant {
+            match model {
                 None => overrides.set(effect, on),
                 Some(_) if !on => {
                     return Err(SceneError::Request(format!(
@@ -186,7 +184,7 @@ impl EffectOverrides {
                         effect.name()
                     )));
                 }
-                Some(variant) => overrides.choose(effect, variant)?,
+                Some(model) => overrides.choose_model(effect, model)?,
             }
         }
         Ok(overrides)
@@ -198,7 +196,7 @@ impl EffectOverrides {
         to.insert(effect);
         from.remove(&effect);
         if !on {
-            self.clear_variant(effect);
+            self.clear_model(effect);
         }
     }
 
@@ -210,7 +208,7 @@ impl EffectOverrides {
             if let Some(on) = own.override_of(effect) {
                 both.set(effect, on);
             }
-            if own.variant(effect).is_some() {
+            if own.model_name(effect).is_some() {
                 both.off.remove(&effect);
             }
         }
@@ -238,10 +236,10 @@ impl EffectOverrides {
     pub fn clear_override(&mut self, effect: Effect) {
         self.on.remove(&effect);
         self.off.remove(&effect);
-        self.clear_variant(effect);
+        self.clear_model(effect);
     }
 
-    fn clear_variant(&mut self, effect: Effect) {
+    fn clear_model(&mut self, effect: Effect) {
         match effect {
             Effect::Eclipse => self.eclipse_model = None,
             Effect::Atmosphere => self.air_model = None,
@@ -252,9 +250,9 @@ impl EffectOverrides {
     /// The text that [`Self::parse`] reads back.
     pub fn to_text(&self) -> String {
         let switched = |e: &Effect| {
-            let variant = self.variant(*e).map(|w| format!("+{}={w}", e.name()));
+            let model = self.model_name(*e).map(|model| format!("+{}={model}", e.name()));
             let on = self.override_of(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
-            on.into_iter().chain(variant)
+            on.into_iter().chain(model)
         };
         let of_bodies = self.per_body.iter().flat_map(|(body, own)| {
             let text = own.to_text();
@@ -263,24 +261,24 @@ impl EffectOverrides {
         Effect::ALL.iter().flat_map(switched).chain(of_bodies).collect::<Vec<_>>().join(",")
     }
 
-    /// Chooses one of [`Effect::variants`] by its name.
+    /// Chooses one of [`Effect::models`] by its name.
     ///
     /// # Errors
-    /// The effect has no such variant.
-    pub fn choose(&mut self, effect: Effect, variant: &str) -> Result<(), SceneError> {
+    /// The effect has no such model.
+    pub fn choose_model(&mut self, effect: Effect, name: &str) -> Result<(), SceneError> {
         let unknown = || {
-            SceneError::Request(match effect.variants() {
+            SceneError::Request(match effect.models() {
                 [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
-                known => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(variant), suggestion_or_list(variant, known)),
+                known => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(name), suggestion_or_list(name, known)),
             })
         };
         match effect {
             Effect::Eclipse => {
-                let model = EclipseModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(variant));
+                let model = EclipseModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(name));
                 self.eclipse_model = Some(model.ok_or_else(unknown)?);
             }
             Effect::Atmosphere => {
-                let model = AtmosphereModel::CHOICES.into_iter().find(|t| t.name().eq_ignore_ascii_case(variant));
+                let model = AtmosphereModel::CHOICES.into_iter().find(|m| m.name().eq_ignore_ascii_case(name));
                 self.air_model = Some(model.ok_or_else(unknown)?);
             }
             _ => return Err(unknown()),
@@ -300,7 +298,7 @@ impl EffectOverrides {
     }
 
     /// Name of the model that the user chose.
-    pub fn variant(&self, effect: Effect) -> Option<&'static str> {
+    pub fn model_name(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
             Effect::Atmosphere => self.air_model.map(AtmosphereModel::name),
@@ -308,7 +306,7 @@ impl EffectOverrides {
         }
     }
 
-    /// `Some(on)` if the user switched the effect.
+    /// Whether the user switched the effect on or off; `None` if neither.
     pub fn override_of(&self, effect: Effect) -> Option<bool> {
         if self.on.contains(&effect) {
             Some(true)
@@ -326,25 +324,25 @@ mod tests {
 
     #[test]
     fn overrides_are_read_and_unknown_names_rejected() {
-        let o = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
-        assert_eq!(o.override_of(Effect::Night), Some(true));
-        assert_eq!(o.override_of(Effect::Normal), Some(true));
-        assert_eq!(o.override_of(Effect::Points), Some(false));
-        assert_eq!(o.override_of(Effect::Albedo), None);
-        let o = EffectOverrides::parse("+eclipse=Linear").expect("a way");
-        assert_eq!((o.variant(Effect::Eclipse), o.override_of(Effect::Eclipse)), (Some("linear"), None));
-        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").variant(Effect::Eclipse), None);
+        let overrides = EffectOverrides::parse("+night, -normal,+NORMAL,-points").expect("known effects");
+        assert_eq!(overrides.override_of(Effect::Night), Some(true));
+        assert_eq!(overrides.override_of(Effect::Normal), Some(true));
+        assert_eq!(overrides.override_of(Effect::Points), Some(false));
+        assert_eq!(overrides.override_of(Effect::Albedo), None);
+        let overrides = EffectOverrides::parse("+eclipse=Linear").expect("a model");
+        assert_eq!((overrides.model_name(Effect::Eclipse), overrides.override_of(Effect::Eclipse)), (Some("linear"), None));
+        assert_eq!(EffectOverrides::parse("+eclipse=linear,-eclipse").expect("both").model_name(Effect::Eclipse), None);
         assert!(EffectOverrides::parse("+eclipse=round").unwrap_err().to_string().contains("limb-darkened"));
-        let o = EffectOverrides::parse("+night,-clouds,Moon:-eclipse,moon:+albedo,io:+eclipse=linear").expect("effects of bodies");
-        let moon = o.for_body("Moon").expect("the Moon's own");
+        let overrides = EffectOverrides::parse("+night,-clouds,Moon:-eclipse,moon:+albedo,io:+eclipse=linear").expect("effects of bodies");
+        let moon = overrides.for_body("Moon").expect("the Moon's own");
         assert_eq!(
             (moon.override_of(Effect::Eclipse), moon.override_of(Effect::Albedo), moon.override_of(Effect::Night)),
             (Some(false), Some(true), Some(true))
         );
-        assert_eq!((o.override_of(Effect::Eclipse), o.for_body("Earth")), (None, None));
-        assert_eq!(o.for_body("Io").expect("Io's own").variant(Effect::Eclipse), Some("linear"));
-        assert_eq!(EffectOverrides::parse(&o.to_text()).expect("what it wrote"), o);
-        assert_eq!(o.bodies().collect::<Vec<_>>(), ["io", "moon"]);
+        assert_eq!((overrides.override_of(Effect::Eclipse), overrides.for_body("Earth")), (None, None));
+        assert_eq!(overrides.for_body("Io").expect("Io's own").model_name(Effect::Eclipse), Some("linear"));
+        assert_eq!(EffectOverrides::parse(&overrides.to_text()).expect("what it wrote"), overrides);
+        assert_eq!(overrides.bodies().collect::<Vec<_>>(), ["io", "moon"]);
         assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));

@@ -103,7 +103,7 @@ pub enum Up {
     },
 }
 
-/// Largest invisible difference of exposure: half a level of 255 at mid grey is 0.02 stops.
+/// Difference of exposure that counts as invisible: it changes mid grey by 0.8 of a level of 255.
 pub const SETTLED_STOPS: f64 = 0.02;
 
 /// How the exposure is chosen.
@@ -198,6 +198,9 @@ impl Quality {
     }
 }
 
+/// Largest width and height of an image, pixels.
+pub(crate) const MAX_IMAGE_PX: u32 = 16384;
+
 /// One view. `target` may be missing only if `look` gives a direction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
@@ -240,7 +243,7 @@ pub struct ViewRequest {
     pub purpose: Purpose,
     /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,
-    /// Whether one evaluation of the air may serve several pixels. Without it each draw is complete by itself, for those who examine single draws.
+    /// Whether the air may be interpolated from a coarse image. If not, each draw can be examined by itself.
     pub coarse_air: bool,
 }
 
@@ -289,8 +292,8 @@ impl ViewRequest {
     /// Rejects invalid values, naming them.
     pub fn check(&self) -> Result<(), SceneError> {
         let invalid = |what: String| Err(SceneError::Request(what));
-        if !(1..=16384).contains(&self.width) || !(1..=16384).contains(&self.height) {
-            return invalid(format!("size {}x{}: each side must be 1 to 16384 pixels", self.width, self.height));
+        if !(1..=MAX_IMAGE_PX).contains(&self.width) || !(1..=MAX_IMAGE_PX).contains(&self.height) {
+            return invalid(format!("size {}x{}: each side must be 1 to {MAX_IMAGE_PX} pixels", self.width, self.height));
         }
         if let Some(fov) = self.fov_deg
             && !(1e-7..=170.0).contains(&fov)
@@ -319,10 +322,10 @@ impl ViewRequest {
         {
             return invalid("the camera's offset must be finite".into());
         }
-        if let ExposureRequest::Stops(ev) | ExposureRequest::Transition { from_stops: ev, .. } = self.exposure
-            && !(-60.0..=60.0).contains(&ev)
+        if let ExposureRequest::Stops(stops) | ExposureRequest::Transition { from_stops: stops, .. } = self.exposure
+            && !(-60.0..=60.0).contains(&stops)
         {
-            return invalid(format!("exposure {ev:?}: must be -60 to 60 stops"));
+            return invalid(format!("exposure {stops:?}: must be -60 to 60 stops"));
         }
         self.composition.check()?;
         if !(-30.0..=30.0).contains(&self.stars_boost) {

@@ -171,7 +171,7 @@ impl WarpMesh {
     }
 
     /// The smaller of the derivatives by screen x and y, in image heights per screen unit: its tenth percentile over the nodes. `aspect`: the
-    /// image's width divided by its height.
+    /// image's width divided by its height. If no derivative is positive, 0.5, that of an undistorted mesh.
     pub fn smallest_derivative(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
@@ -255,7 +255,7 @@ mod tests {
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
-        // The middle node is moved beyond its neighbour: the first cell that is no longer convex starts at line 3.
+        // The middle node is moved beyond its right neighbour, so that the second cell of the first row is no longer convex.
         let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
         assert!(error_text(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", error_text(&folded));
         let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });

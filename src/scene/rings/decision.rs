@@ -24,7 +24,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let drawn = decisions.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
     let all_rings = view.visible_rings(true).rings;
-    decisions.ring = for_globe(inputs, view, &all_rings, &mut decisions);
+    decisions.ring = decide_for_globe(inputs, view, &all_rings, &mut decisions);
     if !drawn || seen.rings.is_empty() {
         decisions.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
         return decisions;
@@ -34,7 +34,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 }
 
 /// Decides on the rings' shadow and light on the globe.
-fn for_globe(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, all_rings: &[&Ring], decisions: &mut Decisions<'_>) -> RingUniforms {
+fn decide_for_globe(
+    inputs: &DecisionInputs<'_, '_>,
+    view: &RingView<'_>,
+    all_rings: &[&Ring],
+    decisions: &mut Decisions<'_>,
+) -> RingUniforms {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
     if decisions.log.effect(Effect::RingShadow, check.on, check.reason) {
@@ -66,7 +71,7 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
     let eclipse = eclipse::decision::decide_for_rings(inputs, decisions, outer_km);
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
-    let sunlight = lights::sunlight(view.sun * view.sun_km);
+    let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
     let shared = DrawUniforms {
         albedo: camera::narrow(DVec3::splat(inputs.disc_fraction)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],

@@ -36,8 +36,8 @@ impl SlopeSums {
         Self { light, integral }
     }
 
-    /// The integral up to a radius in interval number `index`, or nearer the planet than the first interval (then 0); beyond the last one `index` is
-    /// their number.
+    /// The integral up to a radius. `index`: the interval that contains it; 0 also for a radius inside the first interval, the number of intervals for a
+    /// radius outside the last.
     fn up_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.from).max(0.0);
@@ -58,7 +58,7 @@ impl<'a> RadialSums<'a> {
     /// sine of the elevation over the plane.
     pub(crate) fn new(intervals: &'a [RingInterval], sunlight: [[f64; 2]; 2]) -> Self {
         let by_slope = (0..SLOPES).map(|_| None).collect();
-        // The range of slopes is that of a table's rows, and is not used here.
+        // Only a table's rows depend on the range of slopes; `RingConditions::light` ignores it.
         Self { intervals, conditions: RingConditions::new(Some(sunlight), 1.0, 1.0), by_slope }
     }
 
@@ -125,7 +125,7 @@ mod tests {
                     let slope = (7.0 * quasi_random(0.819_173)).exp2();
                     let between = [middle - half_width, middle + half_width];
                     let (mean, exact) = (sums.mean(between, slope * slope_factor), one_by_one(&intervals, sunlight, between, slope));
-                    largest = (0..2).fold(largest, |d, kind| d.max((mean[kind] - exact[kind]).abs()));
+                    largest = (0..2).fold(largest, |max, kind| max.max((mean[kind] - exact[kind]).abs()));
                 }
             }
         }
@@ -135,8 +135,8 @@ mod tests {
     #[test]
     fn means_are_those_of_every_interval_one_by_one() {
         for name in ["jupiter", "saturn", "uranus", "neptune"] {
-            let d = difference(name, 1.0);
-            assert!(d < 3e-4, "{name}: {d}");
+            let largest = difference(name, 1.0);
+            assert!(largest < 3e-4, "{name}: {largest}");
         }
         // The comparison must be able to fail: slopes smaller by a tenth.
         assert!(difference("saturn", 0.9) > 3e-3);

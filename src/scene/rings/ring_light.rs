@@ -13,7 +13,7 @@ use crate::units::luminance;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Number of radii at which the globe's occultation is tested. With four times as many radii and azimuths the sum changes by less than 2e-3 of a magnitude.
+/// Number of radii at which the globe's occultation is tested. With four times as many radii and azimuths the sum changes by less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths for each radius.
 const AZIMUTHS: usize = 72;

@@ -1,6 +1,6 @@
 //! Ring-shine: light that rings scatter onto their own planet, on its night side and in the rings' shadow.
 //!
-//! In: the rings, the planet's oblateness, the Sun's height over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
+//! In: the rings, the planet's oblateness, the Sun's elevation over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
 //! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun; two variables are enough because planet and rings
 //! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides are equal if the Sun
 //! is in the plane. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of
@@ -69,7 +69,7 @@ pub struct RingShineGeometry<'a> {
     pub radius_km: f64,
     /// Polar over equatorial radius.
     pub polar: f64,
-    /// Sine of the Sun's height over the plane; its sign does not matter.
+    /// Sine of the Sun's elevation over the plane; its sign does not matter.
     pub sine: f64,
     /// Tangent of the Sun's angular radius.
     pub sun_tangent: f64,
@@ -90,7 +90,7 @@ impl Annulus {
     }
 }
 
-/// Weight of an interval: the light that it removes from a path of slope 4, times its width and albedo.
+/// Weight of an interval in the division into annuli: the light that it removes from a path of slope 4, times its width and albedo.
 fn weight(interval: &RingInterval) -> f64 {
     (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
@@ -142,8 +142,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// Milestones are the heights of the Sun that have a table of their own: numbers with so many binary digits after the leading digit.
-const MILESTONE_DIGITS: u32 = 5;
+/// Knots of the interpolation are elevations of the Sun whose sines have at most this many binary digits after the leading digit; each has its own table.
+const KNOT_DIGITS: u32 = 5;
 
 /// An absolute value rounded to `digits` binary digits after the leading digit.
 fn round_to_digits(v: f64, digits: u32) -> f64 {
@@ -176,14 +176,14 @@ pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
 #[derive(Debug)]
 pub struct RingShines {
     shines: Memo<Numbers, Option<Arc<RingShine>>>,
-    milestones: Memo<Numbers, Option<Arc<RingShine>>>,
+    knots: Memo<Numbers, Option<Arc<RingShine>>>,
     /// `None`: in memory only.
     store: Option<Box<dyn RingShineStore>>,
 }
 
 impl Default for RingShines {
     fn default() -> Self {
-        Self { shines: Memo::with_capacity(CACHE_CAPACITY), milestones: Memo::with_capacity(CACHE_CAPACITY), store: None }
+        Self { shines: Memo::with_capacity(CACHE_CAPACITY), knots: Memo::with_capacity(CACHE_CAPACITY), store: None }
     }
 }
 
@@ -193,10 +193,10 @@ impl RingShines {
         Self { store, ..Self::default() }
     }
 
-    /// The table of a milestone: from memory, from disk, or computed.
-    fn milestone(&self, geometry: &RingShineGeometry<'_>) -> Option<Arc<RingShine>> {
+    /// The table of a knot: from memory, from disk, or computed.
+    fn knot_table(&self, geometry: &RingShineGeometry<'_>) -> Option<Arc<RingShine>> {
         let key: Vec<f64> = geometry.cache_key().collect();
-        self.milestones.get(key.iter().copied().collect(), || {
+        self.knots.get(key.iter().copied().collect(), || {
             let stored = self.store.as_ref().and_then(|store| store.read(&key));
             let table = stored.or_else(|| {
                 let computed = geometry.table();
@@ -213,32 +213,32 @@ impl RingShines {
 impl RingShineGeometry<'_> {
     /// Irradiance divided by height, at a height and an hour angle in radians. `side`: 0 on the side of the plane on which the Sun's centre is, 1 on the
     /// other.
-    fn irradiance_per_height(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour: f64) -> DVec3 {
+    fn irradiance_per_height(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour_angle: f64) -> DVec3 {
         let horizontal = (1.0 - height * height).max(0.0).sqrt();
         let normal = DVec3::new(horizontal, 0.0, height / self.polar).normalize();
         let place = DVec3::new(horizontal, 0.0, self.polar * height);
-        let (sin_hour, cos_hour) = hour.sin_cos();
+        let (sin_hour, cos_hour) = hour_angle.sin_cos();
         let sine = self.sine.abs();
         let cosine = (1.0 - sine * sine).sqrt();
         // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
-        let sun_level = cosine / cosine.hypot(sine / self.polar);
+        let sun_horizontal = cosine / cosine.hypot(sine / self.polar);
         let horizon = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
             let r = annulus.radius;
             let half_arc = (horizon / r).acos();
             // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
-            let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_level).max(1e-12);
+            let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
             let shadow = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
-            let (from, to) = (hour - half_arc, hour + half_arc);
+            let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
             for [a, b] in [[from, to.min(PI - shadow)], [from.max(PI + shadow), to]] {
                 if b <= a {
                     continue;
                 }
                 for (x, w) in gauss {
-                    let angle = a + (b - a) * x - hour;
+                    let angle = a + (b - a) * x - hour_angle;
                     let (sin, cos) = angle.sin_cos();
                     let to_ring = DVec3::new(r * cos, r * sin, 0.0) - place;
                     let distance_sq = to_ring.length_squared();
@@ -269,8 +269,8 @@ impl RingShineGeometry<'_> {
             .map(|n| {
                 let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
                 let light_at_column = |column: usize| {
-                    let hour = PI * column as f64 / (COLUMNS - 1) as f64;
-                    (self.irradiance_per_height(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour), height)
+                    let hour_angle = PI * column as f64 / (COLUMNS - 1) as f64;
+                    (self.irradiance_per_height(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour_angle), height)
                 };
                 (0..COLUMNS).map(light_at_column).collect()
             })
@@ -280,24 +280,24 @@ impl RingShineGeometry<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
-    /// The cached table. The Sun's height is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
+    /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
     pub fn shine(&self, cache: &RingShines) -> Option<Arc<RingShine>> {
         let geometry = Self { sine: round_to_digits(self.sine, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
         cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
     }
 
-    /// Interpolates between the tables of the milestones below and above the Sun's height. A year of frames needs few milestones, which saves time, because
+    /// Interpolates between the tables of the knots below and above the Sun's elevation. A year of frames needs few knots, which saves time, because
     /// computing a table takes as long as drawing two frames.
     fn interpolate(&self, cache: &RingShines) -> Option<RingShine> {
-        let milestone_table = |sine: f64| {
+        let table_at_knot = |sine: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.
             let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
-            cache.milestone(&geometry)
+            cache.knot_table(&geometry)
         };
-        let dropped_bits = 52 - MILESTONE_DIGITS;
+        let dropped_bits = 52 - KNOT_DIGITS;
         let below = f64::from_bits(self.sine.to_bits() >> dropped_bits << dropped_bits);
         let above = f64::from_bits(below.to_bits() + (1 << dropped_bits));
-        let (low, high) = (milestone_table(below)?, milestone_table(above)?);
+        let (low, high) = (table_at_knot(below)?, table_at_knot(above)?);
         let upper_weight = narrow_scalar((self.sine - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * upper_weight).collect();
         let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(upper_weight);
@@ -310,8 +310,8 @@ impl RingShineGeometry<'_> {
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// Upper limit of the irradiance of any place, per unit of sunlight: each ring at its maximum brightness, all of it above the nearest point of the
-    /// equator.
+    /// Upper limit of the irradiance of any place, per unit of sunlight: each ring at its maximum brightness, and no part of it below the
+    /// horizon.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
@@ -377,14 +377,14 @@ mod tests {
     }
 
     #[test]
-    fn interpolation_between_milestones_agrees_with_an_exact_table() {
+    fn interpolation_between_knots_agrees_with_an_exact_table() {
         let ring = ring(1.24, 2.27, 0.8);
         let rings = [&ring];
         for sine in [2e-4, 3e-3, 0.047, 0.13, 0.29, 0.447] {
-            // Halfway between two milestones.
-            let below = round_to_digits(sine, MILESTONE_DIGITS);
+            // Halfway between two knots.
+            let below = round_to_digits(sine, KNOT_DIGITS);
             let geometry = RingShineGeometry {
-                sine: f64::from_bits(below.to_bits() + (1 << (51 - MILESTONE_DIGITS))),
+                sine: f64::from_bits(below.to_bits() + (1 << (51 - KNOT_DIGITS))),
                 sun_tangent: 5e-4,
                 ..geometry(&rings, sine)
             };
@@ -396,7 +396,7 @@ mod tests {
             let alone = RingShineGeometry { sine: below, ..geometry }.table().expect("a table");
             assert!(
                 max_error(&alone) > 3.0 * max_error(&interpolated),
-                "one milestone alone, sine {sine}: {} of {brightest}",
+                "one knot alone, sine {sine}: {} of {brightest}",
                 max_error(&alone)
             );
         }

@@ -11,12 +11,12 @@ use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
-/// Maximum number of rows of a ring's table, for slopes x = 2^(k/8), k = 0..=96.
+/// Maximum number of slopes in a ring's table: 2^(k/8), k = 0..=96.
 pub(crate) use crate::scene::constants::RING_SLOPES as SLOPES;
 /// Maximum number of radii in a table: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
 
-/// An interval of radius with constant optical depth.
+/// An interval of radius, in equatorial radii, with constant optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingInterval {
     pub from: f64,
@@ -103,14 +103,14 @@ impl RingTables {
     }
 }
 
-/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the height of the Sun's centre over
-/// the plane; `tangent`: tangent of the Sun's angular radius.
+/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: that of the elevation of the Sun's centre
+/// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
 /// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
 /// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slope of the centre is followed by one slope for each strip of the disc.
 pub fn slopes_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !is_disc_resolved || sine.abs() > MIN_HEIGHT_FOR_ONE_SLOPE * tangent {
+    if !is_disc_resolved || sine.abs() > MIN_ELEVATION_FOR_ONE_SLOPE * tangent {
         return vec![slope(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
@@ -121,8 +121,8 @@ pub fn slopes_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Ve
     std::iter::once(slope(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
 }
 
-/// Height of the Sun over the plane, in solar radii, from which one slope is enough.
-const MIN_HEIGHT_FOR_ONE_SLOPE: f64 = 40.0;
+/// Elevation of the Sun over the plane, in its angular radii, from which one slope is enough.
+const MIN_ELEVATION_FOR_ONE_SLOPE: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
@@ -172,8 +172,8 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 /// The light on a ring and the range of view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
-    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation: [`sun_halves`](super::ring_shine::sun_halves).
-    /// `None` for the pixel view of albedo.
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
+    /// [`sun_halves`](super::ring_shine::sun_halves). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slope of the table's rows.
     slopes: [u32; 2],
@@ -190,10 +190,10 @@ impl RingConditions {
     /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
     pub(super) fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slope) };
-        let from = |(half, [fraction, sine]): (usize, [f64; 2])| {
+        let light_of_half = |(half, [fraction, sine]): (usize, [f64; 2])| {
             if fraction > 0.0 { fraction * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
         };
-        sunlight.into_iter().enumerate().map(from).sum()
+        sunlight.into_iter().enumerate().map(light_of_half).sum()
     }
 }
 
@@ -230,17 +230,17 @@ impl RingTable {
                 let large = [red, green, blue].map(|v| v * (1.0 - interval.dust));
                 let dust = [red, green, blue].map(|v| v * interval.dust);
                 let means = [[large[0], large[1], large[2], interval.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
-                for (k, mean) in means.into_iter().enumerate() {
-                    rows[2 * k].extend(mean.map(narrow_scalar));
-                    rows[2 * k + 1].extend(sums[k].map(narrow_scalar));
-                    for (sum, value) in sums[k].iter_mut().zip(mean) {
+                for (kind, mean) in means.into_iter().enumerate() {
+                    rows[2 * kind].extend(mean.map(narrow_scalar));
+                    rows[2 * kind + 1].extend(sums[kind].map(narrow_scalar));
+                    for (sum, value) in sums[kind].iter_mut().zip(mean) {
                         *sum += (interval.to - interval.from) * value;
                     }
                 }
             }
-            for (k, sum) in sums.into_iter().enumerate() {
-                rows[2 * k].extend([0.0; 4]);
-                rows[2 * k + 1].extend(sum.map(narrow_scalar));
+            for (kind, sum) in sums.into_iter().enumerate() {
+                rows[2 * kind].extend([0.0; 4]);
+                rows[2 * kind + 1].extend(sum.map(narrow_scalar));
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }

@@ -1,12 +1,13 @@
 //! Single scattering by a flat layer of particles, under a Sun whose disc the layer's plane may cut.
 //!
-//! In: optical depth, slopes of paths (1 / cosine of the angle between path and normal), the Sun's height. Out: light without albedo and phase function.
+//! In: optical depth, slopes of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without albedo and phase function.
 //! The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
 
 /// The two parts into which the layer's plane cuts the Sun's disc, first the part on the side of the Sun's centre: for each its fraction of the disc, and
-/// the mean sine of its height over the plane on its own side. `sine`: that of the centre's height, not negative; `tangent`: of the Sun's angular radius.
+/// the mean sine of its elevation over the plane on its own side. `sine`: that of the centre's elevation, not negative; `tangent`: of the Sun's angular
+/// radius.
 pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];

@@ -42,10 +42,9 @@ pub(crate) struct RingView<'a> {
     pub placement: &'a Placement,
     /// Unit vector to the Sun, body axes.
     pub sun: DVec3,
-    /// Distance to the Sun.
-    pub sun_km: f64,
-    /// Phase angle, radians.
-    pub alpha: f64,
+    pub sun_distance_km: f64,
+    /// Radians.
+    pub phase_angle: f64,
     /// Irradiance of a plane that faces the Sun.
     pub irradiance: f64,
     /// The threshold below which a ring is left out.
@@ -149,7 +148,7 @@ impl<'a> RingView<'a> {
         let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
-            phase_angles: [(self.alpha - spread).max(0.0), (self.alpha + spread).min(PI)],
+            phase_angles: [(self.phase_angle - spread).max(0.0), (self.phase_angle + spread).min(PI)],
             max_filled: ((outer - inner) / nearest_pixel).min(1.0),
         }
     }
@@ -171,8 +170,8 @@ impl<'a> RingView<'a> {
         }
     }
 
-    /// The visible rings; with `include_all` also rings below the threshold. The outermost rings are left out as far as they together change no pixel
-    /// visibly. Their joint change is less than the sum of all changes, and less than the largest change by one ring that fills the pixel.
+    /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards while together they change no
+    /// pixel visibly: their joint change is at most the sum of their changes, and at most the largest change that one of them makes where it fills a pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =
@@ -215,7 +214,7 @@ impl<'a> RingView<'a> {
 
     /// Tangent of the Sun's angular radius.
     fn sun_tangent(&self, sun_radius_km: f64) -> f64 {
-        sun_radius_km / self.sun_km
+        sun_radius_km / self.sun_distance_km
     }
 
     /// Whether the rings' shadow on the lit globe is visible, and its model.
@@ -266,7 +265,7 @@ impl<'a> RingView<'a> {
     /// shaders/lib/ring/surface.wesl divides them.
     pub(crate) fn half_rect(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
         let whole = self.rect(outer_km)?;
-        self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.common(&half))
+        self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.intersection(&half))
     }
 
     /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both.
@@ -304,7 +303,7 @@ impl<'a> RingView<'a> {
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
-    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per radius, as many as the longest footprint needs.
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per equatorial radius of the longest footprint.
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
@@ -374,7 +373,7 @@ impl<'a> RingView<'a> {
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
-    /// Ring uniforms of the globe in the rings' shadow: out to the last ring with a visible shadow, or all rings if there is none.
+    /// Ring uniforms of the globe in the rings' shadow: rings out to the outermost with a visible shadow, or all rings if none has one.
     pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());

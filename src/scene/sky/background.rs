@@ -2,7 +2,7 @@
 //!
 //! In: the camera, the apparent Sun, the threshold, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of
 //! shaders/entry/sky_background.wesl, and the reasons. Always: the background is behind everything else; the draw of the air in front dims it; each of
-//! the two parts is left out, at no cost, if it is below the display's threshold. Rotations are f64; only the view's axes are narrowed. Left out:
+//! the two parts is left out if it is below the threshold. Rotations are f64; only the view's axes are narrowed. Left out:
 //! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
@@ -40,7 +40,7 @@ pub struct SkyBackground {
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
-    /// `zodiacal::NEAR`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
+    /// `zodiacal::LOG_OFFSET`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
     pub near: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
@@ -48,18 +48,18 @@ pub struct SkyBackground {
     pub corona: f32,
 }
 
-/// Rays per side of the grid that samples the frame for its brightest zodiacal light.
-const PROBES: u32 = 17;
+/// Number of rays along each side of the grid that samples the frame for its brightest zodiacal light.
+const GRID_RAYS: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
     let inner = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
-    let clip = |k: u32| 2.0 * f64::from(k) / f64::from(PROBES - 1) - 1.0;
+    let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let at = |k: u32| {
-        let ray = camera.ray(DVec2::new(clip(k % PROBES), clip(k / PROBES))).normalize();
+        let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
         zodiacal::law(ray.dot(to_sun).min(inner), ray.dot(ecliptic_pole()))
     };
-    (0..PROBES * PROBES).map(at).fold(0.0, f64::max) * unit
+    (0..GRID_RAYS * GRID_RAYS).map(at).fold(0.0, f64::max) * unit
 }
 
 /// The background of a frame with the decisions about its parts; none in pixel views other than the final image.
@@ -87,26 +87,26 @@ pub(crate) fn background(
         }
     };
     let brightest = map.brightest * map.unit_radiance * boost;
-    let milky_way = match () {
-        () if !request.layers.milky_way => decided("milky-way", false, reason!("set-by-you")),
-        () if is_unreadable => decided("milky-way", false, reason!("cannot-be-read", file = &map.file)),
-        () => {
-            let light = comparison(brightest);
-            let reason =
-                if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
-            decided("milky-way", is_visible(brightest), reason)
-        }
+    let milky_way = if !request.layers.milky_way {
+        decided("milky-way", false, reason!("set-by-you"))
+    } else if is_unreadable {
+        decided("milky-way", false, reason!("cannot-be-read", file = &map.file))
+    } else {
+        let light = comparison(brightest);
+        let reason =
+            if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
+        decided("milky-way", is_visible(brightest), reason)
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
     let unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
     let light = brightest_zodiacal(camera, to_sun, unit);
-    let zodiacal_light = match () {
-        () if !request.layers.zodiacal_light => decided("zodiacal-light", false, reason!("set-by-you")),
-        () if sun_au < zodiacal::NEAREST_AU => {
-            decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
-        }
-        () => decided("zodiacal-light", is_visible(light), reason!("zodiacal-at-most", light = comparison(light))),
+    let zodiacal_light = if !request.layers.zodiacal_light {
+        decided("zodiacal-light", false, reason!("set-by-you"))
+    } else if sun_au < zodiacal::NEAREST_AU {
+        decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
+    } else {
+        decided("zodiacal-light", is_visible(light), reason!("zodiacal-at-most", light = comparison(light)))
     };
     let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
@@ -123,7 +123,7 @@ pub(crate) fn background(
         to_sun: axis(to_sun),
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
-        near: narrow_scalar(zodiacal::NEAR),
+        near: narrow_scalar(zodiacal::LOG_OFFSET),
         inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // With boosted zodiacal light the transition to the corona would be visible, so it is not made.

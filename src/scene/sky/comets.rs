@@ -93,12 +93,12 @@ pub fn ion_direction(state: &ConicState) -> DVec3 {
     (state.position.normalize() * wind - state.velocity).normalize()
 }
 
-/// Heliocentric position, au, at the time `days` past J2000, of a grain that was released `age` days before.
-pub fn grain(orbit: &HeliocentricOrbit, days: f64, age: f64, beta: f64) -> DVec3 {
-    let released = heliocentric_state(orbit, days - age);
+/// Heliocentric position, au, at the time `days` past J2000, of a grain that was released `age_days` before.
+pub fn grain(orbit: &HeliocentricOrbit, days: f64, age_days: f64, beta: f64) -> DVec3 {
+    let released = heliocentric_state(orbit, days - age_days);
     // Without net gravity the grain moves in a straight line.
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT * (1.0 - beta);
-    if gm > 0.0 { released.after(gm, age).position } else { released.position + released.velocity * age }
+    if gm > 0.0 { released.after(gm, age_days).position } else { released.position + released.velocity * age_days }
 }
 
 /// Total magnitude of a comet at the given distances from the viewer and from the Sun, au.
@@ -145,19 +145,19 @@ impl CometProjection<'_> {
         let apparent = aberrated(from_camera / distance, self.velocity_km_s) * distance;
         let clip = self.camera.clip(apparent)?;
         let depth_au = apparent.dot(self.camera.forward);
-        let cos = (depth_au / distance).max(1e-3);
-        let pixel = self.camera.pixel_tangent();
+        let cos_off_axis = (depth_au / distance).max(1e-3);
+        let pixel_tangent = self.camera.pixel_tangent();
         let px = clip * self.camera.half_size();
         (depth_au > NEAR_AU).then(|| ProjectedPoint {
             px,
             depth: NEAR_AU / depth_au,
-            gain: PI / (pixel * pixel * cos.powi(3)),
-            px_per_au: 1.0 / (depth_au * pixel),
+            gain: PI / (pixel_tangent * pixel_tangent * cos_off_axis.powi(3)),
+            px_per_au: 1.0 / (depth_au * pixel_tangent),
         })
     }
 
-    fn clip(&self, s: &ProjectedPoint) -> Vec3 {
-        narrow((s.px / self.camera.half_size()).extend(s.depth))
+    fn clip(&self, point: &ProjectedPoint) -> Vec3 {
+        narrow((point.px / self.camera.half_size()).extend(point.depth))
     }
 
     /// Whether a segment, including its width, is outside the frame.
@@ -248,6 +248,7 @@ impl CometProjection<'_> {
             let (sum, count) = around.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
             if count > 0.0 { narrow_scalar(sum / count) } else { 0.0 }
         };
+        // A B-V of 0.8 is slightly redder than sunlight.
         let colour = narrow(star_colour(Some(0.8)));
         for line in 0..SYNDYNES - 1 {
             for k in 0..STATIONS - 1 {
@@ -281,11 +282,11 @@ impl CometProjection<'_> {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * along(k))).collect();
-        let half = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
-        // Light that the part of the tail beyond a station has.
+        let half_px = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
+        // Relative light of the part of the tail beyond a station.
         let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
         let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
-        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
+        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half_px).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
     }
 }
 
@@ -299,12 +300,12 @@ fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> 
     (heliocentric_state(orbit, emission_days), emission_days)
 }
 
-/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_km`: the Sun's barycentric position.
+/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_position_km`: barycentric.
 pub(crate) fn comets(
     request: &ViewRequest,
     all: impl FnOnce() -> Vec<SmallBody>,
     viewer: &Viewer,
-    sun_km: Option<DVec3>,
+    sun_position_km: Option<DVec3>,
     white: f64,
 ) -> (Comets, Option<Decision>) {
     let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, stated_error: None });
@@ -314,11 +315,12 @@ pub(crate) fn comets(
     if !request.layers.comets {
         return (Comets::default(), decided(false, reason!("comets-off")));
     }
-    let Some(sun_km) = sun_km else {
+    let Some(sun_position_km) = sun_position_km else {
         return (Comets::default(), decided(false, reason!("no-sun-known")));
     };
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
-    let projection = CometProjection { camera, camera_au: (camera.position_km - sun_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
+    let projection =
+        CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
     let mut in_frame = Comets::default();
     let (mut brightest, mut shown) = (None::<(f64, String)>, 0);
     for comet in all() {

@@ -91,7 +91,7 @@ mod tests {
         for (frame, place, icrf) in [
             (SkyFrame::Galactic, (0.0, 0.0), (266.404_994_8, -28.936_174_0)),
             (SkyFrame::Galactic, (0.0, 90.0), (192.859_48, 27.128_25)),
-            // The celestial pole has the longitude 122.93192 and the latitude of the Galactic pole's declination.
+            // The latitude of the celestial pole equals the declination of the Galactic pole.
             (SkyFrame::Galactic, (122.931_92, 27.128_25), (0.0, 90.0)),
             (SkyFrame::Ecliptic, (90.0, 0.0), (90.0, 23.439_279)),
             (SkyFrame::Ecliptic, (0.0, 90.0), (270.0, 66.560_721)),

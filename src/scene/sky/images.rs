@@ -54,8 +54,8 @@ fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<
     // In FITS the centre of the first pixel has the coordinate 1, and rows run upwards; in the image rows run downwards.
     let unit = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
     let (x, y) = (unit(px_per_radian.x_axis), unit(px_per_radian.y_axis));
-    let first = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
-    let image_from_plane = DMat3::from_cols(x.extend(0.0), y.extend(0.0), first.extend(1.0));
+    let tangent_point = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
+    let image_from_plane = DMat3::from_cols(x.extend(0.0), y.extend(0.0), tangent_point.extend(1.0));
     Some(image_from_plane * icrf_from_plane.inverse())
 }
 
@@ -134,6 +134,6 @@ mod tests {
         let h = moved * aberrated(star, velocity);
         assert!((h.x / h.z * 640.0 - 310.0).abs() < 1e-6, "{}", h.x / h.z * 640.0);
         let unmoved = moved * star;
-        assert!((unmoved.x / unmoved.z * 640.0 - 310.0).abs() > 5.0, "20 arcsec are more than a pixel");
+        assert!((unmoved.x / unmoved.z * 640.0 - 310.0).abs() > 5.0, "20 arcsec are more than five pixels");
     }
 }

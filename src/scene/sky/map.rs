@@ -24,17 +24,17 @@ pub struct SkyMap {
 /// File of the built-in panorama.
 pub(crate) const MILKY_WAY_FILE: &str = "milky_way.jpg";
 
-/// Surface brightness of the Large Sagittarius Star Cloud in stars of tenth magnitude per square degree: the mean over 3 degrees at galactic longitude 2 and
-/// latitude -4. It is 20.5 V magnitudes per square arcsecond, an estimate to 0.5 magnitudes (published surface photometry of the brightest Milky Way lies
-/// between 20 and 21).
+/// Surface brightness of the Large Sagittarius Star Cloud in stars of tenth magnitude per square degree: the mean over a field of 3 degrees at galactic
+/// longitude 2 and latitude -4. It is 20.5 V magnitudes per square arcsecond, an estimate to 0.5 magnitudes (published surface photometry of the
+/// brightest Milky Way lies between 20 and 21).
 const CLOUD_S10: f64 = 820.0;
 /// The linear luminance of the same cloud in the panorama.
 const CLOUD_VALUE: f64 = 0.3385;
 
 impl SkyMap {
-    /// The built-in Milky Way. Its stars are filtered out, because those of the catalogue are drawn separately. If the star cloud above has its published
-    /// brightness, the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26. The sum agrees with the roughly 100
-    /// of integrated starlight (Roach & Megill 1961, ApJ 133, 228).
+    /// The built-in Milky Way. Its stars are filtered out, because those of the catalogue are drawn separately. With the star cloud at `CLOUD_S10`,
+    /// the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26. The sum agrees with the roughly 100 of
+    /// integrated starlight (Roach & Megill 1961, ApJ 133, 228).
     pub(crate) fn milky_way() -> Self {
         let unit_radiance = CLOUD_S10 / CLOUD_VALUE * *S10;
         Self {

@@ -48,14 +48,14 @@ impl MinorPlanetColumns {
     pub(crate) fn of(bodies: &[SmallBody]) -> Self {
         let mut columns = [Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(bodies.len())];
         for body in bodies {
-            let o = &body.orbit;
+            let orbit = &body.orbit;
             let (brightness, slope) = match body.brightness {
                 BrightnessLaw::Asteroid { h, g } => (irradiance_of_magnitude(h), g),
                 BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => (0.0, 0.0),
             };
-            let along = o.motion_at_perihelion * (o.perihelion_au * (1.0 + o.eccentricity).sqrt());
-            columns[0].extend(narrow(o.to_perihelion * o.perihelion_au).to_array());
-            columns[0].push(narrow_scalar(1.0 - o.eccentricity));
+            let along = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
+            columns[0].extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
+            columns[0].push(narrow_scalar(1.0 - orbit.eccentricity));
             columns[1].extend(narrow(along).to_array());
             columns[1].push(narrow_scalar(brightness));
             columns[2].push(narrow_scalar(slope));

@@ -2,9 +2,9 @@
 //!
 //! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame, each
 //! body's time since its perihelion, and uniforms. Always: times are reduced in f64 before they are narrowed, and the heliocentric camera position is
-//! split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (tests/scene/minor_planets.rs has
-//! larger e). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by default. Left out:
-//! perturbations since the elements' epoch.
+//! split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger e see
+//! tests/scene/minor_planets.rs). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by
+//! default. Left out: perturbations since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;
@@ -61,12 +61,12 @@ fn two_parts(v: DVec3) -> [Vec3; 2] {
     [high, narrow(v - high.as_dvec3())]
 }
 
-/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_km`: the Sun's barycentric position.
+/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_position_km`: barycentric.
 pub(crate) fn minor_planets(
     request: &ViewRequest,
     columns: impl FnOnce() -> Arc<MinorPlanetColumns>,
     viewer: &Viewer,
-    sun_km: Option<DVec3>,
+    sun_position_km: Option<DVec3>,
     white: f64,
 ) -> (Option<MinorPlanets>, Option<Decision>) {
     let decided = |on: bool, reason: Reason| Some(Decision { feature: "minor-planets", on, reason, stated_error: None });
@@ -76,7 +76,7 @@ pub(crate) fn minor_planets(
     if !request.layers.minor_planets {
         return (None, decided(false, reason!("minor-off")));
     }
-    let Some(sun_km) = sun_km else { return (None, decided(false, reason!("no-sun-known"))) };
+    let Some(sun_position_km) = sun_position_km else { return (None, decided(false, reason!("no-sun-known"))) };
     let (camera, columns) = (&viewer.camera, columns());
     let mark_level = MARK_LEVEL * (FADE_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
@@ -84,7 +84,7 @@ pub(crate) fn minor_planets(
     let all = MinorPlanets {
         times: Arc::new(columns.times(days)),
         axes: [camera.right / camera.tan_half_fov.x, camera.up / camera.tan_half_fov.y, camera.forward].map(narrow),
-        camera_parts: two_parts((camera.position_km - sun_km) / KM_PER_AU),
+        camera_parts: two_parts((camera.position_km - sun_position_km) / KM_PER_AU),
         velocity: narrow(viewer.velocity_km_s / SPEED_OF_LIGHT_KM_S),
         colour: narrow(colour),
         flux_per_irradiance: narrow_scalar(PI / camera.pixel_tangent().powi(2)),

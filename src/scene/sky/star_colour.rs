@@ -9,8 +9,8 @@ use glam::{DMat3, DVec3};
 use std::sync::LazyLock;
 
 /// Colour indices of the table's ends, and the number of its steps.
-const FIRST: f64 = -0.4;
-const LAST: f64 = 2.4;
+const MIN_B_V: f64 = -0.4;
+const MAX_B_V: f64 = 2.4;
 const STEPS: usize = 56;
 /// Effective temperature of the Sun (IAU 2015 Resolution B3), kelvin.
 const SUN_K: f64 = 5772.0;
@@ -18,7 +18,7 @@ const SUN_K: f64 = 5772.0;
 static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     let sun = linear_srgb(SUN_K);
     std::array::from_fn(|k| {
-        let b_v = FIRST + (LAST - FIRST) * k as f64 / STEPS as f64;
+        let b_v = MIN_B_V + (MAX_B_V - MIN_B_V) * k as f64 / STEPS as f64;
         // Scaled so that the Sun is white.
         let colour = (linear_srgb(temperature_k(b_v)) / sun).max(DVec3::ZERO);
         colour / luminance(colour.to_array())
@@ -60,7 +60,7 @@ fn linear_srgb(kelvin: f64) -> DVec3 {
 /// Colour of a star: linear sRGB of luminance 1; white if its colour index is unknown.
 pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
     let Some(b_v) = b_v else { return DVec3::ONE };
-    let position = (f64::from(b_v).clamp(FIRST, LAST) - FIRST) / (LAST - FIRST) * STEPS as f64;
+    let position = (f64::from(b_v).clamp(MIN_B_V, MAX_B_V) - MIN_B_V) / (MAX_B_V - MIN_B_V) * STEPS as f64;
     let below = (position as usize).min(STEPS - 1);
     COLOURS[below].lerp(COLOURS[below + 1], position - below as f64)
 }

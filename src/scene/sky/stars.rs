@@ -42,7 +42,7 @@ impl ApparentStar {
 
 /// Computes the apparent places of the stars of one frame.
 pub struct StarPlacer {
-    years: f64,
+    years_since_epoch: f64,
     viewer_au: DVec3,
     velocity_km_s: DVec3,
 }
@@ -55,14 +55,14 @@ impl StarPlacer {
     /// Like [`Self::of`], for the stars of a given catalogue.
     pub(crate) fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
-            years: stars.years_since_epoch(request.time.jd_tt()),
+            years_since_epoch: stars.years_since_epoch(request.time.jd_tt()),
             viewer_au: viewer.camera.position_km / KM_PER_AU,
             velocity_km_s: viewer.body_velocity_km_s,
         }
     }
 
     pub fn place(&self, star: &Star) -> ApparentStar {
-        let vector = star_from_viewer(star, self.years, self.viewer_au);
+        let vector = star_from_viewer(star, self.years_since_epoch, self.viewer_au);
         // Avoids a division by zero for a viewer at the star.
         let distance = vector.length().max(1e-9);
         ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
@@ -70,7 +70,7 @@ impl StarPlacer {
 
     /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
     fn shift(&self, cell: &SkyCell) -> f64 {
-        cell.motion_per_year * self.years.abs() + cell.parallax_rad * self.viewer_au.length()
+        cell.motion_per_year * self.years_since_epoch.abs() + cell.parallax_rad * self.viewer_au.length()
     }
 }
 
@@ -117,7 +117,7 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// Magnitude at which a star adds [`VISIBLE_LIGHT`] in the layer of bright stars, half a level of 255. By this a star of magnitude 0 is white, one of
+/// Magnitude at which a star adds [`VISIBLE_LIGHT`] in the layer of bright stars, half a level of 255. Then a star of magnitude 0 is white, one of
 /// magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
 const BRIGHTENED_LIMIT: f64 = 9.5;
 
@@ -142,12 +142,12 @@ pub(crate) fn stars(
     let boost = request.stars_boost.exp2();
     let limit_as_set = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the layer of bright stars has no effect: by day brightened stars would show through the sky that outshines them.
-    let lift = if request.layers.bright_stars && air.is_none() { (BRIGHTENED_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
-    let limit = limit_as_set + lift;
-    let boost = boost * 10f64.powf(0.4 * lift);
+    let lift_mag = if request.layers.bright_stars && air.is_none() { (BRIGHTENED_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
+    let limit = limit_as_set + lift_mag;
+    let boost = boost * 10f64.powf(0.4 * lift_mag);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
-        true if lift > 0.0 => {
+        true if lift_mag > 0.0 => {
             reason!("stars-brightened", stops = format_args!("{:+.1}", boost.log2()), alone = format_args!("{limit_as_set:.1}"))
         }
         true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
@@ -163,10 +163,11 @@ pub(crate) fn stars(
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
     let all = catalog.stars();
-    let in_view = InView { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
+    let culling =
+        CullingFrame { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();
-    for cell in all.cells().iter().filter(|cell| in_view.may_show_star_of(cell, placer.shift(cell))) {
-        let faintest = in_view.faintest(placer.shift(cell));
+    for cell in all.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {
+        let faintest = culling.faintest(placer.shift(cell));
         let bright = cell.stars.clone().map(|k| (k, &all.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
         let to_sprite = |(k, star): (usize, &Star)| {
             let sprite = sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)?;
@@ -183,14 +184,15 @@ pub(crate) fn stars(
 const CONSTANT_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
 
 /// The frame against which cells are culled.
-struct InView<'c> {
+struct CullingFrame<'c> {
     camera: &'c Camera,
+    /// Limiting magnitude.
     limit: f64,
     /// Angle from the middle of the frame to its corner, plus the largest angle of aberration.
     max_off_axis_rad: f64,
 }
 
-impl InView<'_> {
+impl CullingFrame<'_> {
     /// The faintest catalogue magnitude that may be visible, for stars that may have come closer by the fraction `shift` of their distance.
     fn faintest(&self, shift: f64) -> f64 {
         if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
@@ -201,8 +203,8 @@ impl InView<'_> {
         // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
         let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
         let max_off_axis_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
-        let ahead = cell.axis.dot(self.camera.forward);
-        (max_off_axis_rad >= PI || ahead >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
+        let cos_off_axis = cell.axis.dot(self.camera.forward);
+        (max_off_axis_rad >= PI || cos_off_axis >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
     /// Largest angular radius of a sprite, whose glare can reach into the frame from outside.

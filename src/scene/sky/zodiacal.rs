@@ -2,10 +2,10 @@
 //!
 //! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit
 //! within 13 % of each of its entries from 15 degrees of elongation (the table itself is accurate to 10 %). Closer to the Sun the corona replaces the
-//! zodiacal light. The F corona is light of the same dust, and both laws have the same power of the distance, so that they agree within a factor of 2 for
-//! every observer (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103,
-//! 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects, observers far off the ecliptic,
-//! and the dust's reddening.
+//! zodiacal light. The F corona is light of the same dust, and the exponents of the distance are nearly equal (-2.5 and -2.3), so that both laws agree
+//! within a factor of 2 between 0.3 and 5 au (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au,
+//! Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects,
+//! observers far off the ecliptic, and the dust's reddening.
 
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use glam::DVec4;
@@ -28,9 +28,9 @@ pub(crate) const NEAREST_AU: f64 = 0.1;
 pub(crate) const CORONA_BLEND_DEG: (f64, f64) = (15.0, 25.0);
 
 /// Offset in [`law`] that keeps the logarithm's argument positive in the direction of the Sun.
-pub(crate) const NEAR: f64 = 1.02;
-/// Coefficients of the binary logarithm of the table's values: rows are powers of log2(NEAR - cosine of the elongation), columns are powers of the sine of
-/// the latitude.
+pub(crate) const LOG_OFFSET: f64 = 1.02;
+/// Coefficients of the binary logarithm of the table's values: rows are powers of log2(`LOG_OFFSET` - cosine of the elongation), columns are powers
+/// of the sine of the latitude.
 pub(crate) const LAW: [[f64; 4]; 5] = [
     [7.8937, 0.0533, -5.4046, 3.8745],
     [-0.8988, 2.1406, -4.6106, 2.7313],
@@ -42,7 +42,7 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
 /// Brightness at 1 au in the table's unit, without the blend into the corona. The table is valid for an observer in the ecliptic; for an observer far from
 /// the ecliptic the result is an estimate.
 pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
-    let g = (NEAR - cos_elongation).log2();
+    let g = (LOG_OFFSET - cos_elongation).log2();
     // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
     let s = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
     let by_latitude = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));

@@ -13,7 +13,7 @@ use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec2, DVec3, Vec4};
 
 /// The description of the detail for decisions and the window.
-pub(crate) fn law(detail: Detail) -> Reason {
+pub(crate) fn description(detail: Detail) -> Reason {
     match detail {
         Detail::None => reason!("detail-none"),
         Detail::Craters => reason!("detail-craters").and(reason!("detail-unmeasured")),
@@ -91,9 +91,9 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     let reference = GroundReference::of(camera, placement, rays.rect_in_clip);
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
-    let pixel = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
+    let pixel_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
     // The index of the lattice whose cells are just visible directly below the camera.
-    let finest = ((MIN_CELL_PX * pixel / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
+    let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {
         let lattice = last - (DETAIL_ROWS as i32 - 1) + k as i32;
@@ -101,14 +101,14 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
             return (DVec3::ZERO, INVISIBLE_CELL);
         }
         let cell = COARSEST_CELL * ratio.powi(lattice);
-        // Lattices are offset from each other, so that no two share the walls of their cells.
+        // Arbitrary offsets, so that no two lattices share the walls of their cells.
         let offset = DVec3::new(75.488, 56.984, 85.667) * f64::from(lattice + 1);
         let position = origin / cell + offset;
         (position - (position / PERIOD).floor() * PERIOD, cell)
     };
     let largest = COARSEST_CELL * ratio.powf(finest - (DETAIL_ROWS as f64 - 1.0));
     let camera = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
-    let to_reference = reference.map_or([Vec4::ZERO; 3], |r| {
+    let reference_rows = reference.map_or([Vec4::ZERO; 3], |r| {
         let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);
         [narrow(r.point).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]
     });
@@ -118,6 +118,6 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         cells: std::array::from_fn(|k| narrow(row(k).0.floor()).extend(0.0)),
         largest: narrow_scalar(largest),
         camera,
-        reference: to_reference,
+        reference: reference_rows,
     }
 }

@@ -38,7 +38,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
     maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
-    let sunlit_ground = lit_ground(inputs);
+    let sunlit_ground = sunlit_ground_in_view(inputs);
     let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
     maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
@@ -55,7 +55,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
-        let reason = detail::law(available.detail).and(sizes);
+        let reason = detail::description(available.detail).and(sizes);
         decisions.chosen.detail = decisions.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
     }
     decisions.chosen.maps = maps;
@@ -68,9 +68,9 @@ const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
 fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
-    let (p, threshold) = (inputs.placed, inputs.threshold());
+    let (placed, threshold) = (inputs.placed, inputs.threshold());
     let shines = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
-    let strongest = lights::planet_shine(inputs.body(), p.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| shines);
+    let strongest = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| shines);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
     (threshold.is_exceeded_by(glint), reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))))
 }
@@ -78,12 +78,12 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
 const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
-/// Whether sunlit ground is in view. This is so if the angle between sub-camera and sub-solar point is less than the sum of two angles: from the sub-camera
-/// point to the horizon, and from the sub-solar point to the terminator.
-fn lit_ground(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
-    let (body, p) = (inputs.body(), inputs.placed);
-    let horizon_deg = (body.radii_km.min_element() / p.distance_km).min(1.0).acos().to_degrees();
-    let (separation_deg, max_separation_deg) = (p.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
+/// Whether sunlit ground is in view: whether the angle between sub-camera and sub-solar point is less than the angle from the sub-camera point to the
+/// horizon plus that from the sub-solar point to the terminator.
+fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
+    let (body, placed) = (inputs.body(), inputs.placed);
+    let horizon_deg = (body.radii_km.min_element() / placed.distance_km).min(1.0).acos().to_degrees();
+    let (separation_deg, max_separation_deg) = (placed.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (
         separation_deg < max_separation_deg,
         reason!("sun-from-zenith", degrees = format_args!("{separation_deg:.1}"))

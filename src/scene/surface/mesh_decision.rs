@@ -13,34 +13,35 @@ use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height at each vertex of a Sun that the mesh does not hide, in solar radii: a large value.
+/// Height of an unobstructed Sun at each vertex, in solar radii: a large value.
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
-pub(crate) fn sun_over(frame: &FrameContext<'_>, p: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
-    let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != p.body.id)?;
-    let radius_rad = (sun.body.radii_km.x / p.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
-    Some(((p.body_from_icrf * p.sun_from_body_km).normalize(), radius_rad))
+pub(crate) fn sun_over(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
+    let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != placed.body.id)?;
+    let radius_rad = (sun.body.radii_km.x / placed.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
+    Some(((placed.body_from_icrf * placed.sun_from_body_km).normalize(), radius_rad))
 }
 
 /// Decides on the mesh and on its self-shadowing.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (name, body, log) = (Effect::Mesh.name(), inputs.body(), &mut decisions.log);
     let resources = inputs.frame.context.resources;
-    let Some(named) = &body.mesh else {
+    let Some(shape_model) = &body.mesh else {
         log.note(name, false, reason!("not-available"));
         return decisions;
     };
-    if resources.is_unreadable(&named.file) {
-        log.note(name, false, reason!("unreadable-mesh", file = &named.file));
+    if resources.is_unreadable(&shape_model.file) {
+        log.note(name, false, reason!("unreadable-mesh", file = &shape_model.file));
         return decisions;
     }
     let Some(model) = inputs.model else {
-        log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &named.file));
+        log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &shape_model.file));
         return decisions;
     };
-    let reason = reason!("mesh-triangles", count = model.triangles(), file = &named.file, radii = format_args!("{:.3}", model.max_radius));
-    log.effect(Effect::Mesh, true, with_invented(reason, named.invented.as_deref(), |how| reason!("shape-invented", how = how)));
+    let reason =
+        reason!("mesh-triangles", count = model.triangles(), file = &shape_model.file, radii = format_args!("{:.3}", model.max_radius));
+    log.effect(Effect::Mesh, true, with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     decisions.chosen.mesh = Some(meshes::flags(body, model));
     let Some((towards, radius_rad)) = sun_over(inputs.frame, inputs.placed) else { return decisions };
     let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
@@ -53,8 +54,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
 pub(crate) fn set(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>, model: &Arc<Mesh>, self_shadow: Option<(DVec3, f64)>) {
-    let (centre, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
-    uniforms.mesh_anchor = centre;
+    let (anchor, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
+    uniforms.mesh_anchor = anchor;
     uniforms.clip_from_unit_sphere = matrix;
     let loaded = || inputs.frame.context.resources.sun_heights.get(&inputs.body().id).cloned();
     let sun_heights = match self_shadow {

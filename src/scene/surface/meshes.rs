@@ -32,9 +32,9 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mes
 }
 
 /// Whether a body's model is needed: the body is large enough and the file is readable.
-pub(crate) fn is_required(context: Context<'_>, camera: &Camera, p: &PlacedBody<'_>) -> bool {
-    let large = 2.0 * p.body.radii_km.max_element() / p.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
-    let wanted = p.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+pub(crate) fn is_required(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> bool {
+    let large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
+    let wanted = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
     large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
@@ -61,13 +61,13 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
-    let steepened = (MIN_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
+    let added_slope = (MIN_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
     // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
     let clip = |v_km: DVec3, homogeneous: f64| {
         let v = v_km / unit_km;
         let depth = v.dot(camera.forward);
         let across = DVec3::new(v.dot(camera.right) / camera.tan_half_fov.x, v.dot(camera.up) / camera.tan_half_fov.y, 0.0);
-        let z = near * (homogeneous - steepened * if homogeneous == 0.0 { depth } else { 0.0 });
+        let z = near * (homogeneous - added_slope * if homogeneous == 0.0 { depth } else { 0.0 });
         camera::narrow4(DVec4::new(across.x, across.y, z, depth))
     };
     let axis = |k: usize| clip(icrf_from_body.col(k) * placement.radii_km[k], 0.0);

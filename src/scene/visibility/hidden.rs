@@ -73,7 +73,7 @@ impl Limb {
 /// Number of chords of a disc.
 const CHORDS: u32 = 720;
 
-/// Integral of the disc's radiance along a chord from its middle to x, for half its length h; see shaders/lib/ring/body_shadow.wesl.
+/// Integral of the disc's radiance along a chord of half length h, from its middle to x; see shaders/lib/ring/body_shadow.wesl.
 fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
@@ -131,6 +131,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
         breaks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
         breaks.push(h);
         breaks.sort_by(f64::total_cmp);
+        // Chords are evenly spaced in angle, so the distance between them is proportional to h.
         let light = |from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
         total += light(-h, h);
         // Adjacent visible intervals are integrated as one interval.

@@ -1,7 +1,7 @@
 //! A cache of the Moon's limb profiles, kept from frame to frame.
 //!
-//! In: the height map and the viewer's position in the Moon's axes. Out: the profile, computed only if none of the last few was seen from a position from
-//! which the limb looks the same.
+//! In: the height map and the viewer's position in the Moon's axes. Out: the profile, computed only if no recent profile was seen from nearly the
+//! same position.
 
 use crate::catalog::lunar_heights::HeightMap;
 use crate::ephemeris::angle_rad;
@@ -10,16 +10,14 @@ use crate::memo::Memo;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Viewers whose directions from the Moon differ by less than this angle, radians, and whose distances by less than [`SAME_DISTANCE_RATIO`] share a profile: 50 m
-/// on the Moon's ground.
+/// Largest angle between the directions from the Moon to two viewers who share a profile, radians: 50 m on the Moon's ground.
 const SAME_DIRECTION_RAD: f64 = 3e-5;
-
-/// Greatest relative difference of the distances of two viewers who share a profile.
+/// Largest relative difference of the distances of two viewers who share a profile.
 const SAME_DISTANCE_RATIO: f64 = 1e-3;
 /// Number of profiles that are kept.
 const MAX_PROFILES: usize = 4;
 
-/// Map, and viewer's position in the Moon's axes. It holds the map itself, because the address of a map that was dropped can become another's.
+/// Map, and viewer's position in the Moon's axes. Maps are compared by address; the key keeps its map alive, so that no other map can have its address.
 type Key = (Arc<HeightMap>, DVec3);
 
 /// The most recent profiles.

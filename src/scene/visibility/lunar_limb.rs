@@ -25,8 +25,8 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle, which keeps the tangent finite. It is not reached: a profile exists only for cameras at least one radius above the Moon, where
-/// the sine is about 0.5.
+/// Largest sine of the limb's angle, which keeps the tangent finite. It is not reached: a profile exists only for cameras at least one radius above the
+/// Moon, where the sine is at most about 0.5.
 const MAX_LIMB_SINE: f64 = 0.999;
 
 /// Computes the limb profile as seen from the camera and stores it in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
@@ -69,13 +69,15 @@ impl<'p> ApparentLimb<'p> {
     }
 }
 
-/// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`: the
-/// fraction for a smooth limb of the Moon's mean radius. Computed in the plane tangent to the sky at the Moon's centre. The Sun counts as a circle there. At an
-/// angle theta from the Moon's centre its axis ratio is 1 / cos theta: less than 1 + 4e-5 as seen from the Earth, and 1.15 one radius above the Moon.
+/// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`:
+/// the fraction for a smooth limb of the Moon's mean radius.
+///
+/// Computed in the plane tangent to the sky at the Moon's centre, where the Sun's outline is approximated by a circle. At an angle theta from the Moon's
+/// centre the axis ratio of the true outline is 1 / cos theta: less than 1 + 4e-5 as seen from the Earth, and 1.15 one radius above the Moon.
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
-    let ahead = moon.placement.centre_km.normalize();
-    let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(ahead);
+    let to_moon = moon.placement.centre_km.normalize();
+    let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
     let (u1, u2) = limb_law(sun.body);
@@ -104,8 +106,8 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
-        // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as wide as that
-        // radius, and the error was not measured.
+        // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as
+        // wide as that radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
         change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
@@ -160,8 +162,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     }
 }
 
-/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the reference
-/// pixel, and its change per pixel in x and in y.
+/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the
+/// reference pixel, and its change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_draw: &LimbUniforms,

@@ -141,7 +141,7 @@ impl Ord for Farther {
 mod tests {
     use super::*;
 
-    /// A quasi-random sequence of numbers in 0..1 (a Weyl sequence of powers of the golden ratio).
+    /// A quasi-random sequence of numbers in 0..1: the fractional parts of a quadratic polynomial.
     fn numbers(seed: u32) -> impl FnMut() -> f64 {
         let mut k = f64::from(seed);
         move || {
@@ -151,9 +151,9 @@ mod tests {
     }
 
     /// Distance along a ray from the camera to a sphere; `None` if the ray misses it.
-    fn distance_to(ball: &BoundingSphere, along: DVec3) -> Option<f64> {
-        let b = ball.centre_km.dot(along);
-        let square = ball.radius_km * ball.radius_km - (ball.centre_km - along * b).length_squared();
+    fn distance_to(sphere: &BoundingSphere, along: DVec3) -> Option<f64> {
+        let b = sphere.centre_km.dot(along);
+        let square = sphere.radius_km * sphere.radius_km - (sphere.centre_km - along * b).length_squared();
         (square > 0.0 && b > 0.0).then(|| b - square.sqrt())
     }
 
@@ -162,15 +162,15 @@ mod tests {
     #[test]
     fn along_every_ray_the_nearer_is_drawn_later() {
         let mut next = numbers(7);
-        let mut direction = move || {
+        let mut random_direction = move || {
             let (z, angle) = (2.0 * next() - 1.0, std::f64::consts::TAU * next());
             (DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0_f64 - z * z).sqrt() + DVec3::Z * z, next(), next())
         };
         let (mut pairs, mut with_ring) = (0, 0);
         for _ in 0..40_000 {
-            let (towards, far, size) = direction();
-            let (outwards, away, _) = direction();
-            let (perpendicular, slant, _) = direction();
+            let (towards, far, size) = random_direction();
+            let (outwards, away, _) = random_direction();
+            let (perpendicular, slant, _) = random_direction();
             // The planet has radius 1, the ring reaches from 1.2 to 2.3.
             let camera = towards * (1.02 + 10f64.powf(7.0 * far * far) - 1.0);
             let moon = BoundingSphere { centre_km: outwards * (1.3 + 4.0 * away) - camera, radius_km: 0.02 + 0.1 * size };

@@ -21,7 +21,7 @@ fn emissive(f: &DrawFeatures) -> bool {
 fn shows_radiance(f: &DrawFeatures) -> bool {
     matches!(f.view, PixelView::Final | PixelView::Cost)
 }
-/// Sky, cloud and ring: surfaces without the maps and effects of solid ground.
+/// Whether the surface is a sky, cloud or ring, which has none of the maps and effects of solid ground.
 fn no_ground(f: &DrawFeatures) -> bool {
     matches!(f.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
@@ -38,15 +38,15 @@ fn shows_normal(f: &DrawFeatures) -> bool {
     (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
-/// Whether the draw fills a part of the coarse image.
+/// Whether the draw fills a part of the coarse image of the air.
 fn fills_coarse_image(f: &DrawFeatures) -> bool {
     f.air_pass.fills_image()
 }
-/// A draw that fills the coarse image has none of the ground's features.
-const fn alone(dimension: &'static str) -> CanonicalRule {
-    CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: ALONE }
+/// The rule that a draw which fills the coarse image omits this dimension.
+const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
+    CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
-const ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
+const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
     f.air_pass == AirPass::SunlightDrawn
@@ -59,7 +59,8 @@ fn shows_albedo(f: &DrawFeatures) -> bool {
     }
 }
 
-/// Applied in order until no rule changes anything. This terminates, because each rule only removes features.
+/// The first rule that changes anything is applied, until none does. This terminates: a rule lowers its dimension's value or sets the
+/// surface to Lambert, and no rule undoes that.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
@@ -249,20 +250,20 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "surface",
         value: "lambert",
         applies: |f| fills_coarse_image(f) && f.surface != Surface::Cloud,
-        because: ALONE,
+        because: DRAWN_ALONE,
     },
-    CanonicalRule { dimension: "lights", value: "sun1", applies: |f| fills_coarse_image(f) && f.lights > 1, because: ALONE },
-    alone("albedo"),
-    alone("normal"),
-    alone("specular"),
-    alone("night"),
-    alone("cloudshadow"),
-    alone("detail"),
-    alone("custom-surface"),
-    alone("overlays"),
-    alone("ringshine"),
-    alone("limbheights"),
-    alone("alphatexture"),
+    CanonicalRule { dimension: "lights", value: "sun1", applies: |f| fills_coarse_image(f) && f.lights > 1, because: DRAWN_ALONE },
+    omitted_in_coarse_image("albedo"),
+    omitted_in_coarse_image("normal"),
+    omitted_in_coarse_image("specular"),
+    omitted_in_coarse_image("night"),
+    omitted_in_coarse_image("cloudshadow"),
+    omitted_in_coarse_image("detail"),
+    omitted_in_coarse_image("custom-surface"),
+    omitted_in_coarse_image("overlays"),
+    omitted_in_coarse_image("ringshine"),
+    omitted_in_coarse_image("limbheights"),
+    omitted_in_coarse_image("alphatexture"),
     CanonicalRule {
         dimension: "limbheights",
         value: "",
@@ -343,6 +344,7 @@ pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
 
 fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
     let mut reduced = *features;
+    // A key has at most three lights.
     reduced.lights = reduced.lights.min(3);
     while let Some((rule, dimension, value)) = first_reduction(&reduced) {
         (dimension.set)(&mut reduced, value);
@@ -358,11 +360,11 @@ mod tests {
 
     #[test]
     fn every_rule_names_a_dimension_and_a_value_and_is_used() {
-        let some = sample_features(1, 20_000);
+        let samples = sample_features(1, 20_000);
         for rule in RULES {
             let d = dimension_named(rule.dimension).unwrap_or_else(|| panic!("no dimension {}", rule.dimension));
             assert!(d.texts.contains(&rule.value), "{}: no value {:?}", rule.dimension, rule.value);
-            assert!(some.iter().any(|f| (rule.applies)(f)), "{} never applies", rule.because);
+            assert!(samples.iter().any(|f| (rule.applies)(f)), "{} never applies", rule.because);
         }
     }
 

@@ -1,8 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! There are about 10^10 combinations, so nothing here lists them all. A combination of a few dimension values *can occur* if some
-//! canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the rules read, and
-//! one of them is completed with the combination.
+//! There are 1.6 * 10^12 combinations ([`nominal_size`]), so nothing here lists them all. A combination of a few dimension values *can
+//! occur* if some canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the
+//! rules read, and one of them is completed with the combination.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -32,8 +32,9 @@ pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
     sample_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Dimensions that the canonical rules read, each with the number of values that the rules distinguish (all further values behave like the
-/// last of these).
+/// Dimensions on which the canonical rules of other dimensions depend, each with the number of its first values that occur in
+/// [`skeletons`]. The rules treat further values like the last of these. Exception: `coarsesunlight` of `air-pass` has rules of its own; it
+/// is found by adding it to a skeleton without an air pass.
 const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
@@ -49,7 +50,7 @@ const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("view", 10),
 ];
 
-/// All canonical features over these dimensions alone. A combination can occur if adding it to one of them gives canonical features.
+/// All canonical features over [`RULE_DIMENSIONS`] alone. A combination can occur if adding it to one of them gives canonical features.
 fn skeletons() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
     for (name, values) in RULE_DIMENSIONS {
@@ -58,9 +59,9 @@ fn skeletons() -> Vec<DrawFeatures> {
             .into_iter()
             .flat_map(|features| {
                 (0..values).map(move |value| {
-                    let mut with = features;
-                    (dimension.set)(&mut with, value);
-                    with
+                    let mut extended = features;
+                    (dimension.set)(&mut extended, value);
+                    extended
                 })
             })
             .collect();
@@ -69,7 +70,7 @@ fn skeletons() -> Vec<DrawFeatures> {
     distinct.into_iter().collect()
 }
 
-/// Pairs of a dimension's index and a value of that dimension.
+/// Pairs of an index into [`DIMENSIONS`] and a value of that dimension.
 type Combination<'a> = [(usize, usize)];
 
 fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
@@ -87,8 +88,8 @@ fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) 
     after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations. Then
-/// the length of that list.
+/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations of
+/// values. Second: the length of that list.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -121,13 +122,13 @@ fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * DIMENSIONS[*d].texts.len() + values[*d]))
 }
 
-/// Number of random completions to try for a missing combination.
+/// Number of random completions to try for a combination that is not covered yet.
 const TRIES: usize = 12;
 
 /// Keys that contain every possible combination of values of any `t` dimensions, sorted; the result is deterministic.
 ///
-/// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first missing combination, the one that adds
-/// most missing combinations is chosen.
+/// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first uncovered combination, the one that covers
+/// the most new combinations is chosen.
 pub fn covering(t: usize) -> Vec<ShaderKey> {
     static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
     match COVERINGS.get(t) {
@@ -196,6 +197,7 @@ fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bo
     }
 }
 
+/// Of several random completions of a combination, the one with the greatest `count_new`.
 fn best_completion(
     skeletons: &[DrawFeatures],
     values: &Combination<'_>,

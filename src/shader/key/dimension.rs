@@ -1,4 +1,4 @@
-//! The table of dimensions: the only place that names a dimension's values, in key texts and in fragment conditions.
+//! The table of dimensions: the only place that names a dimension's values, in key texts and in the `@if` conditions of WESL files.
 
 use crate::scene::draw::{
     AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
@@ -47,7 +47,7 @@ pub struct Dimension {
     pub part: KeyPart,
     /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
-    /// The feature that each value enables in the fragments; empty: none.
+    /// The feature that each value enables, as `@if` conditions name it (with `_` for `.` and `-`); empty: none.
     pub features: &'static [&'static str],
     /// Whether a value also enables the features of all lesser values (as counts do).
     pub cumulative: bool,
@@ -63,6 +63,7 @@ fn index_of<T: PartialEq>(all: &[T], value: &T) -> usize {
     all.iter().position(|v| v == value).unwrap_or(0)
 }
 
+/// A dimension that is off (omitted in the key) or on.
 macro_rules! switch {
     ($name:literal, $part:expr, $feature:literal, $($field:ident).+) => {
         Dimension {
@@ -132,6 +133,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "lights",
         part: KeyPart::Lights,
+        // The number of lights; the first is the Sun.
         texts: &["sun0", "sun1", "sun2", "sun3"],
         features: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
@@ -231,11 +233,11 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The features that these draw features enable in the fragments.
-pub fn features(features: &DrawFeatures) -> Vec<&'static str> {
+/// The features that hold in `@if` conditions for a draw, in the spelling of the table.
+pub fn features(draw: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {
-        let value = (d.get)(features);
+        let value = (d.get)(draw);
         let first = if d.cumulative { 0 } else { value };
         on.extend(d.features[first..=value].iter().filter(|f| !f.is_empty()));
     }

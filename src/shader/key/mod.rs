@@ -1,9 +1,10 @@
 //! The shader key: a draw's features, reduced to the smallest set that draws the same image.
 //!
-//! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so two draws that run
-//! the same code have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values, texts and fragment features; one
-//! list ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of
-//! `DrawFeatures`, a row of the table and its rules. Not here: the code of the module that a key identifies.
+//! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ
+//! only in features without an effect on the image have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values,
+//! their texts, and the features that `@if` conditions of the WESL files test; one list ([`canonical::RULES`]) states which values have no
+//! effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table and its rules. Not here: the code
+//! of the module that a key identifies.
 
 #[doc(hidden)]
 mod canonical;
@@ -21,7 +22,7 @@ pub use text::KeyTextError;
 
 use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};
 
-/// The key of a body's module: emission is a pure function of this value and the fragments in shaders/.
+/// The key of a body's module: emission is a pure function of this value and the WESL files of shaders/.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ShaderKey {
     features: DrawFeatures,
@@ -32,12 +33,12 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// The features of the module, in canonical form. Culling and other pipeline state follow the features of the draw itself, which may be
-    /// more.
+    /// The features of the module, in canonical form. Culling and other pipeline state depend on the features of the draw itself, some of
+    /// which may be missing here.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// In the pixel view of shading cost: the number of instructions that one texture read counts as.
+    /// In the pixel view of shading cost: the number of instructions that one texture read counts as. `None` in the other views.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }

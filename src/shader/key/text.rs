@@ -26,8 +26,8 @@ pub enum KeyTextError {
 }
 
 impl KeyTextError {
-    /// The error for a text that may also have been meant as one of these module names.
-    pub fn or_simple(self, names: &[&'static str]) -> Self {
+    /// For a text that may have been meant as one of these module names: suggests the most similar name, if the whole text is unknown.
+    pub fn or_module_name(self, names: &[&'static str]) -> Self {
         match self {
             Self::Unknown { text, part, column: 1, expected } if text == part => {
                 let expected = did_you_mean(&part, names.iter().copied()).unwrap_or(expected);
@@ -99,10 +99,10 @@ fn find_word(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
-/// The part to which a piece between two `.` belongs: the part to which most of its words belong. No word belongs to two parts.
+/// The part of a piece between two `.`: the one to which most of its words belong. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<KeyPart> {
-    let knows = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
-    parts().into_iter().rev().max_by_key(|part| knows(*part)).filter(|part| knows(*part) > 0)
+    let known_words = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
+    parts().into_iter().rev().max_by_key(|part| known_words(*part)).filter(|part| known_words(*part) > 0)
 }
 
 /// Every word of a key, each once.
@@ -193,7 +193,7 @@ mod tests {
             state ^= state << 17;
             (state % n as u64) as usize
         };
-        let mut moved = 0;
+        let mut reordered = 0;
         for key in covering(3).into_iter().chain(sample(5, 20_000)) {
             let text = key.to_string();
             let mut pieces: Vec<&str> = text.split('.').collect();
@@ -201,11 +201,11 @@ mod tests {
                 pieces.swap(k, below(k + 1));
             }
             let shuffled = pieces.join(".");
-            moved += usize::from(shuffled != text);
+            reordered += usize::from(shuffled != text);
             let read: ShaderKey = shuffled.to_ascii_uppercase().parse().unwrap_or_else(|e| panic!("{e}"));
             assert_eq!((read, read.to_string()), (key, text), "{shuffled}");
         }
-        assert!(moved > 10_000, "only {moved} keys were shuffled");
+        assert!(reordered > 10_000, "only {reordered} keys were shuffled");
         // If a word belonged to two parts, the order would matter.
         let mut words = all_words();
         words.sort_unstable();
@@ -216,30 +216,30 @@ mod tests {
 
     #[test]
     fn errors_name_the_part_and_the_column() {
-        let column = |text: &str| match text.parse::<ShaderKey>().expect_err(text) {
+        let error_of = |text: &str| match text.parse::<ShaderKey>().expect_err(text) {
             KeyTextError::Unknown { column, part, .. } => ("unknown", part, column),
             KeyTextError::Twice { column, part, .. } => ("twice", part, column),
             KeyTextError::Missing { column, part, .. } => ("missing", part.to_owned(), column),
             KeyTextError::Contradictory { column, part, .. } => ("contradictory", part, column),
         };
-        assert_eq!(column("phong.sun1.sphere"), ("unknown", "phong".into(), 1));
-        assert_eq!(column("lambert.sun1.cube"), ("unknown", "cube".into(), 14));
-        assert_eq!(column("lambert.albedo-bump.sun1.sphere"), ("unknown", "bump".into(), 16));
-        assert_eq!(column("lambert.albedo-albedo.sun1.sphere"), ("twice", "albedo".into(), 16));
-        assert_eq!(column("lambert.sun1"), ("missing", "shape".into(), 13));
-        assert_eq!(column("lambert.sun1.sphere.depthh"), ("unknown", "depthh".into(), 21));
-        assert_eq!(column("lambert.sun1.sphere.uv.uv"), ("twice", "uv".into(), 24));
-        assert_eq!(column("lambert.sun1.lambert"), ("twice", "lambert".into(), 14));
-        assert_eq!(column("sphere.sun1.lambert.sun2"), ("twice", "sun2".into(), 21));
-        assert_eq!(column("albedo.lambert.sun1.normal.albedo.sphere"), ("twice", "albedo".into(), 28));
-        assert_eq!(column("sun1.sphere"), ("missing", "surface".into(), 12));
-        assert_eq!(column("emissive.albedo.sun2.sphere"), ("contradictory", "sun2".into(), 17));
-        assert_eq!(column("lambert.normal.sun1.sphere.vertexcolour"), ("contradictory", "vertexcolour".into(), 28));
-        assert_eq!(column("lambert.sun1.eclipse2.sphere"), ("contradictory", "eclipse2".into(), 14));
-        assert_eq!(column("lambert.sun1.limb-darkened.sphere"), ("contradictory", "limb-darkened".into(), 14));
-        assert_eq!(column("lambert.sun1.eclipse2-limb-lit.sphere"), ("unknown", "limb".into(), 23));
-        assert_eq!(column("sky.sun1.air-pixel-16-dust.sphere"), ("unknown", "dust".into(), 23));
-        assert_eq!(column(""), ("unknown", String::new(), 1));
-        assert_eq!(column("lambert..sun1.sphere").0, "unknown");
+        assert_eq!(error_of("phong.sun1.sphere"), ("unknown", "phong".into(), 1));
+        assert_eq!(error_of("lambert.sun1.cube"), ("unknown", "cube".into(), 14));
+        assert_eq!(error_of("lambert.albedo-bump.sun1.sphere"), ("unknown", "bump".into(), 16));
+        assert_eq!(error_of("lambert.albedo-albedo.sun1.sphere"), ("twice", "albedo".into(), 16));
+        assert_eq!(error_of("lambert.sun1"), ("missing", "shape".into(), 13));
+        assert_eq!(error_of("lambert.sun1.sphere.depthh"), ("unknown", "depthh".into(), 21));
+        assert_eq!(error_of("lambert.sun1.sphere.uv.uv"), ("twice", "uv".into(), 24));
+        assert_eq!(error_of("lambert.sun1.lambert"), ("twice", "lambert".into(), 14));
+        assert_eq!(error_of("sphere.sun1.lambert.sun2"), ("twice", "sun2".into(), 21));
+        assert_eq!(error_of("albedo.lambert.sun1.normal.albedo.sphere"), ("twice", "albedo".into(), 28));
+        assert_eq!(error_of("sun1.sphere"), ("missing", "surface".into(), 12));
+        assert_eq!(error_of("emissive.albedo.sun2.sphere"), ("contradictory", "sun2".into(), 17));
+        assert_eq!(error_of("lambert.normal.sun1.sphere.vertexcolour"), ("contradictory", "vertexcolour".into(), 28));
+        assert_eq!(error_of("lambert.sun1.eclipse2.sphere"), ("contradictory", "eclipse2".into(), 14));
+        assert_eq!(error_of("lambert.sun1.limb-darkened.sphere"), ("contradictory", "limb-darkened".into(), 14));
+        assert_eq!(error_of("lambert.sun1.eclipse2-limb-lit.sphere"), ("unknown", "limb".into(), 23));
+        assert_eq!(error_of("sky.sun1.air-pixel-16-dust.sphere"), ("unknown", "dust".into(), 23));
+        assert_eq!(error_of(""), ("unknown", String::new(), 1));
+        assert_eq!(error_of("lambert..sun1.sphere").0, "unknown");
     }
 }

@@ -1,9 +1,9 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
 //! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module
-//! name, text, IR, source map and tape. Always: bytes that decode are complete, were written by the same generator for the requested
-//! module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone who can write to the folder
-//! can write entries, and only their form is checked. naga's encoding has no spans, which matter only for error messages.
+//! name, text, IR, source map and tape. Always: bytes that decode are complete, name this generator and the requested module, and contain
+//! valid IR and a tape that fits its entry points. The checksum is not a signature: anyone who can write to the folder can write an entry
+//! that passes these checks. naga's encoding omits spans, which matter only for error messages.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
@@ -126,7 +126,7 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 
-/// File name of a module's entry: the module's name, or its start and a digest if the name is too long for some file systems.
+/// File name of a module's entry: the module's name, or its start and a digest if some file systems might refuse so long a name.
 pub fn file_name(id: &ModuleId) -> String {
     let name = id.to_string();
     if name.len() <= 180 {

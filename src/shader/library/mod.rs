@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-/// Maximum size of an entry in bytes; the longest entries have about 300 kB.
+/// Maximum size of an entry in bytes; the largest entries have about 300 kB.
 pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
 /// A module once it is loaded or built.
@@ -57,7 +57,7 @@ pub struct Statistics {
     /// Entries written, and the time spent writing them in seconds.
     pub written: u64,
     pub writing_s: f64,
-    /// Entries on disk that were damaged or foreign and were replaced.
+    /// Entries on disk that were damaged, of another format or forged, and were replaced.
     #[serde(rename = "healed")]
     pub repaired: u64,
 }
@@ -79,7 +79,7 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// An entry on disk that cannot be used.
+/// An entry on disk that does not decode; its module is built anew.
 struct Damaged;
 
 /// The content of the disk cache.
@@ -122,8 +122,8 @@ impl Generator {
     }
 }
 
-/// Largest number of modules in memory, each of a quarter of a megabyte. A view of the whole system with all effects has some forty. A module that
-/// was evicted is read again from disk within a millisecond. The software renderer keeps the programs of the same number of modules.
+/// Maximum number of modules in memory, each of about a quarter of a megabyte. A view of the whole system with all effects needs some
+/// forty. An evicted module is read again from disk within a millisecond. The software renderer keeps the programs of as many modules.
 pub(crate) const MODULES_KEPT: usize = 96;
 
 /// A cache of modules by name, in memory and on disk; shared between threads.
@@ -177,7 +177,7 @@ impl ShaderLibrary {
         self.generator.read().clone()
     }
 
-    /// From now on builds modules from these fragments, and drops the modules in memory. Modules of edited fragments are not written to
+    /// Builds modules from these fragments from now on, and drops the modules in memory. Modules of edited fragments are not written to
     /// disk.
     pub fn set_fragments(&self, fragments: Fragments) {
         let generator = Generator::of(fragments, &self.lowering);
@@ -373,7 +373,7 @@ impl ShaderLibrary {
     }
 
     /// For callers that could not run a module. Rebuilds those of the modules that came from disk, and drops each entry that differs from its
-    /// rebuilt module: a file that passes all checks of form but was not written by the generator. Returns the number of dropped entries.
+    /// rebuilt module: a forged entry, which decodes but was not written by the generator. Returns the number of dropped entries.
     pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let is_forged = |id: &&ModuleId| {

@@ -1,6 +1,7 @@
-//! Blocks of a fragment: parts of its text that are included or omitted together, by one condition.
+//! Blocks of a fragment (WESL file): parts of its text that are included or omitted together, by one condition.
 //!
-//! In: blocks from the scanner, in the order of the text. Out: a tree by index; [`ROOT`] is the part without a condition.
+//! Blocks form a tree: the scanner lists them in the order of the text, and each refers to others by their index. [`ROOT`] is the part
+//! without a condition.
 
 use super::condition::Condition;
 
@@ -12,7 +13,7 @@ pub const ROOT: u32 = 0;
 pub enum Block {
     Root,
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted as part of `parent` if its condition holds and that of no branch before it does.
-    /// `unless`: the previous branch of the chain.
+    /// `unless`: the branch before it in the chain.
     When {
         parent: u32,
         condition: Condition,

@@ -54,8 +54,8 @@ impl Features {
     }
 }
 
-/// Every name (features as identifiers, and predicates) with its value for these features, in the form that a WESL compiler takes.
-pub fn names_that_hold(features: Features) -> impl Iterator<Item = (&'static str, bool)> {
+/// Every name (features as identifiers, and predicates), and whether it holds for these features, in the form that a WESL compiler takes.
+pub fn values_of_names(features: Features) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
 
@@ -63,10 +63,14 @@ pub fn names_that_hold(features: Features) -> impl Iterator<Item = (&'static str
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Condition {
     Constant(bool),
+    /// Index into `FEATURES`.
     Feature(usize),
+    /// Index into `PREDICATES`.
     Predicate(usize),
     Not(Box<Condition>),
+    /// `&&`.
     All(Box<Condition>, Box<Condition>),
+    /// `||`.
     Any(Box<Condition>, Box<Condition>),
 }
 
@@ -113,7 +117,7 @@ impl Condition {
         }
     }
 
-    /// The feature to which the source map attributes a condition that holds: the last of a conjunction, the first true one of a disjunction.
+    /// The feature to which the source map attributes a condition that holds: that of the last term of `&&`, of the first true term of `||`.
     pub fn reason(&self, features: Features) -> String {
         match self {
             Self::Constant(value) => value.to_string(),
@@ -151,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_predicate_is_a_condition_over_features_and_every_name_stands_for_one_thing() {
+    fn every_predicate_is_a_condition_over_features_and_no_name_has_two_meanings() {
         for p in PREDICATES {
             let condition = Condition::parse(p.condition).unwrap_or_else(|e| panic!("{}: {e}", p.name));
             let mut names = Vec::new();
@@ -164,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_bind_as_wgsl_does_and_name_their_reason() {
+    fn conditions_have_the_precedence_of_wgsl_and_name_their_reason() {
         let on = Features::of(&["lights.1", "air.pixel-8"]);
         for (text, holds) in [
             ("lights_1", true),
@@ -185,6 +189,6 @@ mod tests {
         {
             assert!(Condition::parse(invalid).is_err(), "{invalid}");
         }
-        assert!(Condition::parse("light_1").is_err_and(|e| e.contains("lights_1")), "the nearest name is told");
+        assert!(Condition::parse("light_1").is_err_and(|e| e.contains("lights_1")), "the nearest name is suggested");
     }
 }

@@ -22,8 +22,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FragmentLine {
     pub pieces: Vec<Piece>,
-    /// Whether text was removed from the line, or it belongs to several blocks: if what is emitted of it is blank, the line is dropped. An author's
-    /// blank line is kept.
+    /// Whether the line lost text or belongs to several blocks. Such a line is dropped if only blanks are emitted of it; a line that is blank
+    /// in the file is kept.
     pub is_divided: bool,
 }
 
@@ -76,7 +76,7 @@ impl Fragment {
         Ok(Self::of(text, scan))
     }
 
-    /// Parses a text that need not be trusted: within limits, and with the entire WESL grammar, also where no key includes the text.
+    /// Parses an untrusted text: enforces limits, and checks the entire text against the WESL grammar, also the parts that no key includes.
     ///
     /// # Errors
     /// An exceeded limit (`limits`), the errors of [`Fragment::parse`], or the first grammar error, with line and column.
@@ -162,8 +162,8 @@ impl Fragment {
         false
     }
 
-    /// The text by which the source map explains an emitted block: a feature; for an `@else` the features that the branch before it lacks (`not
-    /// ...`); for the comments above a chain that of the emitted branch; `None` for the root.
+    /// The text by which the source map explains an emitted block: a feature; for an `@else`, `not` with the features in the condition of the
+    /// branch before it; for the comments above a chain, the text of the emitted branch; `None` for the root.
     pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
@@ -176,7 +176,7 @@ impl Fragment {
         }
     }
 
-    /// The block in which a conditional block lies; `ROOT` for the others, also for the comments above a chain.
+    /// The block that contains a branch of a chain; `ROOT` for other blocks, also for the comments above a chain.
     pub fn parent(&self, block: u32) -> u32 {
         match &self.blocks[block as usize] {
             Block::When { parent, .. } => *parent,
@@ -237,7 +237,7 @@ fn end_with_comment(text: &str, end: usize) -> usize {
     if rest.trim_start().starts_with("//") { end + rest.len() } else { end }
 }
 
-/// Position of the first directive in the syntax that fragments used before WESL.
+/// Position of the first directive (`//: if` and others) in the syntax of the files before WESL.
 fn legacy_directive_at(text: &str) -> Option<usize> {
     let mut start = 0;
     for line in text.split('\n') {

@@ -1,20 +1,21 @@
-//! Limits for untrusted fragments. Parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks at each `<`,
-//! so unlimited input could exhaust the stack or the time.
+//! Limits for untrusted fragments (WESL files). Parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks
+//! at each `<`, so unlimited input could exhaust the stack or take forever.
 //!
 //! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
 //! fragments stay far below the limits (brackets nest at most 7 deep; the longest part between separators has less than 200 bytes). Not
 //! here: whether the text is WESL.
 
-/// Most `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template list, and does so
-/// again inside each; every `<` doubles the time.
+/// Maximum number of `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template
+/// list, and does so again inside each; every `<` doubles the time.
 const MAX_OPEN_ANGLES: usize = 12;
-/// Deepest nesting of brackets.
+/// Maximum depth of nested brackets.
 const MAX_DEPTH: usize = 64;
 /// Maximum number of bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
 const MAX_PART_BYTES: usize = 4096;
-/// Maximum number of bytes, without blanks, of one function: naga 30 takes the square of the number of expressions, 20 s for a megabyte of statements.
+/// Maximum number of bytes, without blanks, of one function: the time that naga 30 takes grows with the square of the number of expressions,
+/// to 20 s for a megabyte of statements.
 const MAX_BODY_BYTES: usize = 1 << 17;
-/// Most `else` in one chain: each is nested in the one before it.
+/// Maximum number of `else` in one chain: the syntax tree nests each in the one before it.
 const MAX_ELSE: usize = 64;
 
 /// The text with its comments replaced by blanks of the same length.

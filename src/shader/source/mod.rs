@@ -1,4 +1,4 @@
-//! Parsing of WESL fragments: their lines, conditions and imports.
+//! Parsing of the fragments, which are the WESL files of shaders/: their lines, conditions and imports.
 //!
 //! In: the text of a fragment in shaders/. Out: [`Fragment`]: its lines divided at the spans of conditional items, its imports and the
 //! names that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several fragments

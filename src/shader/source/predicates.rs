@@ -1,6 +1,6 @@
-//! Named conditions, for conditions that fragments need several times.
+//! Predicates: named conditions, for conditions that WESL files use several times.
 //!
-//! A fragment may use a predicate wherever it may use a feature of the key. Each predicate is a WESL condition over features,
+//! An `@if` may use a predicate wherever it may use a feature of the key. Each predicate is a WESL condition over features,
 //! evaluated for every key. The features are those of the key's dimensions (`shader::key`), with `_` in place of `.` and `-`:
 //! `air.pixel-8` is `air_pixel_8`. A count enables all lesser counts, so `lights_2` means two lights or more.
 

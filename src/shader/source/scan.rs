@@ -8,7 +8,7 @@ use super::block::{Block, ROOT};
 use super::condition::Condition;
 use std::ops::Range;
 use wgsl_parse::lexer::{Lexer, Token};
-use wgsl_parse::syntax::{Import as Path, ImportContent, ImportStatement, PathOrigin};
+use wgsl_parse::syntax::{Import as NestedImport, ImportContent, ImportStatement, PathOrigin};
 
 /// An error at a byte position of the text.
 pub(super) struct Fault {
@@ -16,7 +16,7 @@ pub(super) struct Fault {
     pub what: String,
 }
 
-/// The span of a conditional item, and its block.
+/// The span of a conditional item with its attribute, and its block.
 pub(super) struct ConditionalSpan {
     pub span: Range<usize>,
     pub block: u32,
@@ -39,7 +39,7 @@ pub(super) struct ConditionChain {
 pub(super) struct Scan {
     /// Blocks in order, each after its parent and after the alternatives that precede it. The first is [`ROOT`].
     pub blocks: Vec<Block>,
-    /// Inner spans come before outer ones.
+    /// Spans of inner items come before those of the items that contain them.
     pub conditional_spans: Vec<ConditionalSpan>,
     /// Conditional attributes and import statements, which are never emitted.
     pub removed_spans: Vec<Range<usize>>,
@@ -65,6 +65,7 @@ struct Scanner<'a> {
     /// The fragment's own module path, for `super::`.
     path: &'a str,
     tokens: Vec<(Range<usize>, Token)>,
+    /// Index of the next token.
     next: usize,
     scan: Scan,
 }
@@ -78,7 +79,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
         tokens.push((start..end, token));
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
-    scanner.items(ROOT, List::Module)?;
+    scanner.scan_items(ROOT, List::Module)?;
     match scanner.token() {
         "" => Ok(scanner.scan),
         bracket => Err(scanner.fault(format!("`{bracket}` closes nothing"))),
@@ -91,6 +92,7 @@ impl<'a> Scanner<'a> {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
 
+    /// Start of the next token.
     fn at(&self) -> usize {
         self.tokens.get(self.next).map_or(self.text.len(), |(span, _)| span.start)
     }
@@ -111,13 +113,13 @@ impl<'a> Scanner<'a> {
     }
 
     /// Scans items up to the bracket that closes their list; the bracket is not consumed.
-    fn items(&mut self, parent: u32, list: List) -> Result<(), Fault> {
+    fn scan_items(&mut self, parent: u32, list: List) -> Result<(), Fault> {
         // The blocks of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
         while !self.is_at_end_of_list() {
             let start = self.at();
-            let (branch, attribute) = self.attributes()?.unzip();
+            let (branch, attribute) = self.scan_attributes()?.unzip();
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
             if continues_chain && unless.is_none() {
@@ -130,13 +132,13 @@ impl<'a> Scanner<'a> {
             }
             let block = match branch {
                 None => parent,
-                Some(Branch::If(condition) | Branch::Elif(condition)) => self.block(Block::When { parent, condition, unless }),
-                Some(Branch::Else) => self.block(Block::When { parent, condition: Condition::Constant(true), unless }),
+                Some(Branch::If(condition) | Branch::Elif(condition)) => self.push_block(Block::When { parent, condition, unless }),
+                Some(Branch::Else) => self.push_block(Block::When { parent, condition: Condition::Constant(true), unless }),
             };
             if self.token() == "import" && list == List::Module {
-                self.import(block)?;
+                self.scan_import(block)?;
             } else {
-                self.item(block, list)?;
+                self.scan_item(block, list)?;
             }
             if let Some(attribute) = attribute {
                 self.scan.removed_spans.push(attribute);
@@ -148,7 +150,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    fn block(&mut self, block: Block) -> u32 {
+    fn push_block(&mut self, block: Block) -> u32 {
         self.scan.blocks.push(block);
         self.scan.blocks.len() as u32 - 1
     }
@@ -157,13 +159,13 @@ impl<'a> Scanner<'a> {
         let block = match chain {
             [] => return,
             [only] => *only,
-            several => self.block(Block::AnyOf(several.to_vec())),
+            several => self.push_block(Block::AnyOf(several.to_vec())),
         };
         self.scan.chains.push(ConditionChain { start, block });
     }
 
     /// Scans the attributes before an item; returns the conditional one with its span.
-    fn attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
+    fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
         let mut found = None;
         while self.token() == "@" {
             let start = self.at();
@@ -173,7 +175,7 @@ impl<'a> Scanner<'a> {
             let argument = if self.token() == "(" {
                 let open = self.at() + 1;
                 self.next += 1;
-                self.items(ROOT, List::Commas)?;
+                self.scan_items(ROOT, List::Commas)?;
                 let close = self.at();
                 self.expect(")")?;
                 Some(open..close)
@@ -207,20 +209,20 @@ impl<'a> Scanner<'a> {
     }
 
     /// Scans one item after its attributes, including the semicolon or comma that ends it.
-    fn item(&mut self, block: u32, list: List) -> Result<(), Fault> {
+    fn scan_item(&mut self, block: u32, list: List) -> Result<(), Fault> {
         let first = self.next;
         if list == List::Module {
-            self.declaration(first);
+            self.record_declaration(first);
         }
         let is_struct = self.token() == "struct";
         while !self.is_at_end_of_list() {
             let token = &self.tokens[self.next].1;
             let opens_template = matches!(token, Token::TemplateArgsStart);
             match self.token() {
-                "(" | "[" => self.bracketed(block, List::Commas)?,
-                "<" if opens_template => self.bracketed(block, List::Commas)?,
+                "(" | "[" => self.scan_bracketed(block, List::Commas)?,
+                "<" if opens_template => self.scan_bracketed(block, List::Commas)?,
                 "{" => {
-                    self.bracketed(block, if is_struct { List::Commas } else { List::Statements })?;
+                    self.scan_bracketed(block, if is_struct { List::Commas } else { List::Statements })?;
                     if list != List::Commas && self.token() != "else" {
                         return Ok(());
                     }
@@ -243,7 +245,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    fn bracketed(&mut self, block: u32, list: List) -> Result<(), Fault> {
+    fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), Fault> {
         let open = self.at();
         let close = match self.token() {
             "(" => ")",
@@ -252,7 +254,7 @@ impl<'a> Scanner<'a> {
             _ => ">",
         };
         self.next += 1;
-        self.items(block, list)?;
+        self.scan_items(block, list)?;
         // `>>` closes two template lists.
         if !self.token().starts_with(close) {
             return Err(Fault { at: open, what: format!("this is not closed by `{close}`") });
@@ -262,7 +264,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Records the name of the declaration that begins with this token.
-    fn declaration(&mut self, first: usize) {
+    fn record_declaration(&mut self, first: usize) {
         let (tokens, text) = (&self.tokens, self.text);
         let word = |k: usize| tokens.get(k).map_or("", |(span, _)| &text[span.clone()]);
         let name = match word(first) {
@@ -277,7 +279,7 @@ impl<'a> Scanner<'a> {
         self.scan.declared.push(name.to_owned());
     }
 
-    fn import(&mut self, block: u32) -> Result<(), Fault> {
+    fn scan_import(&mut self, block: u32) -> Result<(), Fault> {
         let at = self.at();
         while !matches!(self.token(), ";" | "") {
             self.next += 1;
@@ -312,7 +314,7 @@ fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, St
             items.push((base.join("/"), item.ident.name().clone()));
             Ok(())
         }
-        ImportContent::Collection(all) => all.iter().try_for_each(|Path { path, content }| {
+        ImportContent::Collection(all) => all.iter().try_for_each(|NestedImport { path, content }| {
             let base: Vec<String> = base.iter().chain(path).cloned().collect();
             collect(&base, content, items)
         }),

@@ -1,8 +1,8 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: instants or civil times, a zone. Out: the other of the two. Always: whole seconds; a civil time that the zone skips is moved forward by an
-//! hour; a civil time that occurs twice means the earlier instant. Not here: leap seconds, which civil clocks do not show; the text of dates
-//! (`date_text`).
+//! In: an instant and a zone, or a civil time and a zone. Out: the civil time, or the instant. Always: whole seconds; a civil time that the zone
+//! skips is moved forward by an hour; a civil time that occurs twice means the earlier instant; a leap second is shown as the second before it.
+//! Not here: parsing of typed dates (`date_text`).
 
 use crate::time::Instant;
 use chrono::{Duration, Local, LocalResult, NaiveDateTime, Offset, TimeZone, Utc};
@@ -20,13 +20,14 @@ pub enum Clock {
 
 impl Clock {
     /// The civil time of an instant; `None` outside the calendar's range of years.
-    pub(crate) fn shown(self, t: Instant) -> Option<NaiveDateTime> {
+    pub(crate) fn civil_time(self, t: Instant) -> Option<NaiveDateTime> {
         match self {
-            Self::Utc => shown(t, &Utc),
-            Self::Local => shown(t, &Local),
+            Self::Utc => civil_time(t, &Utc),
+            Self::Local => civil_time(t, &Local),
         }
     }
 
+    /// The instant of a civil time; `None` outside the calendar's range of years.
     pub(crate) fn instant(self, civil: NaiveDateTime) -> Option<Instant> {
         match self {
             Self::Utc => instant(civil, &Utc),
@@ -36,7 +37,7 @@ impl Clock {
 
     /// `UTC`, or the zone's offset: `UTC+05:30`.
     pub(crate) fn name(self, t: Instant) -> String {
-        match (self, Self::Utc.shown(t)) {
+        match (self, Self::Utc.civil_time(t)) {
             (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),
             _ => "UTC".into(),
         }
@@ -48,10 +49,10 @@ fn offset_text(seconds: i32) -> String {
     format!("UTC{}{:02}:{:02}", if seconds < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
 }
 
-fn shown<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
+fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
     let iso = t.plus_seconds(0.5).to_utc_iso();
     let (whole, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
-    // A leap second is shown as the last second of its minute.
+    // A leap second (`:60`) is shown as `:59`.
     let whole = whole.strip_suffix(":60").map_or(whole.to_owned(), |minute| format!("{minute}:59"));
     let utc = NaiveDateTime::parse_from_str(&whole, "%Y-%m-%dT%H:%M:%S").ok()?;
     utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))
@@ -79,13 +80,13 @@ mod tests {
                 ["2024-04-08T18:17:16Z", "1999-12-31T23:59:59Z", "-0584-05-28T14:00:00Z", "0000-03-01T00:00:00Z", "1066-10-14T09:00:00Z"]
             {
                 let t = Instant::parse(text).expect(text);
-                let civil = shown(t, &zone).expect(text);
+                let civil = civil_time(t, &zone).expect(text);
                 assert_eq!(instant(civil, &zone).map(Instant::to_utc_iso), Some(text.to_owned()), "{text} {hours}");
-                let utc = shown(t, &Utc).expect(text);
+                let utc = civil_time(t, &Utc).expect(text);
                 assert_eq!((civil - utc).num_minutes() as f64, hours * 60.0, "{text}");
             }
         }
         assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
-        assert!(shown(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
+        assert!(civil_time(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
     }
 }

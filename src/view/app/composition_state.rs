@@ -8,7 +8,7 @@ use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
 use crate::view::app::option_text;
 use serde::{Deserialize, Serialize};
 
-/// The stored fields of a composition.
+/// The fields of a composition that links and files store.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CompositionState {
@@ -18,10 +18,11 @@ pub struct CompositionState {
     pub fisheye_deg: f64,
     /// The zenith is in the middle of a fisheye image.
     pub dome_zenith: bool,
+    /// Tilt of a dome, as in [`Composition::tilt_deg`].
     pub dome_tilt_deg: f64,
     #[serde(with = "option_text::by_optional_name")]
     pub stereo: Option<StereoLayout>,
-    /// `None`: a separation that is comfortable for the view.
+    /// `None`: a separation that suits the view.
     pub eye_separation_km: Option<f64>,
 }
 
@@ -57,12 +58,12 @@ impl CompositionState {
 
     /// The composition for a request; fields that the projection does not use are left at their defaults.
     pub(crate) fn composition(&self) -> Composition {
-        let sphere = self.projection != Projection::Perspective;
+        let is_spherical = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,
             zenith_centred: self.dome_zenith && self.projection == Projection::Fisheye,
-            tilt_deg: if sphere { self.dome_tilt_deg } else { 0.0 },
-            stereo: self.stereo.filter(|_| !sphere).map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
+            tilt_deg: if is_spherical { self.dome_tilt_deg } else { 0.0 },
+            stereo: self.stereo.filter(|_| !is_spherical).map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: None,
         }
     }

@@ -16,8 +16,8 @@ const GERMAN_MONTHS: [&str; 12] =
 /// Words that name UTC.
 const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 
-/// Whether a text that [`parse_date`] reads is the same instant in every time zone, because it names UTC, counts from now, or is a Julian date. A month or an
-/// era may end in the letters of UTC, too: 2024 Dec, 44 BC, 2024 März.
+/// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
+/// and `z` count only as whole words, and `z` also after a digit: a month may end in `z`, as in `2024 März`.
 pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     let text = text.trim().to_lowercase();
     let ends_in_digit = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
@@ -25,7 +25,7 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     text.split([' ', ',']).any(names_utc) || !text.contains(|c: char| c.is_ascii_digit()) || text.starts_with("jd_tdb:")
 }
 
-/// The instant of a date text.
+/// The instant of a date text, read as UTC.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
     match text.as_str() {
@@ -44,7 +44,7 @@ pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{clock}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
 }
 
-/// The parts of a date that have been read.
+/// The parts of a date that have been read so far.
 #[derive(Default)]
 struct Parts<'t> {
     /// Astronomical year: 1 BC is 0.
@@ -55,12 +55,12 @@ struct Parts<'t> {
 }
 
 /// Sets a part; `None` if it is already set.
-fn set_once<T>(place: &mut Option<T>, part: T) -> Option<()> {
-    place.is_none().then(|| *place = Some(part))
+fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
+    part.is_none().then(|| *part = Some(value))
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is not part of a date, or a part occurs twice.
+    /// `None`: a word is not part of a date, a part occurs twice, a year BC is not positive, or a day has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut before_christ = false;
@@ -78,11 +78,11 @@ impl<'t> Parts<'t> {
         if before_christ {
             parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
         }
-        // A day without a month is not a date; a lone number of one or two digits was read as a day.
+        // This also rejects a lone number of one or two digits, which was read as a day.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
     }
 
-    /// Reads a day such as `8` or `8th`, or a year.
+    /// Reads a day such as `8`, `8th` or `8.`, or a year of up to four digits.
     fn number(&mut self, word: &str) -> Option<()> {
         let digits = word.trim_start_matches('-').trim_end_matches(|c: char| c.is_alphabetic() || c == '.');
         let value: i64 = digits.parse().ok().filter(|_| digits.len() <= 4)?;
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn only_dates_without_a_zone_depend_on_the_zone() {
+    fn only_calendar_dates_without_utc_depend_on_the_zone() {
         for text in [
             "8 April 2024 18:17 UTC",
             "8 April 2024 18:17 Z",
@@ -153,10 +153,10 @@ mod tests {
         }
     }
 
-    /// Nine English and numeric forms of a day give the same instant as ISO 8601 or, for a day that does not exist, none; for five years.
+    /// Nine spellings of each day of five years give the instant of the ISO 8601 date, or no date for days such as 30 February.
     #[test]
-    fn every_form_of_a_day_is_that_day() {
-        let endings = |d: u32| match d {
+    fn all_spellings_of_a_day_give_the_same_instant() {
+        let ordinal_ending = |d: u32| match d {
             1 | 21 | 31 => "st",
             2 | 22 => "nd",
             3 | 23 => "rd",
@@ -172,7 +172,7 @@ mod tests {
                         format!("{d} {name} {year}"),
                         format!("{name} {d} {year}"),
                         format!("{short} {d}, {year}"),
-                        format!("{d}{} {short}. {year}", endings(d)),
+                        format!("{d}{} {short}. {year}", ordinal_ending(d)),
                         format!("{year} {name} {d}"),
                         format!("  {d} {} {year} ", name.to_uppercase()),
                         format!("{d}.{m}.{year}"),
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn clocks_years_and_words_are_understood() {
+    fn times_of_day_years_and_words_are_read() {
         for (text, iso) in [
             ("8 April 2024 18:17", "2024-04-08T18:17:00Z"),
             ("April 8 2024, 18:17:16 UTC", "2024-04-08T18:17:16Z"),

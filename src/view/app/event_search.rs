@@ -17,14 +17,14 @@ use crate::view::app::view_state::{CameraPose, ViewState};
 use crate::view::language::dates::minute_text;
 use crate::view::language::{body_name, decimal, text};
 
-/// The kinds of events.
+/// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     Solar,
     Lunar,
-    /// Mercury and Venus in front of the Sun.
+    /// Mercury or Venus in front of the Sun.
     Transit,
-    /// The Galilean moons and Titan.
+    /// Transits, occultations and eclipses of the Galilean moons and Titan.
     Moons,
 }
 
@@ -40,7 +40,7 @@ impl EventKind {
         }
     }
 
-    /// Length of one step, days, chosen so that a step contains a few eclipses or a dozen events of moons.
+    /// Length of one step, days: a step contains a few eclipses, or about a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -98,11 +98,11 @@ pub fn events_between(
             }
         }
     }
-    found.sort_by(|a, b| seconds(a.greatest()).total_cmp(&seconds(b.greatest())));
+    found.sort_by(|a, b| tdb_s(a.greatest()).total_cmp(&tdb_s(b.greatest())));
     Ok(found)
 }
 
-fn seconds(t: Instant) -> f64 {
+fn tdb_s(t: Instant) -> f64 {
     t.tdb_seconds_past_j2000()
 }
 
@@ -111,25 +111,25 @@ fn seconds(t: Instant) -> f64 {
 pub struct EventSearch {
     kinds: Vec<EventKind>,
     start: Instant,
-    /// Length of the entire span.
-    reach_s: f64,
+    /// Length of the entire span to search.
+    span_s: f64,
     backward: bool,
     /// Length of the span searched so far, from `start`.
     searched_s: f64,
 }
 
 impl EventSearch {
-    pub fn new(kinds: Vec<EventKind>, start: Instant, reach_s: f64, backward: bool) -> Self {
-        Self { kinds, start, reach_s, backward, searched_s: 0.0 }
+    pub fn new(kinds: Vec<EventKind>, start: Instant, span_s: f64, backward: bool) -> Self {
+        Self { kinds, start, span_s, backward, searched_s: 0.0 }
     }
 
     /// Searched fraction, 0 to 1.
     pub fn progress(&self) -> f32 {
-        (self.searched_s / self.reach_s) as f32
+        (self.searched_s / self.span_s) as f32
     }
 
     pub fn is_over(&self) -> bool {
-        self.kinds.is_empty() || self.searched_s >= self.reach_s
+        self.kinds.is_empty() || self.searched_s >= self.span_s
     }
 
     /// Searches the next part of the span; returns its events, nearest first.
@@ -138,7 +138,7 @@ impl EventSearch {
     /// If the ephemeris does not cover this part.
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
-        let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.reach_s);
+        let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.span_s);
         let [begin, end] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
         let (from, to) = if self.backward { (end, begin) } else { (begin, end) };
         let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
@@ -167,10 +167,12 @@ impl EventSearch {
 const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
 const SUN_FOV_DEG: f64 = 0.8;
 const MOON_FOV_DEG: f64 = 0.8;
-/// Field of view for moons' events, in diameters of the planet.
-const PLANET_DIAMETERS: f64 = 2.2;
-/// Field of view for mutual events of moons, in diameters of the moon.
-const MOON_DIAMETERS: f64 = 12.0;
+/// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
+const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
+/// Field of view from the Earth's centre for moons' events, in apparent diameters of the planet.
+const PLANET_FOV_DIAMETERS: f64 = 2.2;
+/// Field of view for mutual events of moons, in apparent diameters of the moon.
+const MOON_FOV_DIAMETERS: f64 = 12.0;
 /// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
 const LOW_BODY_CAMERA_KM: f64 = 3.0;
 const GROUND_CAMERA_KM: f64 = 0.01;
@@ -273,7 +275,7 @@ impl SkyEvent {
         }
     }
 
-    /// First and last contact.
+    /// First and last contact; the greatest phase twice if there are no contacts.
     pub(crate) fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
@@ -291,8 +293,8 @@ impl SkyEvent {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
             Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MOON_DIAMETERS)),
-            Self::Moons(e) => from_earth(e.planet, diameters_deg(e.planet, PLANET_DIAMETERS)),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MOON_FOV_DIAMETERS)),
+            Self::Moons(e) => from_earth(e.planet, diameters_deg(e.planet, PLANET_FOV_DIAMETERS)),
         };
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
@@ -303,7 +305,7 @@ impl SkyEvent {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
-            Self::Moons(e) => (e.planet, 0.03),
+            Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
         let camera_height_km = if altitude_deg < LOW_BODY_DEG { LOW_BODY_CAMERA_KM } else { GROUND_CAMERA_KM };
         let eye = CameraPose::Ground {
@@ -317,19 +319,20 @@ impl SkyEvent {
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
 
-    /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, but not slower than real time.
+    /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, or in real time if the event is shorter
+    /// than that.
     pub(crate) fn playback(&self) -> EventPlayback {
         let (first, last) = self.local_span();
-        let length_s = (seconds(last) - seconds(first)).max(1.0);
+        let length_s = (tdb_s(last) - tdb_s(first)).max(1.0);
         EventPlayback {
-            from_tdb_s: seconds(first) - LEAD_FRACTION * length_s,
-            to_tdb_s: seconds(last) + LEAD_FRACTION * length_s,
+            from_tdb_s: tdb_s(first) - LEAD_FRACTION * length_s,
+            to_tdb_s: tdb_s(last) + LEAD_FRACTION * length_s,
             rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
         }
     }
 
-    /// First and last contact in the best view. For a solar eclipse these are local, because at one place it is shorter than for the entire
-    /// Earth.
+    /// First and last contact in the best view. For a solar eclipse these are local contacts: an eclipse is shorter at one place than for the
+    /// entire Earth.
     fn local_span(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
@@ -366,7 +369,7 @@ impl SkyEvent {
         let line = |c: &events::LocalContact| ContactLine { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
         let mut lines: Vec<ContactLine> = seen.contacts.iter().map(line).collect();
         lines.push(line(&seen.maximum));
-        lines.sort_by(|a, b| seconds(a.time).total_cmp(&seconds(b.time)));
+        lines.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
         Ok((lines, seen.visible))
     }
 }

@@ -1,9 +1,9 @@
 //! Automatic exposure of the window: it approaches the metered value smoothly.
 //!
-//! In: metered exposures of drawn images, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays by
+//! In: metered exposures of drawn images, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays as
 //! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate. The exposure takes the metered value at once for the first image, after a cut
-//! (another target or standpoint without a flight), and after manual exposure. This module reads no clock. Adaptation does not apply to saved
-//! images: the exposure of a link, a file or a frame of a sequence depends only on its instant.
+//! (another target or standpoint without a flight), and after manual exposure. This module reads no clock. Saved images do not adapt: their
+//! automatic exposure is the metered value.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -11,11 +11,11 @@ use crate::scene::request::ExposureRequest;
 use crate::view::app::view_state::{CameraPose, ViewState};
 use std::mem::{Discriminant, discriminant};
 
-/// A camera's automatic exposure takes half a second, as does the eye's neural adaptation. The eye's photochemical adaptation takes minutes, which
-/// is too long to wait for. The value was chosen by eye.
+/// Time constant of the adaptation, chosen by trial. A camera's automatic exposure and the eye's neural adaptation take about half a second; the
+/// eye's photochemical adaptation takes minutes, which is too long to wait for.
 pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 
-/// Target, body of the camera, and kind of pose. A change is a cut, unless the camera is free (in a flight) before or after it.
+/// Target, body of the camera, and kind of pose. A change is a cut, unless the pose before or after it is free, as in a flight.
 type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
 
 /// The exposure of the last image.
@@ -71,7 +71,7 @@ impl ExposureAdaptation {
         }
     }
 
-    /// Records the exposure of a finished image, and the exposure that was requested for it.
+    /// Records the exposure of a finished image. `requested`: the exposure that was requested for it.
     pub(crate) fn record(&mut self, exposure: &Exposure, requested: ExposureRequest) {
         self.is_pending = false;
         let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.requested_s };
@@ -100,7 +100,7 @@ mod tests {
         Exposure { stops: requested.stops_of(metered_stops), metered_stops, reason: Reason::default() }
     }
 
-    /// From 0 to 10 stops at several frame rates: after one time constant each has covered 1 - 1/e of the difference, and each ends at 10.
+    /// From 0 to 10 stops: at each frame rate, one time constant covers 1 - 1/e of the difference, and the exposure ends at exactly 10.
     #[test]
     fn stops_approach_with_the_time_constant_at_any_frame_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
@@ -128,14 +128,14 @@ mod tests {
         }
     }
 
-    /// A new target without a flight is a cut; a flight is not a cut; manual stops apply at once.
+    /// A new target without a flight is a cut; a flight is not. Manual stops apply at once.
     #[test]
     fn exposure_jumps_after_a_cut_and_adapts_during_a_flight() {
         let free = ViewState {
             eye: CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z },
             ..view(NaifId::MOON)
         };
-        let by_hand = ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) };
+        let manual = ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) };
         let after = |next: &ViewState| {
             let (mut adaptation, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
             let requested = adaptation.next_exposure(&first, 0.0);
@@ -145,6 +145,6 @@ mod tests {
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
         assert!(matches!(after(&free), ExposureRequest::Transition { from_stops: 0.0, .. }));
         assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Transition { .. }));
-        assert_eq!(after(&by_hand), ExposureRequest::Stops(3.0));
+        assert_eq!(after(&manual), ExposureRequest::Stops(3.0));
     }
 }

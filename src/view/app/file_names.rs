@@ -1,4 +1,4 @@
-//! Names of the files that the window saves: an existing name gets the next free number.
+//! Names of the files that the window saves: a name that exists already gets the next free number.
 //!
 //! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
 //! writes nothing: the writer uses the first name that it can create, because another program may take a free name in the meantime.
@@ -26,8 +26,8 @@ pub(crate) struct NumberedName {
 
 /// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
 fn split_extension(name: &str) -> (&str, &str) {
-    let ending = Path::new(name).extension().map_or(0, |e| e.len() + 1);
-    name.split_at(name.len() - ending)
+    let ending_bytes = Path::new(name).extension().map_or(0, |e| e.len() + 1);
+    name.split_at(name.len() - ending_bytes)
 }
 
 impl NumberedName {
@@ -58,9 +58,9 @@ impl NumberedName {
         let (before, after) = split_extension(name);
         let default_numbering = || Self { before: format!("{before}-"), digits: DEFAULT_DIGITS, after: after.to_owned() };
         let first = Self::of(name)?.unwrap_or_else(default_numbering);
-        let nth_series = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
-        let is_free = |series: &Self| (0..frames).all(|k| !series.path(k).exists());
-        Ok((1..=u32::MAX).map(nth_series).find(is_free).unwrap_or(first))
+        let nth_name = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
+        let is_free = |name: &Self| (0..frames).all(|k| !name.path(k).exists());
+        Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
     }
 }
 
@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sequence_takes_names_that_none_of_its_frames_has() {
+    fn a_sequence_gets_the_first_number_for_which_no_frame_exists() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
         let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_have_the_absolute_path() {
+    fn absolute_path_makes_a_relative_path_absolute() {
         assert!(Path::new(&absolute_path(Path::new("orrery.png"))).is_absolute());
     }
 }

@@ -1,8 +1,8 @@
 //! A flight of the camera from one view to another: smooth, without overshoot, two seconds long for any distance.
 //!
 //! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the logarithm of the distance eases
-//! monotonically from one end to the other; the direction changes along a great circle; the camera faces the target after the first half; the
-//! poses at the ends are exactly those given. The flight does not avoid bodies on the way.
+//! monotonically from one end to the other; the direction from the target changes along a great circle; from halfway on the camera faces the
+//! target; the final pose is exactly the given one. The flight does not avoid bodies on the way.
 
 use glam::{DQuat, DVec3};
 
@@ -53,19 +53,19 @@ impl Flight {
         if fraction >= 1.0 {
             return self.to;
         }
-        let s = ease_in_out(fraction);
-        let (a, b) = (self.from.offset_km, self.to.offset_km);
-        let (start_km, end_km) = (a.length().max(1e-6), b.length().max(1e-6));
-        let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * s;
-        let direction = slerp(a.try_normalize().unwrap_or(DVec3::X), b.try_normalize().unwrap_or(DVec3::X), s);
+        let eased = ease_in_out(fraction);
+        let (start, end) = (self.from.offset_km, self.to.offset_km);
+        let (start_km, end_km) = (start.length().max(1e-6), end.length().max(1e-6));
+        let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * eased;
+        let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
         let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
         // From halfway on, the camera faces the target. If the final pose does not face the target exactly, `final_turn` adds the difference
         // gradually.
-        let facing = (-b).try_normalize().unwrap_or(self.to.forward);
-        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), s);
+        let facing = (-end).try_normalize().unwrap_or(self.to.forward);
+        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
         let forward = slerp(self.from.forward, towards_target, facing_fraction);
-        let up = self.from.up.lerp(self.to.up, s);
+        let up = self.from.up.lerp(self.to.up, eased);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * log_distance.exp(), forward, up }
     }
@@ -84,23 +84,23 @@ mod tests {
     }
 
     #[test]
-    fn the_poses_at_the_ends_are_exact() {
-        let mut f = flight();
-        let start = f.pose();
-        assert!((start.offset_km - f.from.offset_km).length() < 1e-6 * 1.3e9 * 1e-6);
-        assert!((start.forward - f.from.forward).length() < 1e-12);
-        assert!(!f.advance(FLIGHT_S));
-        assert_eq!(f.pose(), f.to);
+    fn the_flight_starts_and_ends_at_the_given_poses() {
+        let mut flight = flight();
+        let start = flight.pose();
+        assert!((start.offset_km - flight.from.offset_km).length() < 1e-12 * 1.3e9);
+        assert!((start.forward - flight.from.forward).length() < 1e-12);
+        assert!(!flight.advance(FLIGHT_S));
+        assert_eq!(flight.pose(), flight.to);
     }
 
     #[test]
-    fn the_distance_only_shrinks_and_nothing_jumps() {
-        let mut f = flight();
-        let mut last = f.pose();
+    fn an_approach_only_shortens_the_distance_and_nothing_jumps() {
+        let mut flight = flight();
+        let mut last = flight.pose();
         let steps = 400;
         for i in 1..steps {
-            f.elapsed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
-            let now = f.pose();
+            flight.elapsed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
+            let now = flight.pose();
             assert!(now.offset_km.length() < last.offset_km.length(), "step {i}");
             let ratio = last.offset_km.length() / now.offset_km.length();
             assert!(ratio < 1.06, "step {i}: {ratio}");
@@ -108,16 +108,16 @@ mod tests {
             assert!((now.forward.length() - 1.0).abs() < 1e-9 && now.up.dot(now.forward).abs() < 1e-9);
             last = now;
         }
-        assert!(last.offset_km.length() / f.to.offset_km.length() < 1.001);
+        assert!(last.offset_km.length() / flight.to.offset_km.length() < 1.001);
     }
 
     /// In the second half of the flight the target is in front of the camera.
     #[test]
     fn the_target_is_in_view_from_halfway() {
-        let mut f = flight();
+        let mut flight = flight();
         for fraction in [0.5, 0.7, 0.9] {
-            f.elapsed_s = fraction * FLIGHT_S;
-            let pose = f.pose();
+            flight.elapsed_s = fraction * FLIGHT_S;
+            let pose = flight.pose();
             assert!(angle_rad(pose.forward, -pose.offset_km) < 0.02, "{fraction}");
         }
     }
@@ -126,9 +126,9 @@ mod tests {
     fn a_flight_to_the_current_pose_stays_finite() {
         let pose = flight().to;
         for to in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
-            let mut f = Flight::new(pose, to);
-            f.elapsed_s = 0.31;
-            let now = f.pose();
+            let mut flight = Flight::new(pose, to);
+            flight.elapsed_s = 0.31;
+            let now = flight.pose();
             assert!(now.offset_km.is_finite() && now.forward.is_finite() && now.up.is_finite());
         }
     }

@@ -1,4 +1,4 @@
-//! The first view of a window: a body seen from its lit side; the Earth with the Moon beside it, if the Moon's phase allows.
+//! The first view of a window: a body seen from its lit side; beside the Earth also the Moon, if its phase allows.
 //!
 //! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 70 degrees from the Sun is left
 //! out: the camera could show it only beside a thin crescent of the Earth.
@@ -13,19 +13,22 @@ use glam::{DQuat, DVec3};
 const START_DISTANCE_RADII: f64 = 3.5;
 /// Angle between the directions to the camera and to the Sun, chosen so that the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Range of the angle between camera and Sun that is tried for a view with the Moon, and its step.
+/// Range and step of the angles between the directions to the camera and to the Sun that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of the distance.
 const POLE_OFFSET: f64 = 0.25;
-/// Other offsets that are tried for a view with the Moon.
+/// The offsets that are tried for a view with the Moon.
 const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
-/// Where the Moon may stand in the image, as tangents of angles from the image's centre: the greatest horizontal distance; the lowest and the highest
-/// position, above the row *What to see now*; the least distance, just outside the Earth's disc.
+/// Greatest horizontal distance of the Moon from the image's centre, as the tangent of an angle.
 const MOON_MAX_SIDE_TAN: f64 = 0.5;
+/// Lowest and highest position of the Moon in the image, as tangents: above the row *What to see now*, and below the upper edge.
 const MOON_HEIGHTS_TAN: [f64; 2] = [-0.1, 0.33];
+/// Least distance of the Moon from the image's centre, as a tangent: just outside the Earth's disc.
 const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 
+/// The first view of a body at a time.
+///
 /// # Errors
 /// If the catalog does not contain the body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
@@ -34,15 +37,15 @@ pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifI
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
     let moon_radii = if target == NaifId::EARTH { places.between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
-    let beside_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
-    let direction = beside_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
+    let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
+    let direction = with_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
     // The exposure of a sunlit planet shows no star.
     view.layers.bright_stars = true;
     Ok(view)
 }
 
-/// Unit vector from the body to the camera: from the direction to the Sun turned about `axis`, then moved towards the pole.
+/// Unit vector from the body to the camera: the direction to the Sun, turned about `axis` by `sun_angle_deg`, then moved towards the pole.
 fn direction_from_sun(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pole_offset: f64, pole: DVec3) -> DVec3 {
     let beside_sun = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(axis, sun_angle_deg.to_radians()) * sun);
     (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
@@ -62,7 +65,7 @@ fn direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option
     directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
 }
 
-/// Whether the Moon stands beside the disc in the image of a camera in this direction, with the pole up.
+/// Whether a camera in this direction, with the pole up, shows the Moon beside the disc.
 fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
     let from_camera = moon_radii - direction * START_DISTANCE_RADII;
     let depth = -from_camera.dot(direction);
@@ -80,14 +83,14 @@ mod tests {
         a.cross(b).length().atan2(a.dot(b))
     }
 
-    /// The Sun along x, the pole 23 degrees from the ecliptic's; the Moon at an elongation, in the ecliptic.
+    /// The camera's direction for a Moon in the ecliptic at an elongation. The Sun is along x; the Earth's pole is 23 degrees from the ecliptic's.
     fn direction_for_elongation(deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
         let moon = DQuat::from_axis_angle(DVec3::Z, deg.to_radians()) * DVec3::X * 60.3;
         let direction = direction_with_moon(DVec3::X, moon, pole);
         if let Some(direction) = direction {
             assert!(shows_moon(direction, moon, pole));
-            // At least two fifths of the disc are lit, and the terminator is in sight.
+            // At least two fifths of the disc are lit, and the terminator is visible.
             let sun_angle = angle(direction, DVec3::X).to_degrees();
             assert!((25.0..100.0).contains(&sun_angle), "{deg}: {sun_angle}");
             // The Moon is beside the disc, whose angular radius is asin(1 / 3.5).
@@ -98,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn the_moon_stands_beside_the_earth_unless_it_is_near_the_sun() {
+    fn the_moon_is_shown_beside_the_earth_unless_it_is_near_the_sun() {
         for elongation in (0..360).step_by(5) {
             let from_sun = f64::from(180 - (elongation - 180_i32).abs());
             let found = direction_for_elongation(f64::from(elongation));

@@ -1,10 +1,11 @@
-//! The events around the displayed time: those already found, and the next search for more.
+//! The events around the displayed time that have been found so far, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
 //! gaps. It grows first on the side where its end is closer to the middle of the displayed span. If the middle of the displayed
 //! span is more than one search away from the searched span, the search starts again there. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
+use crate::ephemeris::SERIES_YEARS;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use std::sync::Arc;
@@ -17,8 +18,6 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Distance from J2000, years, beyond which no ephemeris is valid and nothing is searched.
-const MAX_YEARS: f64 = 3000.0;
 /// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
 
@@ -26,10 +25,11 @@ const MAX_EVENTS: usize = 5000;
 #[derive(Debug)]
 pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
+    /// Length of one search.
     step_s: f64,
     /// Start and end of the searched span, TDB seconds past J2000.
     searched: Option<(f64, f64)>,
-    /// Whether the ephemeris ends before the searched span, and after it.
+    /// Whether a search before the searched span, and one after it, failed because the ephemeris does not reach further.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -39,6 +39,7 @@ pub(crate) struct KnownEvents {
 pub(crate) struct NextSearch {
     pub search: EventSearch,
     backward: bool,
+    /// The end of the searched span from which the search starts.
     from_s: f64,
 }
 
@@ -57,9 +58,8 @@ impl KnownEvents {
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
-        let limit_s = MAX_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-        let incomplete =
-            [first_s > from_s && !self.is_exhausted[0] && first_s > -limit_s, last_s < to_s && !self.is_exhausted[1] && last_s < limit_s];
+        let [earliest_s, latest_s] = [SERIES_YEARS.0, SERIES_YEARS.1].map(|year| (year - 2000.0) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY);
+        let incomplete = [first_s > from_s.max(earliest_s) && !self.is_exhausted[0], last_s < to_s.min(latest_s) && !self.is_exhausted[1]];
         let backward = match incomplete {
             [false, false] => return None,
             [true, true] => middle_s - first_s < last_s - middle_s,
@@ -97,42 +97,61 @@ impl KnownEvents {
 mod tests {
     use super::*;
 
-    const DAY: f64 = SECONDS_PER_DAY;
+    const DAY_S: f64 = SECONDS_PER_DAY;
 
+    /// Number of searches until a span has been searched.
     fn searches_needed(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
-        let mut steps = 0;
+        let mut searches = 0;
         while let Some(next) = known.next(from_s, to_s) {
             known.add(&next, Some(Vec::new()));
-            steps += 1;
-            assert!(steps < 1000, "no end");
+            searches += 1;
+            assert!(searches < 1000, "no end");
         }
-        steps
+        searches
     }
 
     #[test]
-    fn a_span_is_searched_once_and_extended_where_it_moves() {
+    fn a_span_is_searched_only_once_and_extended_when_the_displayed_span_moves() {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
-        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY), 10);
-        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY), 0);
-        assert_eq!(searches_needed(&mut known, 30.0 * DAY, 120.0 * DAY), 2, "only the new part after the searched span");
-        assert_eq!(searches_needed(&mut known, -10.0 * DAY, 50.0 * DAY), 1, "only the new part before the searched span");
-        assert_eq!(searches_needed(&mut known, 9000.0 * DAY, 9100.0 * DAY), 10, "the search starts again elsewhere");
-        assert_eq!(known.searched, Some((9000.0 * DAY, 9100.0 * DAY)));
+        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY_S), 10);
+        assert_eq!(searches_needed(&mut known, 0.0, 100.0 * DAY_S), 0);
+        assert_eq!(searches_needed(&mut known, 30.0 * DAY_S, 120.0 * DAY_S), 2, "only the new part after the searched span");
+        assert_eq!(searches_needed(&mut known, -10.0 * DAY_S, 50.0 * DAY_S), 1, "only the new part before the searched span");
+        assert_eq!(searches_needed(&mut known, 9000.0 * DAY_S, 9100.0 * DAY_S), 10, "the search starts again elsewhere");
+        assert_eq!(known.searched, Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
+    }
+
+    /// Eclipses are found as early as 3000 BC, where the series end.
+    #[test]
+    fn both_sides_of_an_ancient_date_are_searched_up_to_the_series_ends() {
+        let year_s = DAYS_PER_JULIAN_YEAR * DAY_S;
+        for (middle_year, expected_years) in [(-1499.0, (-1500.0, -1498.0)), (-2999.5, (-3000.0, -2998.5)), (3000.5, (2999.5, 3001.0))] {
+            let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
+            let middle_s = (middle_year - 2000.0) * year_s;
+            searches_needed(&mut known, middle_s - year_s, middle_s + year_s);
+            let (first_s, last_s) = known.searched.expect("a span");
+            let (first_year, last_year) = (2000.0 + first_s / year_s, 2000.0 + last_s / year_s);
+            let is_near = |year: f64, expected: f64| (year - expected).abs() < 11.0 * DAY_S / year_s;
+            assert!(
+                is_near(first_year, expected_years.0) && is_near(last_year, expected_years.1),
+                "{middle_year}: {first_year} to {last_year}"
+            );
+        }
     }
 
     #[test]
     fn nothing_is_searched_beyond_the_ephemeris_and_late_results_are_dropped() {
         let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
-        let first = known.next(0.0, 20.0 * DAY).expect("a search");
+        let first = known.next(0.0, 20.0 * DAY_S).expect("a search");
         known.add(&first, None);
-        let other = known.next(0.0, 20.0 * DAY).expect("the other side");
+        let other = known.next(0.0, 20.0 * DAY_S).expect("the other side");
         assert!(other.backward != first.backward);
         known.add(&other, None);
-        assert_eq!(known.next(0.0, 20.0 * DAY), None);
-        let elsewhere = known.next(900.0 * DAY, 920.0 * DAY).expect("a search");
+        assert_eq!(known.next(0.0, 20.0 * DAY_S), None);
+        let elsewhere = known.next(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
         known.add(&first, Some(Vec::new()));
-        assert_eq!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
+        assert_eq!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
         known.add(&elsewhere, Some(Vec::new()));
-        assert_ne!(known.searched, Some((910.0 * DAY, 910.0 * DAY)));
+        assert_ne!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
     }
 }

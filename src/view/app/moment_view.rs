@@ -6,9 +6,9 @@ use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
 use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
 
-/// The view of a moment; settings that the moment does not specify (quality, effects) come from `base_view`.
+/// The view of a moment; quality, effects and layers come from `base_view`.
 pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {
@@ -17,8 +17,9 @@ pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Bo
             let side = places.between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
             let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
-            (orbit_pose(target.id, false, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
+            (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
         }
+        // Above the target itself the camera looks straight down; from any other body it tracks the target, and these angles are not used.
         Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
             let (azimuth_deg, altitude_deg) = if body == target.id { (0.0, -90.0) } else { (0.0, 0.0) };
             (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)

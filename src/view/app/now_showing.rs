@@ -1,13 +1,13 @@
 //! *What to see now*: five views for a user who has just started.
 //!
-//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality, effects and layers are those of the base view, except
-//! that a moment of the catalog may set its own; a view is omitted if the ephemeris does not cover its time or the catalog lacks its moment.
+//! In: the time, a session's catalog and positions. Out: titles and views. Always: quality, effects and layers are those of the base view; a view is
+//! omitted if the ephemeris does not cover its time or the catalog lacks its moment.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit::OrbitCamera;
 use super::places::{BodyPositions, SessionPositions};
-use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
 use crate::session::Session;
@@ -17,13 +17,13 @@ use crate::view::language::{catalog_text, decimal, text};
 use std::sync::Arc;
 
 const SATURN: NaifId = NaifId(699);
-/// Vertical field of view around the Moon, degrees.
+/// Vertical field of view around the Moon.
 pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
-/// Azimuth of the camera from the Sun's.
+/// Difference between the azimuths of the camera and of the Sun.
 const SATURN_SUN_ANGLE_DEG: f64 = 35.0;
-/// Angle by which the camera is farther from the ring plane than the Sun, on the Sun's side.
+/// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
 /// Length of the search for the next eclipse, seconds; a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
@@ -47,7 +47,7 @@ pub struct NowView {
     pub title: String,
     pub about: String,
     pub view: ViewState,
-    /// The view shows the time at which it is opened.
+    /// Whether the view shows the time at which it is opened.
     pub is_now: bool,
     /// The event that the view shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
@@ -72,7 +72,7 @@ impl NowItem {
         let (catalog, places) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // These views show the time at which they are opened, and leave it to the caller whether it is paused.
+        // These views show the time at which they are opened; the caller decides whether time is paused.
         let at_current_time = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
@@ -85,7 +85,8 @@ impl NowItem {
                 at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
             }
             Self::Eclipse => {
-                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, false);
+                let backward = false;
+                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, backward);
                 let event = search.first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &places, base_view);
                 let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
@@ -98,7 +99,7 @@ impl NowItem {
                 orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
                 // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-                let view = base_view.paused_view(now, SATURN, orbit_pose(SATURN, false, orbit), FOV_DEG);
+                let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), FOV_DEG);
                 at_current_time(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {

@@ -1,7 +1,7 @@
 //! Serialization of a view's options in links and files, as the names that the command line uses.
 //!
-//! In: values or text, from serde. Out: names, and the values of names of this and earlier versions. Always: an unknown name is an error that
-//! suggests a similar name or lists the known names.
+//! In: values, or text from serde. Out: names, or the values of names, also of names that earlier versions wrote. Always: an unknown name is an
+//! error that suggests a similar name or lists the known names.
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
@@ -10,7 +10,7 @@ use crate::wording::{echo_within, suggestion_or_list};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
-/// Maximum number of characters of an unknown name that a message quotes.
+/// Maximum number of characters that a message quotes of an unknown name.
 const MAX_ECHO_CHARS: usize = 60;
 
 /// A type with a name for each of its values.
@@ -21,8 +21,8 @@ pub(crate) trait NamedOption: Copy + 'static {
 }
 
 macro_rules! named {
-    ($($choice:ty),*) => {$(
-        impl NamedOption for $choice {
+    ($($option:ty),*) => {$(
+        impl NamedOption for $option {
             fn names() -> Vec<&'static str> {
                 Self::ALL.into_iter().map(Self::name).collect()
             }
@@ -42,8 +42,8 @@ named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 pub mod by_name {
     use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, NamedOption, Serializer, echo_within, suggestion_or_list};
 
-    pub(crate) fn serialize<T: NamedOption, S: Serializer>(choice: &T, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(choice.name())
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(option: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(option.name())
     }
 
     pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
@@ -64,12 +64,12 @@ pub mod by_optional_name {
     #[serde(bound = "T: NamedOption")]
     struct Name<T: NamedOption>(#[serde(with = "by_name")] T);
 
-    pub(crate) fn serialize<T: NamedOption, S: Serializer>(choice: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
-        choice.map(Name).serialize(serializer)
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(option: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+        option.map(Name).serialize(serializer)
     }
 
     pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
-        Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(choice)| choice))
+        Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(option)| option))
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn every_choice_has_one_name_and_names_of_earlier_versions_are_read() {
+    fn names_round_trip_in_any_case_and_names_of_earlier_versions_are_read() {
         round_trip::<PixelView>();
         round_trip::<Quality>();
         round_trip::<ToneMap>();

@@ -1,7 +1,7 @@
-//! The orbiting camera of the window: angles about the target's pole and a distance, changed by mouse and keys.
+//! The orbiting camera of the window: angles about the pole of the orbited body and a distance, changed by mouse and keys.
 //!
-//! In: drags in pixels, wheel notches, the target's pole. Out: the camera's offset from the target in ICRF kilometres. This module uses no
-//! window and no ephemeris. The frame does not rotate with the body: as time passes, the ground moves under the camera.
+//! In: drags in pixels, wheel notches, the pole. Out: the camera's offset from the body in kilometres, in the axes in which the pole is given:
+//! ICRF, or body-fixed (the pole is z). This module uses no window and no ephemeris.
 
 use glam::{DMat3, DVec3};
 
@@ -13,19 +13,19 @@ const MAX_RADII: f64 = 5.0e7;
 pub(crate) const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
-/// Position of the camera around its target.
+/// Position of the camera around a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OrbitCamera {
-    /// Angle about the pole from the node of the target's equator on the ICRF equator, radians.
+    /// Angle about the pole, radians: in ICRF from the ascending node of the body's equator, in body-fixed axes from the prime meridian.
     pub azimuth_rad: f64,
-    /// Angle above the target's equator, radians, within ±89.9 degrees.
+    /// Angle above the body's equator, radians, within ±89.9 degrees.
     pub elevation_rad: f64,
     /// Distance from the centre in equatorial radii.
     pub distance_radii: f64,
 }
 
-/// Rotation from equatorial axes about a pole to ICRF. Its columns are the axes: z is the pole, x the ascending node of its equator on the ICRF
-/// equator.
+/// Rotation from the axes of a body's equator to ICRF. Its columns are the axes: z is the pole, x the ascending node of the body's equator on
+/// the ICRF equator. A pole along z gives the identity.
 pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
@@ -48,18 +48,18 @@ impl OrbitCamera {
         orbit
     }
 
-    /// The camera's offset from the target's centre, ICRF kilometres.
+    /// The camera's offset from the body's centre, kilometres.
     pub(crate) fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
         let (sin_e, cos_e) = self.elevation_rad.sin_cos();
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag in pixels. The angle per pixel is proportional to the height, up to four radii, so that near the ground a drag of a pixel
-    /// moves the ground by about a pixel.
-    pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, height_px: f64, fov_rad: f64) {
+    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to four radii, so that near the ground a drag of a
+    /// pixel moves the ground by about a pixel.
+    pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
-        let rad_per_px = (fov_rad / height_px.max(1.0)) * height_radii.min(4.0);
+        let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(4.0);
         self.azimuth_rad -= dx_px * rad_per_px / self.elevation_rad.cos();
         self.elevation_rad += dy_px * rad_per_px;
         self.keep_in_bounds();
@@ -67,8 +67,8 @@ impl OrbitCamera {
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub(crate) fn zoom(&mut self, notches: f64) {
-        let height = (self.distance_radii - 1.0).max(1e-9) * (-notches * ZOOM_PER_NOTCH).exp();
-        self.distance_radii = 1.0 + height;
+        let height_radii = (self.distance_radii - 1.0).max(1e-9) * (-notches * ZOOM_PER_NOTCH).exp();
+        self.distance_radii = 1.0 + height_radii;
         self.keep_in_bounds();
     }
 

@@ -1,4 +1,4 @@
-//! Latitude and longitude as text with compass directions.
+//! Latitude and longitude as text, with translated compass directions.
 //!
 //! In: latitudes, longitudes. Out: text. Not here: positions of bodies as vectors (`places`).
 
@@ -13,7 +13,6 @@ pub(crate) fn place_text(place: GeodeticPosition) -> String {
 /// Latitude and longitude with compass directions instead of signs.
 pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, decimals: usize) -> String {
     let with_direction = |deg: f64, positive, negative| {
-        // The translated word; the English one if there is no translation.
         let direction = named("direction", if deg < 0.0 { negative } else { positive });
         format!("{}° {direction}", decimal(deg.abs(), decimals))
     };

@@ -1,7 +1,7 @@
-//! Positions and orientations of bodies for moving the camera.
+//! Positions and orientations of bodies, used to place and move the camera.
 //!
-//! In: bodies and instants. Out: vectors and rotations, ICRF; `None` where no source covers the time. The trait lets tests place bodies
-//! freely.
+//! In: bodies and instants. Out: vectors and rotations, ICRF; `None` where no source covers the time. Tests implement the trait with bodies of
+//! their own.
 
 use crate::catalog::NaifId;
 use crate::session::Session;
@@ -13,10 +13,10 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to`, ICRF kilometres.
     fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset of a free camera from the apparent position of `body`, ICRF kilometres, if its offset from that of `camera_body` is `offset_km`.
-    /// A free camera sees every body at its apparent position (corrected for light time), but a camera on the ground sees its own body at the
-    /// geometric position. A camera that leaves the ground keeps its offset, not its barycentric position: the body moves 0.3 to 0.6 km in the
-    /// light time from its centre, so a camera that kept its position would start below the ground.
+    /// The offset, ICRF kilometres, of a free camera from `body`, if its offset from `camera_body` is `offset_km`. Both are offsets from apparent
+    /// positions (corrected for light time). A camera on the ground, in contrast, sees its own body at the geometric position. When it leaves the
+    /// ground it keeps its offset, not its barycentric position: the Earth moves 0.6 km in the light time from its centre, so a camera that kept
+    /// its position could start below the ground.
     fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;

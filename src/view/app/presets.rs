@@ -1,14 +1,14 @@
-//! Views of general interest that no moment of the catalog gives: the whole system, the Moon's phases, the sky tonight.
+//! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of time
-//! for it. Always: quality and effects are those of the user. A preset may switch layers, stars and exposure; `PresetChanges` undoes this for the
-//! next view.
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; its rate of
+//! time. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
+//! `PresetChanges` undoes this for the next view.
 
 use super::now_showing::MOON_FOV_DEG;
 use super::orbit::OrbitCamera;
 use super::places::BodyPositions;
 use super::settings::Home;
-use super::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
@@ -18,17 +18,17 @@ use glam::DVec3;
 
 /// Elevation of the camera above the Sun's equator.
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
-/// Exposure of a view of the system, stops: the Sun's glare hides no orbit, and the layer of brightened stars shows stars.
+/// Exposure of a view of the system: low enough that the Sun's glare hides no orbit, high enough that the layer of brightened stars shows stars.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 /// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
 const OUTER_DISTANCE_AU: f64 = 75.0;
 const INNER_DISTANCE_AU: f64 = 3.9;
 /// Height of the camera of [`Preset::SkyTonight`] above the ground.
 const SKY_HEIGHT_KM: f64 = 0.002;
-/// Altitude of the middle of its image; the lower edge is just above the horizon.
+/// Altitude of the middle of its image; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
-/// Stops by which stars are brighter than a photograph of the night sky shows them.
+/// Stops by which stars are brightened, compared with a photograph of the night sky.
 const SKY_STARS_BOOST: f64 = 2.0;
 /// Altitude of the Sun below which the sky is dark.
 const DARK_SUN_DEG: f64 = -15.0;
@@ -85,6 +85,7 @@ impl Preset {
         }
     }
 
+    /// The view of this preset; settings that it does not change come from `base_view`.
     pub fn view(self, places: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
         let running = |view: ViewState| ViewState { paused: Some(false), ..view };
         match self {
@@ -113,37 +114,37 @@ impl Preset {
     }
 }
 
-/// What a preset may change besides camera and time.
+/// The settings that a preset may change besides camera and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Look {
+struct PresetSettings {
     orbits: bool,
     constellations: bool,
     stars_boost: f64,
     exposure_stops: Option<f64>,
 }
 
-impl Look {
+impl PresetSettings {
     fn of(view: &ViewState) -> Self {
         let ViewState { orbits, stars_boost, exposure_stops, .. } = *view;
         Self { orbits, constellations: view.layers.constellations, stars_boost, exposure_stops }
     }
 }
 
-/// What the last preset changed, so that other views do not inherit it.
+/// The settings before and after the last preset, so that other views do not inherit its changes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PresetChanges {
-    before: Look,
-    after: Look,
+    before: PresetSettings,
+    after: PresetSettings,
 }
 
 impl PresetChanges {
     pub(crate) fn between(before: &ViewState, after: &ViewState) -> Self {
-        Self { before: Look::of(before), after: Look::of(after) }
+        Self { before: PresetSettings::of(before), after: PresetSettings::of(after) }
     }
 
     /// Undoes the preset's changes, unless the user has changed one of these settings since.
     pub(crate) fn undo(&self, view: &mut ViewState) {
-        if Look::of(view) == self.after {
+        if PresetSettings::of(view) == self.after {
             self.undo_brightness(view);
             (view.orbits, view.layers.constellations) = (self.before.orbits, self.before.constellations);
         }
@@ -151,7 +152,7 @@ impl PresetChanges {
 
     /// Undoes only the brightness of stars and the exposure: a flight from a view of the system to a body keeps orbits and constellations.
     pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
-        if Look::of(view) == self.after {
+        if PresetSettings::of(view) == self.after {
             (view.stars_boost, view.exposure_stops) = (self.before.stars_boost, self.before.exposure_stops);
         }
     }
@@ -164,7 +165,7 @@ fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view:
     let mut orbit = OrbitCamera::from_offset(earth_km.try_normalize()?, 1.0, pole);
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
-    let view = base_view.paused_view(now, NaifId::SUN, orbit_pose(NaifId::SUN, false, orbit), FOV_DEG);
+    let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), FOV_DEG);
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 

@@ -19,15 +19,14 @@ use crate::view::app::now_showing::NowItem;
 use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::presets::Preset;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, orbit_pose};
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
-use crate::view::language::dates::day_text;
-use crate::view::language::dates::minute_text;
+use crate::view::language::dates::{day_text, minute_text};
 use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
 
-/// The object or action that a suggestion selects.
+/// What a suggestion selects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SearchTarget {
     Body(NaifId),
@@ -113,7 +112,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 }
 
 /// What the user may have meant by a text that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
-/// misspelled words for events and views corrected.
+/// corrected spelling of words for events and views.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
@@ -188,7 +187,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
     })
 }
 
-/// Surface features whose name begins with the text, by body, the most prominent features of each body first.
+/// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
 fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
@@ -202,15 +201,15 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
     viewer.subjects().iter().flat_map(of_body)
 }
 
-/// The view of a feature from above, in a frame that rotates with the body. Between the limits of height, the feature fills a third of the
-/// image's height.
+/// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
+/// height is limited by [`FEATURE_HEIGHT_LIMITS_RADII`].
 pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
     let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
-        eye: orbit_pose(body.id, true, orbit),
+        eye: body_fixed_orbit_pose(body.id, orbit),
         tracks: true,
         fov_deg: FOV_DEG,
         roll_deg: 0.0,
@@ -232,18 +231,18 @@ fn parse_place(text: &str) -> Option<(f64, f64)> {
     Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
-/// Whether a word of at least `min_chars` letters is the beginning of a known word.
-fn is_abbreviation(known: &str, min_chars: usize, word: &str) -> bool {
-    word.len() >= min_chars && known.starts_with(word)
+/// Whether a word of at least `min_bytes` bytes is the beginning of a known word.
+fn is_abbreviation(known: &str, min_bytes: usize, word: &str) -> bool {
+    word.len() >= min_bytes && known.starts_with(word)
 }
 
-/// Words in a search for events, which may be abbreviated.
+/// Words that a search for events may contain, in full or abbreviated.
 const EVENT_WORDS: [&str; 14] = [
     "eclipses", "solar", "lunar", "total", "partial", "annular", "sun", "moon", "transits", "mercury", "venus", "shadows", "jupiter",
     "moons",
 ];
 
-/// German words in a search for events, and their English translations.
+/// German words that a search for events may contain, and their English translations.
 const GERMAN_WORDS: [(&str, &str); 18] = [
     ("finsternis", "eclipse"),
     ("finsternisse", "eclipses"),
@@ -272,8 +271,8 @@ fn in_english(lower: &str) -> String {
     lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
 }
 
-/// A search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`: its name, the kinds, and the start
-/// of the year if the text states one.
+/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns its name, the kinds,
+/// and the start of the year if the text states one.
 fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
@@ -281,7 +280,7 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     if year.is_some() {
         words.pop();
     }
-    let has_word = |known: &str, min_chars: usize| words.iter().any(|w| is_abbreviation(known, min_chars, w));
+    let has_word = |known: &str, min_bytes: usize| words.iter().any(|w| is_abbreviation(known, min_bytes, w));
     if !words.iter().all(|w| EVENT_WORDS.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
@@ -303,13 +302,13 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
 const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
 /// Limits of this height, in radii of the body.
 const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
-/// Vertical field of view around a star, degrees.
-const STAR_FIELD_DEG: f64 = 20.0;
+/// Vertical field of view around a star.
+const STAR_FOV_DEG: f64 = 20.0;
 /// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
-/// The view of a star in the middle of the image, with the Earth behind the camera. `years_since_epoch`: Julian years since the epoch of the star
-/// catalogue. `None`: the ephemeris does not cover the time.
+/// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
+/// `years_since_epoch`: Julian years since the epoch of the star catalog.
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
@@ -328,7 +327,7 @@ pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions
         target: NaifId::EARTH,
         eye,
         tracks: true,
-        fov_deg: STAR_FIELD_DEG,
+        fov_deg: STAR_FOV_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
         ..base_view.clone()

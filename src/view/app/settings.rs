@@ -9,7 +9,7 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
 use crate::view::app::view_state::ViewState;
 use crate::view::language::Language;
-use crate::view::language::choice::chosen as chosen_language;
+use crate::view::language::choice::deserialize_language;
 use crate::view::window::placement::WindowPlacement;
 use serde::{Deserialize, Serialize};
 use std::io::Error;
@@ -68,16 +68,17 @@ pub struct PanelLayout {
     pub kept: Option<String>,
     /// Panels are on the left, next to the list of bodies.
     pub on_left: bool,
-    /// Width of the list of bodies, points; `None`: never changed.
+    /// Width of the list of bodies, points. `None`, as for the other widths: never changed.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
     /// Width of panels with source text or two images.
     pub wide_width: Option<f32>,
-    /// Width of the panel that is kept open, and of one with source text or two images.
+    /// Width of the panel that is kept open.
     pub kept_width: Option<f32>,
+    /// Width of the panel that is kept open, if it has source text or two images.
     pub kept_wide_width: Option<f32>,
     pub timeline_shown: bool,
-    /// Length of the timeline, seconds.
+    /// Span of the timeline.
     pub timeline_span_s: f64,
     /// *What to see now* is shown over the sky; false after the first input of a new user.
     pub now_shown: bool,
@@ -108,7 +109,7 @@ impl Default for PanelLayout {
     }
 }
 
-/// A width from a settings file, or the default if the width is missing or impossible.
+/// A width from a settings file, points, or the default if the width is missing or outside 100 to 4000 points.
 pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
     saved.filter(|width| (100.0..=4000.0).contains(width)).unwrap_or(default)
 }
@@ -129,7 +130,7 @@ pub struct Settings {
     /// Scale of text and controls.
     pub zoom: f32,
     /// `None`: the language of the system.
-    #[serde(deserialize_with = "chosen_language")]
+    #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
     pub names: bool,
     pub markers: bool,
@@ -181,8 +182,8 @@ impl Settings {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Reads settings from a file. If this fails, returns the default settings and an error line, and appends `.broken` to the file's name, so that
-    /// saving does not overwrite it.
+    /// Reads settings from a file; a missing file gives the default settings. If the file cannot be used, returns the default settings and an error
+    /// line, and appends `.broken` to the file's name, so that saving does not overwrite it.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn settings_come_back_as_they_were() {
+    fn saved_settings_are_loaded_unchanged() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("deep").join("settings.json");
         let mut settings = Settings { zoom: 1.25, dark: None, ..Settings::default() };
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_language_leaves_the_other_settings() {
+    fn an_unknown_language_does_not_affect_the_other_settings() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
         let read = |text: &str| {
@@ -269,7 +270,7 @@ mod tests {
         assert_eq!(read("{\"language\": \"de\", \"names\": false, \"zoom\": 1.5}"), (german.clone(), None));
         german.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (german, None));
-        // A file that is not JSON is still set aside.
+        // A file that is not JSON is set aside.
         assert!(read("{\"language\": de}").1.is_some());
     }
 

@@ -8,18 +8,18 @@ use crate::view::language::{plain, text};
 
 /// The preset speeds: from real time to a mean month and a Julian year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// Longest real time, seconds, that one frame accounts for: after a stall (a hidden window, a slow frame) scene time at a high speed does not jump.
-/// At real time forward there is no limit, so that a view of the current sky stays current.
+/// Longest real time, seconds, that one frame converts to scene time: after a stall (a hidden window, a slow frame) scene time at a high speed does
+/// not jump. At real time forward there is no limit, so that a view of the current sky stays current.
 const MAX_STEP_S: f64 = 2.0;
 
-/// Limits of the speed.
+/// Limits of the speed, scene seconds per real second.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
 pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 
 /// Rate and direction of scene time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeRate {
-    /// Scene seconds per real second without the sign of the direction, [`MIN_SPEED`] to [`MAX_SPEED`].
+    /// Scene seconds per real second, [`MIN_SPEED`] to [`MAX_SPEED`].
     speed: f64,
     backward: bool,
     paused: bool,
@@ -58,7 +58,7 @@ impl TimeRate {
         (self.backward, self.paused) = (rate < 0.0, false);
     }
 
-    /// Sets the speed and keeps the direction; paused time stays paused.
+    /// Sets the speed; the direction stays, and paused time stays paused.
     pub(crate) fn set_speed(&mut self, speed: f64) {
         if speed.is_finite() {
             self.speed = speed.clamp(MIN_SPEED, MAX_SPEED);
@@ -144,9 +144,9 @@ mod tests {
     }
 
     #[test]
-    fn any_rate_within_the_limits_is_kept_and_steps_to_the_neighbouring_presets() {
+    fn any_speed_within_the_limits_is_kept_and_steps_to_the_neighbouring_presets() {
         let mut time_rate = TimeRate::default();
-        // NaN keeps the speed before.
+        // NaN leaves the speed unchanged.
         for (requested, speed) in [(150.0, 150.0), (-150.0, 150.0), (0.01, MIN_SPEED), (1e12, MAX_SPEED), (f64::NAN, MAX_SPEED)] {
             time_rate.run_at(requested);
             assert_eq!(time_rate.speed(), speed, "{requested}");
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stall_is_made_up_only_at_real_time_forward() {
+    fn scene_time_catches_up_after_a_stall_only_at_real_time_forward() {
         let mut time_rate = TimeRate::default();
         assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
         time_rate.faster();

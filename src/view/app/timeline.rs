@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// Range of spans: a quarter of a day to four centuries.
+/// Range of the span of a timeline: a quarter of a day to four centuries.
 pub(crate) const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
 /// Minimum distance between ticks, points, so that their labels do not touch.
 const MIN_TICK_POINTS: f64 = 72.0;
@@ -23,11 +23,12 @@ const MAX_TICKS: usize = 100;
 /// Zoom factor of a wheel notch.
 const ZOOM_PER_NOTCH: f64 = 1.3;
 
-/// Span and width of a timeline.
+/// The times that a timeline shows, and its width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimeAxis {
     /// Time at the middle of the axis, TDB seconds past J2000.
     pub middle_s: f64,
+    /// Time between the ends of the axis.
     pub span_s: f64,
     /// Width of the axis, points.
     pub width: f64,
@@ -105,26 +106,25 @@ impl TimeAxis {
         (tdb_s - self.start_s()) / self.span_s * self.width
     }
 
-    /// The time at a distance from the left end, points.
+    /// The time at a distance from the left end in points, TDB seconds past J2000.
     pub(crate) fn time_s(&self, points: f64) -> f64 {
         self.start_s() + points / self.width * self.span_s
     }
 
-    /// The length in seconds of a distance in points.
+    /// The time that a distance in points spans, seconds.
     pub(crate) fn seconds(&self, points: f64) -> f64 {
         points / self.width * self.span_s
     }
 
-    /// Ticks along the axis, in a time zone; empty if the axis starts outside the calendar.
+    /// Ticks along the axis, in the time zone of `clock`; empty if the axis starts outside the calendar.
     pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
-        let is_wide_enough = |step: &&TickInterval| step.seconds() / self.span_s * self.width >= MIN_TICK_POINTS;
-        let step = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
-        let Some(first) = clock.shown(Instant::from_tdb_seconds_past_j2000(self.start_s())).and_then(|civil| step.floor(civil)) else {
-            return Vec::new();
-        };
-        std::iter::successors(Some(first), |civil| step.after(*civil))
+        let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_POINTS;
+        let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
+        let start = Instant::from_tdb_seconds_past_j2000(self.start_s());
+        let Some(first) = clock.civil_time(start).and_then(|civil| interval.floor(civil)) else { return Vec::new() };
+        std::iter::successors(Some(first), |civil| interval.after(*civil))
             .take(MAX_TICKS)
-            .filter_map(|civil| Some(Tick { tdb_s: clock.instant(civil)?.tdb_seconds_past_j2000(), label: step.label(civil) }))
+            .filter_map(|civil| Some(Tick { tdb_s: clock.instant(civil)?.tdb_seconds_past_j2000(), label: interval.label(civil) }))
             .skip_while(|tick| tick.tdb_s < self.start_s())
             .take_while(|tick| tick.tdb_s <= self.end_s())
             .collect()
@@ -154,7 +154,7 @@ impl TickInterval {
         }
     }
 
-    /// The tick that follows a tick.
+    /// The tick after a tick.
     fn after(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -203,7 +203,7 @@ mod tests {
         assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
 
-    /// Over the range of spans, ticks are in order, inside the axis, not too close or too far apart, and at whole hours of UTC.
+    /// For spans from a day to four centuries, ticks are in order, inside the axis, neither too close nor too far apart, and at whole hours of UTC.
     #[test]
     fn ticks_are_at_whole_dates_and_far_enough_apart() {
         for middle in ["2024-02-29T18:17:00Z", "1582-10-10T00:00:00Z", "-0043-03-15T12:00:00Z", "2100-12-31T23:59:00Z"] {
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn labels_suit_the_step() {
+    fn labels_suit_the_tick_interval() {
         let labels = |middle, span_s| axis(middle, span_s, 400.0).ticks(Clock::Utc).into_iter().map(|t| t.label).collect::<Vec<_>>();
         assert_eq!(labels("2024-04-08T12:30:00Z", 1.2 * SECONDS_PER_DAY), ["8 Apr", "06:00", "12:00", "18:00", "9 Apr"]);
         assert_eq!(labels("2024-03-05T00:00:00Z", 20.0 * SECONDS_PER_DAY), ["26 Feb", "1 Mar", "6 Mar", "11 Mar"]);

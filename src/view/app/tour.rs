@@ -1,9 +1,10 @@
 //! A tour: views with texts (stops), and the camera path from each stop to the next.
 //!
 //! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest, exactly at the views
-//! of the stops; along a path, scene time runs without a jump from the time of one view to that of the next; fields that a stop omits have the
-//! defaults of a link; a file with an error is rejected with a message that names the stop and the field. Not here: playback.
+//! of the stops; along a path, scene time runs without a jump from the time of one view to that of the next; fields that a stop's view omits
+//! have the defaults of a link; a file with an error is rejected with a message that names the stop and the field. Not here: playback.
 
+use super::composition_state::CompositionState;
 use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
 use super::places::{BodyPositions, SessionPositions};
 use super::view_state::{CameraPose, ViewState};
@@ -15,11 +16,11 @@ use crate::view::link::view_from_text;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Largest tour file, bytes; a stop has about 600.
+/// Largest tour file, bytes; a stop takes about 600 bytes.
 pub(crate) const MAX_BYTES: u64 = 1 << 20;
-/// Maximum number of stops. A camera path takes 3 ms to plan in a development build, and a file of a megabyte could have 8,000.
+/// Maximum number of stops. A file of a megabyte could have 8,000 short ones, and a camera path takes 3 ms to plan in a development build.
 const MAX_STOPS: usize = 1000;
-/// Longest tour, seconds: an hour.
+/// Longest tour: one hour.
 const MAX_LENGTH_S: f64 = 3600.0;
 
 /// Why a text is not a valid tour, in one line.
@@ -68,11 +69,12 @@ fn default_travel_s() -> f64 {
     4.0
 }
 
+/// A stop of a tour, with the camera path to it.
 #[derive(Clone, Debug, PartialEq)]
 struct Stop {
     view: ViewState,
     text: String,
-    /// Real seconds for which the camera stays.
+    /// Real seconds for which the camera stays at the stop.
     hold_s: f64,
     /// Scene seconds per real second while the camera stays.
     time_rate: f64,
@@ -88,8 +90,8 @@ struct CameraPath {
     flight: Flight,
     from_tdb_s: f64,
     from_fov_deg: f64,
-    /// Fraction by which the distance from the body's centre is increased in the middle of the path, so that the path does not lead through the
-    /// ground.
+    from_fisheye_deg: f64,
+    /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
 }
 
@@ -98,13 +100,13 @@ const NEAR_RADII: f64 = 1.2;
 /// Fraction by which a path is raised in its middle, per radian of the angle between its ends as seen from the body's centre.
 const LIFT_PER_RAD: f64 = 0.3;
 
-/// The state of a tour at one time.
+/// What a tour shows at one time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourMoment {
     pub view: ViewState,
     /// Number of the stop, from 0; on a camera path, the stop at its end.
     pub stop: usize,
-    /// The view is changing: the camera moves between stops, or scene time runs.
+    /// Whether the view is changing: the camera moves between stops, or scene time runs.
     pub is_changing: bool,
 }
 
@@ -186,7 +188,7 @@ impl Tour {
         before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
     }
 
-    /// The state at a time, clamped to the tour.
+    /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourMoment {
         let mut remaining_s = elapsed_s.max(0.0);
         let last = self.stops.len() - 1;
@@ -246,19 +248,28 @@ impl CameraPath {
         let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());
         let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km;
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
-        Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, lift })
+        Ok(Self {
+            flight: Flight::new(start, end),
+            from_tdb_s: from.tdb_s,
+            from_fov_deg: from.fov_deg,
+            from_fisheye_deg: from.composition.fisheye_deg,
+            lift,
+        })
     }
 
     /// The view at a fraction of the path that leads to `to`.
     fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
-        let s = ease_in_out(fraction);
-        let offset_km = offset_km * (1.0 + self.lift * 4.0 * s * (1.0 - s));
+        let eased = ease_in_out(fraction);
+        let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
+        let between = |from_deg: f64, to_deg: f64| (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp();
+        let fisheye_deg = between(self.from_fisheye_deg, to.composition.fisheye_deg);
         ViewState {
-            tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * s,
+            composition: CompositionState { fisheye_deg, ..to.composition.clone() },
+            tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,
             eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
             tracks: false,
-            fov_deg: (self.from_fov_deg.ln() + (to.fov_deg / self.from_fov_deg).ln() * s).exp(),
+            fov_deg: between(self.from_fov_deg, to.fov_deg),
             paused: Some(true),
             ..to.clone()
         }

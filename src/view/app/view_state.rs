@@ -38,10 +38,11 @@ pub enum ViewStateError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// In an orbit around a body: facing the body, then turned by yaw and pitch. The elevation is measured from the body's equator.
+    /// In an orbit around a body: facing the body, then turned by yaw to the right and by pitch upwards. Azimuth and elevation are those of an
+    /// `OrbitCamera`.
     Orbit {
         body: NaifId,
-        /// The frame rotates with the body.
+        /// The angles are in body-fixed axes, so that the camera rotates with the body; otherwise in ICRF.
         fixed: bool,
         azimuth_deg: f64,
         elevation_deg: f64,
@@ -65,7 +66,7 @@ impl CameraPose {
         }
     }
 
-    /// Reports each impossible number.
+    /// Calls `check` for each number: with whether it is possible, and the message if it is not.
     fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
             check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
@@ -89,9 +90,11 @@ impl CameraPose {
             Self::Centre { .. } => {}
             Self::Free { offset_km, forward, up, .. } => {
                 for (field, value) in [("offset_km", offset_km), ("forward", forward), ("up", up)] {
-                    let is_direction = field == "offset_km" || value != DVec3::ZERO;
-                    let requirement = if field == "offset_km" { "finite" } else { "finite and not zero" };
-                    check(value.is_finite() && is_direction, &|| format!("eye.{field} {value}: must be {requirement}"));
+                    let may_be_zero = field == "offset_km";
+                    let requirement = if may_be_zero { "finite" } else { "finite and not zero" };
+                    check(value.is_finite() && (may_be_zero || value != DVec3::ZERO), &|| {
+                        format!("eye.{field} {value}: must be {requirement}")
+                    });
                 }
             }
         }
@@ -140,7 +143,7 @@ pub struct ViewState {
     /// Dome, entire sphere or stereo pair.
     #[serde(default, skip_serializing_if = "CompositionState::is_plain")]
     pub composition: CompositionState,
-    /// Whether opening the view pauses time; `None` keeps the current state. Time controls track this separately.
+    /// Whether opening the view pauses time; `None` leaves time as it is. While the view is open, `TimeRate` stores the pause.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub paused: Option<bool>,
 }
@@ -155,13 +158,13 @@ pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// The view of a body by a camera at `offset_km` from its centre, ICRF; in other fields the defaults.
+    /// The view of a body from `offset_km` relative to its centre, ICRF. All other fields have their defaults.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
-        let o = OrbitCamera::from_offset(offset_km, radius_km, pole);
+        let orbit = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target: body,
-            eye: orbit_pose(body, false, o),
+            eye: inertial_orbit_pose(body, orbit),
             tracks: true,
             fov_deg: FOV_DEG,
             roll_deg: 0.0,
@@ -179,7 +182,8 @@ impl ViewState {
         }
     }
 
-    /// A view that tracks a body at an instant with time paused and automatic exposure; quality, effects and layers are kept.
+    /// A view that tracks a body at an instant, with time paused and automatic exposure. All other settings, such as quality, effects and layers,
+    /// are kept.
     pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
@@ -198,10 +202,10 @@ impl ViewState {
         Instant::from_tdb_seconds_past_j2000(self.tdb_s)
     }
 
-    /// The request for this view. `width` and `height` in pixels.
+    /// The request for this view. `width` and `height`: size of the image, pixels.
     ///
     /// # Errors
-    /// If the view cannot be drawn; the error is one line that names the impossible field.
+    /// If the view cannot be drawn; the error is one line that says why.
     pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, ViewStateError> {
         if let Some(fault) = self.faults(catalog).into_iter().next() {
             return Err(ViewStateError::Field(fault));
@@ -319,20 +323,34 @@ impl ViewState {
     }
 }
 
-/// The camera's pose in the terms of a request.
+/// The camera's pose in the form that a request uses.
 struct RequestPose {
     position: Position,
     look: Look,
     up: Up,
 }
 
-pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: OrbitCamera) -> CameraPose {
+/// The pose of an orbit in ICRF that faces the body.
+pub(crate) fn inertial_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
     CameraPose::Orbit {
         body,
-        fixed,
-        azimuth_deg: o.azimuth_rad.to_degrees(),
-        elevation_deg: o.elevation_rad.to_degrees(),
-        distance_radii: o.distance_radii,
+        fixed: false,
+        azimuth_deg: orbit.azimuth_rad.to_degrees(),
+        elevation_deg: orbit.elevation_rad.to_degrees(),
+        distance_radii: orbit.distance_radii,
+        yaw_deg: 0.0,
+        pitch_deg: 0.0,
+    }
+}
+
+/// The pose of an orbit in body-fixed axes that faces the body.
+pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
+    CameraPose::Orbit {
+        body,
+        fixed: true,
+        azimuth_deg: orbit.azimuth_rad.to_degrees(),
+        elevation_deg: orbit.elevation_rad.to_degrees(),
+        distance_radii: orbit.distance_radii,
         yaw_deg: 0.0,
         pitch_deg: 0.0,
     }
@@ -341,7 +359,7 @@ pub(crate) fn orbit_pose(body: NaifId, fixed: bool, o: OrbitCamera) -> CameraPos
 /// Height of the camera when it is placed on the ground, km.
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
-/// A camera on the ground that faces south, above the horizon.
+/// A camera on the ground that faces south, 10 degrees above the horizon.
 pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {
     CameraPose::Ground {
         body,
@@ -353,17 +371,19 @@ pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64
     }
 }
 
-/// Forward and up vectors of a camera turned from `forward` by `yaw_deg` to the right and `pitch_deg` upwards.
+/// Forward and up vectors of a camera turned from `forward` by `yaw_deg` to the right and `pitch_deg` upwards. `up_hint`: any vector whose part
+/// perpendicular to `forward` points up.
 pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
-    let (sin_y, cos_y) = yaw_deg.to_radians().sin_cos();
-    let (sin_p, cos_p) = pitch_deg.to_radians().sin_cos();
-    let level = forward * cos_y + right * sin_y;
-    (level * cos_p + up * sin_p, up * cos_p - level * sin_p)
+    let (sin_yaw, cos_yaw) = yaw_deg.to_radians().sin_cos();
+    let (sin_pitch, cos_pitch) = pitch_deg.to_radians().sin_cos();
+    let level = forward * cos_yaw + right * sin_yaw;
+    (level * cos_pitch + up * sin_pitch, up * cos_pitch - level * sin_pitch)
 }
 
-/// Forward and up vectors at a place with the zenith `normal`; up is as close to the zenith as possible.
+/// Forward and up vectors of a camera that looks at an azimuth and an altitude, at a place with the zenith `normal`. Up is as close to the zenith
+/// as possible.
 pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();

@@ -1,8 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
-//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: the camera is at the centre of the body that
-//! its position is relative to, or outside it; time runs only at its rate; going back restores the previous view; the current time comes from the
-//! given clock.
+//! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
+//! going back restores the previous view; the current time comes from the given clock.
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -14,10 +13,11 @@ use crate::view::app::orbit::OrbitCamera;
 use crate::view::app::places::BodyPositions;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{
-    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, horizontal_view, orbit_pose, pose_on_ground, rotated_view,
+    CameraPose, FOV_DEG, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, body_fixed_orbit_pose, horizontal_view, inertial_orbit_pose, pose_on_ground,
+    rotated_view,
 };
 use crate::view::language::body_name;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// A body that can be looked at.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +44,7 @@ impl Subject {
     }
 }
 
-/// A user's input. Pixels are those of the window.
+/// A user's input. Pixels are pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
@@ -67,9 +67,9 @@ pub enum Action {
     LookAt(NaifId),
     /// Look at the selected body from the centre of another body.
     LookFrom(NaifId),
-    /// Rotate with the body (body-fixed), or keep to the ICRF.
+    /// Let an orbiting camera rotate with the body (true), or stay in ICRF (false).
     RotateWithBody(bool),
-    /// Keep facing the target.
+    /// Whether the camera keeps facing the target.
     Track(bool),
     /// Face the selected body again and reset the roll.
     FaceSelected,
@@ -78,7 +78,7 @@ pub enum Action {
     Step(f64),
     /// Run time at a rate, scene seconds per real second.
     RunAt(f64),
-    /// Set the rate in scene seconds per real second, and keep the direction.
+    /// Set the speed in scene seconds per real second, and keep the direction.
     SetSpeed(f64),
     Faster,
     Slower,
@@ -94,12 +94,16 @@ pub enum Action {
 
 /// Distance at arrival, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// Distance at arrival for the Sun, in radii: larger, because the Sun is bright enough from further away.
+/// Distance at arrival for the Sun, in its radii.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// Angle between the camera and the Sun in azimuth at arrival, so that the terminator is visible.
+/// Difference between the azimuths of the camera and of the Sun at arrival, so that the terminator is visible.
 const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
-/// Angle at arrival by which the camera is farther from the equator than the Sun.
+/// Angle by which the camera is farther from the equator than the Sun at arrival.
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
+/// Largest elevation at arrival, radians (69 degrees).
+const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
+/// Change of the logarithm of the field of view per wheel notch.
+const LOG_FOV_PER_NOTCH: f64 = 0.15;
 const MAX_HISTORY: usize = 64;
 
 /// The state of the window.
@@ -108,9 +112,10 @@ pub struct Viewer {
     pub time_rate: TimeRate,
     /// The body that is highlighted, and described by the panels.
     pub selected: NaifId,
-    /// A tour is changing the view, so every frame needs a new image.
+    /// Whether a tour is changing the view, so that every frame needs a new image.
     pub is_in_tour: bool,
     subjects: Vec<Subject>,
+    /// A flight and the view at its end.
     flight: Option<(Flight, ViewState)>,
     back_history: Vec<ViewState>,
     forward_history: Vec<ViewState>,
@@ -197,7 +202,7 @@ impl Viewer {
             Action::Zoom(notches) => self.zoom(notches),
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
-            Action::LookAt(id) => self.change(|s| (s.target, s.tracks) = (id, true)),
+            Action::LookAt(id) => self.change(|view| (view.target, view.tracks) = (id, true)),
             Action::LookFrom(id) => self.look_from(id),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
             Action::Track(on) => self.view.tracks = on,
@@ -222,7 +227,7 @@ impl Viewer {
                 if let Some(paused) = view.paused.take() {
                     self.time_rate.set_paused(paused);
                 }
-                self.change(|s| *s = *view);
+                self.change(|current| *current = *view);
                 self.selected = selected;
             }
         }
@@ -233,9 +238,7 @@ impl Viewer {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
         let Some((flight, goal)) = &mut self.flight else { return };
         if !flight.advance(real_s) {
-            let arrived = ViewState { tdb_s: self.view.tdb_s, ..goal.clone() };
-            self.view = arrived;
-            self.flight = None;
+            self.end_flight();
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
             self.view.eye = CameraPose::Free { body: goal.target, offset_km, forward, up };
@@ -287,6 +290,7 @@ impl Viewer {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination().clone() }
     }
 
+    /// Restores the previous view of the history (`back`), or the next one.
     fn step_history(&mut self, back: bool) {
         let current = self.destination().clone();
         let (from, to) =
@@ -315,33 +319,33 @@ impl Viewer {
         let time = self.view.time();
         let camera_body = self.view.eye.body();
         let icrf_from_body = places.body_from_icrf(camera_body, time)?.transpose();
-        let (offset_km, forward, up) = match self.view.eye {
-            CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up),
+        // The direction that is up while the camera tracks another body, in poses that can.
+        let (offset_km, forward, up, tracking_up) = match self.view.eye {
+            CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
-                let (turn, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
+                let (icrf_from_axes, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
-                (turn * offset, turn * forward, turn * up)
+                (icrf_from_axes * offset, icrf_from_axes * forward, icrf_from_axes * up, Some(DVec3::Z))
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let radii_km = self.subject(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
                 let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
-                let offset_km = icrf_from_body * offset;
-                let target = self.view.target;
-                let followed = if self.view.tracks && target != camera_body { places.between_km(camera_body, target, time) } else { None };
-                match followed.and_then(|to| (to - offset_km).try_normalize()) {
-                    Some(forward) => (offset_km, forward, icrf_from_body * normal),
-                    None => (offset_km, icrf_from_body * forward, icrf_from_body * up),
-                }
+                (icrf_from_body * offset, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
             }
             CameraPose::Centre { .. } => {
                 // The pose is outside the body, on the side of the target.
                 let towards_target = places.between_km(camera_body, self.view.target, time)?.try_normalize()?;
-                (towards_target * self.radius_km(camera_body) * 1.5, towards_target, DVec3::Z)
+                (towards_target * self.radius_km(camera_body) * 1.5, towards_target, DVec3::Z, None)
             }
         };
+        let tracked = tracking_up
+            .filter(|_| self.view.tracks && self.view.target != camera_body)
+            .and_then(|up| Some(((places.between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
+        let roll_rad = if tracking_up.is_some() { self.view.roll_deg.to_radians() } else { 0.0 };
+        let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Some(Pose { offset_km: places.offset_from_km(body, camera_body, offset_km, time)?, forward, up })
     }
@@ -359,16 +363,16 @@ impl Viewer {
         if id != NaifId::SUN {
             orbit.azimuth_rad += ARRIVAL_SUN_ANGLE_DEG.to_radians();
             let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-            orbit.elevation_rad = above.clamp(-1.2, 1.2);
+            orbit.elevation_rad = above.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }
         self.remember();
         self.selected = id;
         let goal = ViewState {
             target: id,
-            eye: orbit_pose(id, false, orbit),
+            eye: inertial_orbit_pose(id, orbit),
             tracks: true,
             roll_deg: 0.0,
-            fov_deg: crate::view::app::view_state::FOV_DEG,
+            fov_deg: FOV_DEG,
             ..self.view.clone()
         };
         let offset_km = orbit.offset_km(radius_km, pole);
@@ -376,10 +380,8 @@ impl Viewer {
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                self.view = ViewState {
-                    eye: CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up },
-                    ..goal.clone()
-                };
+                let eye = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
+                self.view = ViewState { eye, ..goal.clone() };
                 self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), goal));
             }
             None => self.view = goal,
@@ -444,14 +446,14 @@ impl Viewer {
             // An equirectangular image always shows the entire sphere.
             Projection::Equirectangular => return,
         };
-        *angle_deg = (*angle_deg * (-notches * 0.15).exp()).clamp(*range_deg.start(), *range_deg.end());
+        *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
     }
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
-        self.change(|s| {
-            s.eye = pose_on_ground(body, latitude_deg, longitude_deg);
-            (s.target, s.roll_deg, s.fov_deg) = (body, 0.0, 60.0);
+        self.change(|view| {
+            view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
+            (view.target, view.roll_deg, view.fov_deg) = (body, 0.0, 60.0);
         });
     }
 
@@ -461,24 +463,25 @@ impl Viewer {
             return;
         }
         // A field of view of one degree shows the disc and its surroundings.
-        self.change(|s| (s.eye, s.target, s.tracks, s.fov_deg, s.roll_deg) = (CameraPose::Centre { body: from }, target, true, 1.0, 0.0));
+        let eye = CameraPose::Centre { body: from };
+        self.change(|view| *view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..view.clone() });
     }
 
     fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
         self.end_flight();
-        let CameraPose::Orbit { body, fixed, .. } = self.view.eye else { return };
-        if fixed == make_fixed {
-            return;
-        }
-        let Some(pose) = self.pose_from(body, places) else { return };
+        let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
+        let Some(pose) = self.pose_from(body, places).filter(|_| fixed != make_fixed) else { return };
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
-        let orbit = if make_fixed {
-            OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z)
+        self.view.eye = if make_fixed {
+            body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
         } else {
-            OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2))
+            inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))
         };
-        self.view.eye = orbit_pose(body, make_fixed, orbit);
+        // Both poses measure these two angles from the direction to the body and its pole.
+        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+            (*yaw_deg, *pitch_deg) = (old_yaw_deg, old_pitch_deg);
+        }
     }
 
     fn face_selected(&mut self) {

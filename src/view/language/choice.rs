@@ -1,7 +1,7 @@
 //! The window's languages, and the choice between them.
 //!
-//! In: a language code from the command line or the settings, or the environment's locale. Out: a [`Language`]. Always: a locale without a known
-//! language gives English.
+//! In: a language code from the command line or the settings, or the environment's locale. Out: a [`Language`]. Always: a locale of another language
+//! gives English.
 
 use crate::message::TextLanguage;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -44,7 +44,7 @@ impl Language {
         }
     }
 
-    /// The language's name in itself.
+    /// The language's name in the language itself.
     pub fn own_name(self) -> &'static str {
         match self {
             Self::English => "English",
@@ -92,11 +92,11 @@ impl Serialize for Language {
     }
 }
 
-/// The language of a settings file. An unknown language counts as not chosen, so that the rest of the file is still read.
+/// Reads the language of a settings file. An unknown language counts as none, so that the rest of the file is still read.
 ///
 /// # Errors
 /// Invalid JSON.
-pub(crate) fn chosen<'d, D: Deserializer<'d>>(from: D) -> Result<Option<Language>, D::Error> {
+pub(crate) fn deserialize_language<'d, D: Deserializer<'d>>(from: D) -> Result<Option<Language>, D::Error> {
     let value = serde_json::Value::deserialize(from)?;
     Ok(value.as_str().and_then(|code| Language::by_code(code).ok()))
 }
@@ -106,9 +106,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_environment_chooses_as_in_posix() {
-        let language_of = |set: &'static [(&str, &str)]| {
-            Language::of_environment(|name| set.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned()))
+    fn the_locale_variables_have_the_precedence_of_posix() {
+        let language_of = |variables: &'static [(&str, &str)]| {
+            Language::of_environment(|name| variables.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned()))
         };
         assert_eq!(language_of(&[("LANG", "de_DE.UTF-8")]), Language::German);
         assert_eq!(language_of(&[("LANG", "de_AT@euro")]), Language::German);
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn an_unknown_code_is_refused_with_the_known_ones() {
+    fn an_unknown_code_is_an_error_that_lists_the_known_codes() {
         assert_eq!(Language::by_code("DE"), Ok(Language::German));
         let line = Language::by_code("fr").expect_err("no French").to_string();
         assert_eq!(line, "fr: the window speaks en (English) and de (Deutsch)");

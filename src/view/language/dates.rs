@@ -27,16 +27,16 @@ pub(crate) fn second_text(t: Instant) -> String {
     day_and_clock(t.plus_seconds(0.5), "hh:mm:ss".len())
 }
 
-/// The day, and the first characters of the time of day.
-fn day_and_clock(t: Instant, length: usize) -> String {
+/// The day, and the first `clock_length` characters of the time of day.
+fn day_and_clock(t: Instant, clock_length: usize) -> String {
     let iso = t.to_utc_iso();
-    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..length)?))) {
+    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_length)?))) {
         Some((date, clock)) => text!("date-minute", date = date_text_of(date), clock = clock),
         None => iso,
     }
 }
 
-/// Date in digits, hour and minute of an instant in UTC (not rounded), for names.
+/// Date in digits, hour and minute of an instant in UTC, not rounded: for names of views.
 pub(crate) fn minute_in_digits(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
@@ -76,7 +76,7 @@ pub(crate) fn date_in_digits(date: &str) -> String {
     text!("date-digits", year = year_text(year), month = month, day = day)
 }
 
-/// Year, month and day of an ISO 8601 date, as written there.
+/// Year, month and day of an ISO 8601 date, as the date writes them.
 struct Fields<'d> {
     year: &'d str,
     month: &'d str,
@@ -93,7 +93,7 @@ fn number(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
 
-/// The text of an ISO 8601 year. Years up to 0 are before Christ (0 is 1 BC); a message determines how the language writes them.
+/// The text of an ISO 8601 year. Years up to 0 are BC (0 is 1 BC); a message determines how the language writes them.
 fn year_text(iso: &str) -> String {
     match iso.trim_start_matches('+').parse::<i64>() {
         Ok(year) if year <= 0 => text!("date-iso-year-bc", iso = iso, year = 1 - year),
@@ -116,9 +116,9 @@ fn month_number(date: NaiveDate) -> &'static str {
     NUMBERS[date.month0() as usize % NUMBERS.len()]
 }
 
-/// Day, month and year: `8 April 2024`.
+/// Day, month and year, for screen readers: `8 April 2024`.
 pub(crate) fn long_date(date: NaiveDate) -> String {
-    // Years before 1 are counted as in chrono and in the rest of the calendar.
+    // Years before 1 keep their astronomical number, as in the year field of the calendar.
     text!("date-long", day = date.day(), month = month_name(date), year = date.format("%Y").to_string())
 }
 

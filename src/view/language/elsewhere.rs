@@ -1,8 +1,8 @@
 //! Texts of other layers in the window's language.
 //!
 //! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
-//! language. Always: a message is looked up by its id; a text of a catalog by an id that is made of its English name, and without a translation it
-//! stays as it is, as do texts of a user's own catalogs. Not here: which message an error is (`view::faults`).
+//! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
+//! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::faults`).
 
 use super::dates::{date_text_of, instant_text};
 use super::numbers::localised;
@@ -40,7 +40,7 @@ fn argument_text(argument: &Argument) -> String {
     }
 }
 
-/// The English part of a text, with system errors in the window's language.
+/// An English detail, in which an error of the operating system is translated if its number and its text are known.
 fn detail_text(english: &str) -> String {
     let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
     let number = after.split_once(')').map_or(after, |(number, _)| number);
@@ -59,7 +59,7 @@ fn detail_text(english: &str) -> String {
     }
 }
 
-/// A text of a catalog, for instance the name of a moment. `kind`: what it tells of, the first part of the ids of its translations.
+/// A text of a catalog, for instance the name of a moment. `kind`: the first part of the ids of its translations, such as `moment`.
 pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
         return Cow::Borrowed(english);
@@ -67,7 +67,8 @@ pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
     with_id(&format!("{kind}-{}", slug(english)), english)
 }
 
-/// A further text of a thing in a catalog, for instance what a moment is about. `name`: the thing's English name. `part`: the last part of the id.
+/// Another text of an entry of a catalog, for instance the description of a moment. `name`: the entry's English name. `part`: the last part of the
+/// id, such as `about`.
 pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
         return Cow::Borrowed(english);
@@ -76,7 +77,7 @@ pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) 
 }
 
 fn with_id<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
-    // No English file has these texts, so the marks tell whether there is a translation.
+    // The English files lack these texts, so a text is marked if it has a German translation.
     if current() == Language::Marked {
         let is_translated = messages(Language::German).plain.contains_key(id);
         return if is_translated { Cow::Owned(message_marked(english)) } else { Cow::Borrowed(english) };
@@ -84,7 +85,7 @@ fn with_id<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
     messages(current()).plain.get(id).map_or(Cow::Borrowed(english), |text| Cow::Borrowed(text))
 }
 
-/// An English name as a part of an id: lower case, with one hyphen for each run of other characters than letters and digits.
+/// An English name as a part of an id: its ASCII letters and digits in lower case, with one hyphen for each run of other characters between them.
 fn slug(english: &str) -> String {
     let mut id = String::new();
     for c in english.chars() {
@@ -105,7 +106,7 @@ mod tests {
     use crate::view::language::set;
 
     #[test]
-    fn reasons_are_shown_message_by_message() {
+    fn reasons_are_translated_message_by_message() {
         let nearest = reason!("eclipse-nearest", body = "Moon", share = format_args!("{:.2}", 1.5));
         let light = reason!("of-white", light = 2, threshold = 1);
         let both = nearest.and(reason!("eclipse-at-most", light = light)).and(reason!("set-by-you"));
@@ -115,11 +116,11 @@ mod tests {
             reason_text(&both),
             "nächster Halbschatten: Mond, er geht 1,50 seines Radius entfernt vorbei; höchstens 2 von Weiß gegen 1; von Hand gesetzt"
         );
-        let path = Argument::Time("2024-04-08T18:17:16Z".into());
-        let path = reason!("lines-shadow-path", body = "Moon", time = path);
+        let time = Argument::Time("2024-04-08T18:17:16Z".into());
+        let path = reason!("lines-shadow-path", body = "Moon", time = time);
         assert!(reason_text(&path).contains("8. April 2024, 18:17:16 UTC"), "{}", reason_text(&path));
         assert_eq!(message_text(&message!("nobody-wrote-this")), "nobody-wrote-this");
-        // The number of a system error says what it is; an unknown text stays.
+        // A system error is recognised by its number and its text together.
         assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
         assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::Marked);

@@ -1,7 +1,7 @@
 //! The built-in Fluent files, and the ids of the messages in them.
 //!
-//! In: nothing. Out: the texts of the same list of files for each language. Always: as Fluent requires, a message's id begins a line, and
-//! continuation lines are indented.
+//! Out: the texts of the same list of files for each language. Always: as Fluent requires, a message's id begins a line, and continuation lines
+//! are indented.
 
 use super::Language;
 
@@ -31,7 +31,7 @@ files!(
     "viewport",
 );
 
-/// The German texts of the shipped catalogs. English ones are in the catalogs alone.
+/// The German texts of the shipped catalogs. The English texts are in the catalogs themselves.
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
 /// The translations of texts of the shipped catalogs.
@@ -52,6 +52,6 @@ pub(super) fn of(language: Language) -> &'static [&'static str] {
 
 /// The ids of a file's messages, in order.
 pub(super) fn ids(file: &str) -> impl Iterator<Item = &str> {
-    let begins = |line: &&str| line.starts_with(|c: char| c.is_ascii_alphabetic());
-    file.lines().filter(begins).filter_map(|line| Some(line.split_once('=')?.0.trim_end()))
+    let begins_message = |line: &&str| line.starts_with(|c: char| c.is_ascii_alphabetic());
+    file.lines().filter(begins_message).filter_map(|line| Some(line.split_once('=')?.0.trim_end()))
 }

@@ -1,10 +1,11 @@
-//! Tests that each message that a source of any layer names exists in English, has the arguments that are given there, and is used.
+//! Tests of the messages of the layers below the window: each message that a source names exists in English, with the arguments given there, and each
+//! English message is used.
 
 use crate::message::ENGLISH_FILE;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Appends the text of each source below a folder.
+/// Appends the path and the code, without unit tests, of each source below a folder.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() {
@@ -17,12 +18,12 @@ fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// The calls of a macro in a source: the literal that begins each, and the names of the arguments after it.
+/// The calls of a macro in a source: the literal with which each begins, and the names of the arguments after it.
 fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> {
     let mut found = Vec::new();
     for call in code.split(opening).skip(1) {
         let Some((id, rest)) = call.trim_start().strip_prefix('"').and_then(|call| call.split_once('"')) else { continue };
-        // Depth 0 is inside of the call's own bracket; literals are skipped.
+        // Depth 0 is directly inside the call's own parentheses; string literals are skipped.
         let (mut depth, mut in_literal, mut start, mut names) = (0, false, 0, BTreeSet::new());
         for (at, c) in rest.char_indices() {
             match c {
@@ -46,7 +47,7 @@ fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> 
     found
 }
 
-/// The names of the arguments of each English message.
+/// The names of the arguments of each English message, by its id.
 fn known() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let names = |template: &'static str| template.split("{ $").skip(1).filter_map(|part| Some(part.split_once(" }")?.0)).collect();
     let lines = ENGLISH_FILE.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
@@ -54,7 +55,7 @@ fn known() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
 }
 
 #[test]
-fn each_message_is_used_and_each_used_one_exists_with_its_arguments() {
+fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
     let known = known();
     let mut all = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut all);
@@ -68,8 +69,9 @@ fn each_message_is_used_and_each_used_one_exists_with_its_arguments() {
             }
         }
     }
-    // Quantities of errors are named by their ids alone.
+    // Names of bodies, compass points and months have ids that are put together at run time.
     let is_named = |id: &str| ["body-", "point-", "month-"].iter().any(|kind| id.starts_with(kind));
+    // Some ids are passed without the macros, such as those of the quantities of stated errors.
     let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));
     let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id) && !is_named(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");

@@ -96,7 +96,7 @@ counts!(u8, u16, u32, u64, usize, i32, i64);
 
 /// The messages of a language.
 struct Messages {
-    /// Messages and text arguments get marks, as in [`Language::Marked`].
+    /// Whether messages and text arguments get marks, as in [`Language::Marked`].
     marked: bool,
     /// The formatted messages without arguments, by id.
     plain: HashMap<String, String>,
@@ -134,8 +134,8 @@ impl Messages {
             let text = self.bundle.format_pattern(pattern, Some(arguments), &mut errors).into_owned();
             return errors.is_empty().then_some(text);
         }
-        let between_marks: FluentArgs<'_> = arguments.iter().map(|(name, value)| (name, argument_marked(value))).collect();
-        let text = self.bundle.format_pattern(pattern, Some(&between_marks), &mut errors).into_owned();
+        let marked_arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (name, argument_marked(value))).collect();
+        let text = self.bundle.format_pattern(pattern, Some(&marked_arguments), &mut errors).into_owned();
         errors.is_empty().then(|| message_marked(&text))
     }
 }
@@ -156,7 +156,7 @@ static ENGLISH: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Eng
 static GERMAN: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::German));
 static MARKED: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Marked));
 
-/// The messages of a language, read when it is first used, since a window normally uses one language.
+/// The messages of a language, read at its first use, since a window normally uses one language.
 fn messages(language: Language) -> &'static Messages {
     match language {
         Language::English => &ENGLISH,
@@ -181,13 +181,13 @@ pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'
     with_fallback(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
-/// The translated name of a thing that another layer names (an effect, a body): the message `kind-name`, or else the given name.
+/// The translation of a name from another layer (of an effect, a body): the message `kind-name`, or else the given name.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
     with_fallback(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
 }
 
-/// The name of a body of the catalog.
+/// The translated name of a body of the catalog.
 pub(crate) fn body_name(name: &str) -> &str {
     named("body", name)
 }

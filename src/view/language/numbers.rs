@@ -1,7 +1,7 @@
 //! Formats and parses numbers as is usual in the window's language.
 //!
-//! In: a number and its number of decimals, or typed text. Out: text with the language's decimal mark, or the number. Always: typed numbers may have a
-//! decimal point in every language, or the language's own decimal mark. Not for files, links or the command line.
+//! In: a number and its number of decimals, or typed text. Out: text with the language's decimal mark, or the number. Always: a typed number may have
+//! the language's own decimal mark, or a decimal point. Not for files, links or the command line.
 
 use super::text;
 use std::fmt::Display;

@@ -1,17 +1,17 @@
-//! Tests that the files of all languages have the same messages with the same arguments, and that each message is used.
+//! Tests that the files of all languages have the same messages with the same arguments, that each message is used, and that no text bypasses them.
 
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The arguments of each message of some files, by its id; an id that occurs twice is reported.
+/// The arguments of each message of some files, by its id; an id that occurs twice is added to `faults`.
 fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
     let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for file in files {
         let mut id = "";
         for line in file.lines().filter(|line| !line.starts_with('#')) {
-            if let Some(begun) = files::ids(line).next() {
-                id = begun;
+            if let Some(new_id) = files::ids(line).next() {
+                id = new_id;
                 if found.insert(id, BTreeSet::new()).is_some() {
                     faults.push(format!("{id} occurs twice"));
                 }
@@ -24,14 +24,14 @@ fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str
     found
 }
 
-/// The messages and arguments that only one of two languages has.
+/// One line for each message or argument that only one of two languages has.
 fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
     let mut faults = Vec::new();
     let [first, second] = [first, second].map(|files| messages(files, &mut faults));
     for (id, arguments) in &first {
         match second.get(id) {
             None => faults.push(format!("{id} is missing in the second")),
-            // Messages for dates use only those of the offered arguments that the language needs.
+            // A message for a date uses only the arguments that its language needs.
             Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
             Some(others) if others != arguments => faults.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
             Some(_) => {}
@@ -49,7 +49,7 @@ fn all_languages_have_the_same_messages() {
 }
 
 #[test]
-fn a_missing_message_or_argument_is_found() {
+fn differences_finds_missing_messages_missing_arguments_and_duplicates() {
     let english = "one = One\ntwo = Two of { $all }\n";
     assert!(differences(&[english], &[english]).is_empty());
     assert_eq!(differences(&[english], &["one = Eins\n"]), ["two is missing in the second"]);
@@ -58,7 +58,7 @@ fn a_missing_message_or_argument_is_found() {
     assert_eq!(differences(&[english, "one = Again\n"], &[english]), ["one occurs twice"]);
 }
 
-/// Fluent reads every file without an error, and each message that takes no argument is ready to show.
+/// Fluent reads every file without an error, and each message without arguments has been formatted.
 #[test]
 fn every_file_is_valid_fluent() {
     for language in Language::ALL {
@@ -67,9 +67,9 @@ fn every_file_is_valid_fluent() {
             assert_eq!(fault, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
         }
         let all = messages(files::of(language), &mut Vec::new());
-        let ready = &super::messages(language).plain;
+        let formatted = &super::messages(language).plain;
         for (id, arguments) in all {
-            assert_eq!(ready.contains_key(id), arguments.is_empty(), "{language:?}: {id}");
+            assert_eq!(formatted.contains_key(id), arguments.is_empty(), "{language:?}: {id}");
         }
     }
     assert!(FluentResource::try_new("one = { $\n".to_owned()).is_err(), "a broken file is found");
@@ -94,7 +94,7 @@ const NAMED: [&str; 15] = [
     "tone",
 ];
 
-/// Appends the sources below a folder of the window, except for the folder `language`.
+/// Appends the path and the code, without unit tests, of each source below a folder, except for folders named `language`.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() && !entry.ends_with("language") {
@@ -107,6 +107,7 @@ fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     }
 }
 
+/// The sources of the window, with those of `language` that use messages.
 fn window_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view");
     let mut all = Vec::new();
@@ -123,7 +124,7 @@ fn ids_in_calls(code: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
-fn each_message_is_used_and_each_used_one_exists() {
+fn each_message_is_used_and_each_used_message_exists() {
     let known = messages(files::of(Language::English), &mut Vec::new());
     let sources = window_sources();
     for (path, code) in &sources {
@@ -134,9 +135,9 @@ fn each_message_is_used_and_each_used_one_exists() {
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
         let is_named = NAMED.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
-        // Messages of other layers: their own test finds unused ones.
-        let is_elsewhere = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
-        is_named || is_elsewhere || sources.iter().any(|(_, code)| code.contains(&quoted))
+        // Unused messages of other layers are found by `message_tests`.
+        let is_of_other_layers = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
+        is_named || is_of_other_layers || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
     let unused: Vec<_> = known.keys().filter(|id| !is_used(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");
@@ -168,10 +169,10 @@ const SHOWN: [&str; 20] = [
     ".text(",
 ];
 
-/// Units, file names and examples of input that are the same in every language.
+/// Shown texts that are the same in every language: units, file names, examples of input.
 const SAME_IN_ALL: [&str; 5] = ["ms", "tour.json", "shaders/{}:{}", "+eclipse=linear,-normal", "lambert.albedo.sun1.ellipsoid"];
 
-/// String literals with at least one word in calls that show them.
+/// The string literals with at least one word in the calls of [`SHOWN`].
 fn shown_literals(code: &str) -> Vec<String> {
     let mut found = Vec::new();
     for call in SHOWN {
@@ -190,7 +191,7 @@ fn shown_literals(code: &str) -> Vec<String> {
 }
 
 #[test]
-fn no_panel_shows_a_text_of_its_own() {
+fn no_panel_shows_a_text_that_is_not_in_the_fluent_files() {
     let untranslated: Vec<String> = window_sources()
         .iter()
         .flat_map(|(path, code)| shown_literals(code).into_iter().map(move |text| format!("{path}: {text}")))
@@ -216,7 +217,7 @@ fn missing_messages_fall_back() {
 }
 
 #[test]
-fn numbers_and_dates_are_those_of_the_language() {
+fn numbers_and_dates_are_written_as_in_the_language() {
     use crate::time::Instant;
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     let early = Instant::parse("-0584-05-28T14:00:00Z").expect("a time");

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 fn view() -> ViewState {
     let time = Instant::from_tdb_seconds_past_j2000(765_894_000.123_456_7);
-    let mut s = ViewState::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
-    s.effects = EffectOverrides::parse("+eclipse=linear,-rings").expect("effects");
-    s.exposure_stops = Some(-1.25);
-    s
+    let mut view = ViewState::around(NaifId(699), DVec3::new(1.0, -2.0, 0.7) * 2e5, 60_268.0, DVec3::new(0.08, 0.07, 0.99), time);
+    view.effects = EffectOverrides::parse("+eclipse=linear,-rings").expect("effects");
+    view.exposure_stops = Some(-1.25);
+    view
 }
 
 /// A default view that differs from `view()`.
@@ -63,7 +63,7 @@ fn links_and_files_restore_the_view_to_the_last_bit() {
 #[test]
 fn omitted_fields_have_the_defaults_of_a_new_window() {
     assert_eq!(of_link("orrery://view"), Ok(defaults()));
-    // Requesting these two layers by `layers` or by their own fields sets the same switches of the window.
+    // A link may switch these two layers on by `layers` or by their own fields; both set the fields.
     let with_both = ViewState { orbits: true, bloom: true, ..defaults() };
     assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
     assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
@@ -74,14 +74,14 @@ fn omitted_fields_have_the_defaults_of_a_new_window() {
         panic!("an orbit at 9 radii")
     };
     assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: defaults, .. } if defaults == azimuth_deg));
-    let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|s| s.eye);
+    let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|view| view.eye);
     assert_eq!(ground, Ok(pose_on_ground(NaifId::MOON, 51.5, 0.0)));
-    let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|s| s.eye);
+    let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|view| view.eye);
     assert_eq!(centre, Ok(CameraPose::Centre { body: NaifId::EARTH }));
 }
 
 #[test]
-fn body_and_time_of_a_link_are_read_before_the_other_fields() {
+fn target_and_time_of_a_link_are_known_before_the_other_fields_are_read() {
     let given = |query: &str| {
         let mut given = PartialView::of_link(&format!("orrery://view?{query}"));
         given.resolve_body_names(catalog());
@@ -102,7 +102,7 @@ fn body_and_time_of_a_link_are_read_before_the_other_fields() {
 
 /// Every body is found by its name, its name in capitals, its aliases and its code, as target and as the camera's body.
 #[test]
-fn bodies_are_named_or_given_by_code() {
+fn bodies_are_given_by_name_alias_or_code() {
     for body in catalog().bodies() {
         let names = [body.name.clone(), body.name.to_uppercase(), body.id.0.to_string()];
         for name in names.iter().chain(&body.aliases) {
@@ -111,7 +111,7 @@ fn bodies_are_named_or_given_by_code() {
             assert_eq!((view.target, view.eye.body()), (body.id, body.id), "{link}");
             let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
             assert!(
-                name.parse::<i32>().is_ok() || with_test_defaults(PartialView::of_json(&json)).is_ok_and(|s| s.target == body.id),
+                name.parse::<i32>().is_ok() || with_test_defaults(PartialView::of_json(&json)).is_ok_and(|view| view.target == body.id),
                 "{json}"
             );
         }
@@ -179,7 +179,7 @@ fn broken_links_are_refused_in_one_line() {
     }
 }
 
-/// In every combination of these errors that is tried, each error is reported exactly once, with its field's name.
+/// All pairs of these errors, and all sets of at least 14 of the 15: each error of the link is reported, and no other.
 #[test]
 fn all_faults_of_a_link_are_listed() {
     let faults = [

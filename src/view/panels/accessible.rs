@@ -8,7 +8,7 @@ use crate::view::language::named;
 use crate::view::language::numbers::typed_number;
 use egui::{ComboBox, DragValue, Response, Ui};
 
-/// Shows a number field. Without a name, a screen reader would only read its unit.
+/// Shows a number field. `what`: its accessible name, without which a screen reader would read only the unit.
 pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
     ui.add(field.custom_parser(typed_number)).on_hover_text(what).accessible_name(what)
 }
@@ -18,7 +18,7 @@ pub(crate) fn pixel_view(view: PixelView) -> &'static str {
     named("pixels", view.name())
 }
 
-/// Shows a list of pixel views.
+/// Shows a drop-down list of pixel views.
 pub(crate) fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
     let list = ComboBox::from_id_salt(what).selected_text(pixel_view(*chosen)).width(150.0).show_ui(ui, |ui| {
         for view in PixelView::ALL {

@@ -1,11 +1,11 @@
 //! The angle between two places of the image that the user clicks while holding Ctrl.
 //!
-//! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A click near a star
-//! or a small body takes its centre. A third place starts a new measurement; Escape removes the line. For two bodies, the distance between
-//! their apparent positions is also shown.
+//! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A third place starts a
+//! new measurement; Escape removes the line. For two bodies, the distance between their apparent positions is also shown. Not here: how a click
+//! finds a star or a body (`viewport`).
 
 use super::fact::grouped;
-use super::information::degrees;
+use super::information::scaled_angle_text;
 use crate::ephemeris::angle_rad;
 use crate::view::language::{body_name, text};
 use crate::view::panels::theme::BODY;
@@ -13,7 +13,7 @@ use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
-/// Line segments of the great circle.
+/// Line segments of the arc.
 const SEGMENTS: u32 = 48;
 
 /// Directions of the clicked places, ICRF unit vectors: two at most.
@@ -43,8 +43,8 @@ impl MeasuredAngle {
             self.places.clear();
         }
         self.places.push(MeasuredPoint { direction, body });
-        let Some(angle) = self.text() else { return text!("angle-second").into() };
-        self.distance()
+        let Some(angle) = self.angle_text() else { return text!("angle-second").into() };
+        self.distance_text()
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
     }
 
@@ -53,13 +53,14 @@ impl MeasuredAngle {
         !std::mem::take(&mut self.places).is_empty()
     }
 
-    fn text(&self) -> Option<String> {
+    /// The angle between the two places.
+    fn angle_text(&self) -> Option<String> {
         let [a, b] = &self.places[..] else { return None };
-        Some(degrees(angle_rad(a.direction, b.direction).to_degrees()))
+        Some(scaled_angle_text(angle_rad(a.direction, b.direction).to_degrees()))
     }
 
-    /// Distance between the apparent centres of two bodies.
-    fn distance(&self) -> Option<String> {
+    /// The distance between the apparent centres of the two bodies, if the places are two different bodies.
+    fn distance_text(&self) -> Option<String> {
         let [MeasuredPoint { body: Some(a), .. }, MeasuredPoint { body: Some(b), .. }] = &self.places[..] else { return None };
         (a != b).then(|| {
             text!(
@@ -71,12 +72,13 @@ impl MeasuredAngle {
         })
     }
 
-    /// Draws the places, the great circle between them and its length. `project`: gives the window position of an ICRF direction.
+    /// Draws the places, the arc of a great circle between them, and the angle. `project`: the position of an ICRF direction in the window.
     pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>) {
         for place in self.places.iter().filter_map(|place| project(place.direction)) {
             painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
         }
-        let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.places[..], self.text()) else {
+        let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.places[..], self.angle_text())
+        else {
             return;
         };
         let angle = angle_rad(*a, *b);
@@ -109,7 +111,7 @@ mod tests {
             tan_half_fov: DVec2::splat(tan_half_fov),
             width: 1000,
             height: 1000,
-            is_part_of_composite: false,
+            is_cube_face: false,
         }
     }
 
@@ -124,8 +126,8 @@ mod tests {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();
             assert!(angle.add(direction(&camera, 500.0, 500.0), None).contains("second place"));
-            let said = angle.add(direction(&camera, 1000.0, 500.0), None);
-            assert_eq!(said, format!("Angle: {}", degrees(half_deg)));
+            let message = angle.add(direction(&camera, 1000.0, 500.0), None);
+            assert_eq!(message, format!("Angle: {}", scaled_angle_text(half_deg)));
             assert!(angle.add(direction(&camera, 0.0, 0.0), None).contains("second place"));
             assert!(angle.clear() && !angle.clear());
         }
@@ -135,12 +137,12 @@ mod tests {
     fn two_bodies_have_a_distance_and_one_has_none() {
         let body = |name: &str, centre_km| Some(SeenBody { name: name.into(), centre_km });
         let (a, b) = (body("Io", DVec3::new(300.0, 0.0, 0.0)), body("Europa", DVec3::new(0.0, 400_000.0, 0.0)));
-        let said = |first: Option<SeenBody>, second: Option<SeenBody>| {
+        let message = |first: Option<SeenBody>, second: Option<SeenBody>| {
             let mut angle = MeasuredAngle::default();
             angle.add(direction(&camera(1.0), 500.0, 500.0), first);
             angle.add(direction(&camera(1.0), 600.0, 500.0), second)
         };
-        assert!(said(a.clone(), b.clone()).ends_with("; from Io to Europa 400 000 km"));
-        assert!(!said(a.clone(), a.clone()).contains("km") && !said(a, None).contains("km"));
+        assert!(message(a.clone(), b.clone()).ends_with("; from Io to Europa 400 000 km"));
+        assert!(!message(a.clone(), a.clone()).contains("km") && !message(a, None).contains("km"));
     }
 }

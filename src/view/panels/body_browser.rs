@@ -1,7 +1,7 @@
 //! The tree of bodies.
 //!
-//! In: clicks. Out: actions. Always: the row under the pointer at the press is the row that is selected, because no branch expands while a
-//! button is held. The tree expands and scrolls inside its own scroll area.
+//! In: clicks. Out: actions. Always: a click selects the row that was under the pointer when the button was pressed, because no branch expands
+//! while a button is held. The tree expands and scrolls inside its own scroll area.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -14,7 +14,7 @@ use egui::{Id, ScrollArea, UiBuilder};
 pub(crate) struct BodyBrowser {
     /// The selected body for which the tree was last expanded.
     expanded_for: Option<NaifId>,
-    /// The body that was selected in the tree; the tree does not scroll to it.
+    /// The body that was clicked in the tree last; the tree does not scroll to it.
     clicked: Option<NaifId>,
     /// The body to which the tree scrolls until its branch has expanded.
     scroll_target: Option<NaifId>,
@@ -22,26 +22,26 @@ pub(crate) struct BodyBrowser {
 
 /// Shows the Sun, the planets, each with its moons, and then the other bodies.
 pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let to_expand = branch_to_expand(interface, ui);
+    let revealed = body_to_reveal(interface, ui);
     let actions_before = actions.len();
     let mut is_opening = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
         let subjects = interface.viewer.subjects();
-        let top = |s: &&Subject| s.kind != BodyKind::Moon;
-        for body in subjects.iter().filter(top) {
+        let is_top_level = |s: &&Subject| s.kind != BodyKind::Moon;
+        for body in subjects.iter().filter(is_top_level) {
             let moons: Vec<&Subject> = subjects.iter().filter(|s| s.kind == BodyKind::Moon && s.parent == Some(body.id)).collect();
             if moons.is_empty() {
                 entry(interface, ui, body, actions);
                 continue;
             }
             let id = ui.make_persistent_id(("moons of", body.id.0));
-            let mut fold = CollapsingState::load_with_default_open(ui.ctx(), id, false);
-            if to_expand.is_some_and(|selected| selected == body.id || moons.iter().any(|m| m.id == selected)) {
-                fold.set_open(true);
+            let mut branch = CollapsingState::load_with_default_open(ui.ctx(), id, false);
+            if revealed.is_some_and(|selected| selected == body.id || moons.iter().any(|m| m.id == selected)) {
+                branch.set_open(true);
             }
-            is_opening |= fold.is_open() && fold.openness(ui.ctx()) < 1.0;
-            let is_open = fold.is_open();
-            let (arrow, ..) = fold.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
+            is_opening |= branch.is_open() && branch.openness(ui.ctx()) < 1.0;
+            let is_open = branch.is_open();
+            let (arrow, ..) = branch.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
                 for moon in moons {
                     entry(interface, ui, moon, actions);
                 }
@@ -59,9 +59,9 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// The newly selected body, whose branch must be expanded. Returned once for a selection, so that the user can collapse the branch again.
+/// The newly selected body, whose branch must be expanded. Returned only once for a selection, so that the user can collapse the branch again.
 /// While a button is held no branch expands; a selection made meanwhile is handled after the release.
-fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
+fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
     let browser = &mut interface.body_browser;
     if browser.expanded_for == Some(selected) {
@@ -77,7 +77,7 @@ fn branch_to_expand(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> 
 }
 
 fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
-    // The id of a row depends on its body, not on its position: otherwise, if rows expand above it, a press would count for another body.
+    // The id of a row depends on its body, not on its position: otherwise a press would count for another body when a branch above expands.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
     let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, body_name(&body.name))).inner;

@@ -13,13 +13,16 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 use glam::DVec3;
 
+/// Heights of the two drawings, points.
 const SIZES_HEIGHT: f32 = 110.0;
 const DISTANCES_HEIGHT: f32 = 44.0;
 /// Smallest diameter of a drawn body, points.
 const MIN_DIAMETER: f32 = 1.0;
 /// Vertices of an ellipse.
 const ELLIPSE_VERTICES: usize = 96;
+/// Colour of the selected body's name or mark.
 const MARK: Color32 = Color32::from_rgb(255, 206, 110);
+/// Colour of other names and marks, and of a body without a known colour.
 const GREY: Color32 = Color32::from_gray(190);
 
 /// The body with which the selected body is compared; `None`: the Earth, or the Moon if the Earth is selected.
@@ -60,9 +63,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     // For a selected moon, its planet is marked.
     let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
-    let by_distance: Vec<(&str, f64, bool)> =
-        planets.map(|s| (body_name(&s.name), distance_km(s.id) / KM_PER_AU, s.id == marked)).collect();
-    distances(ui, &by_distance);
+    let plotted: Vec<PlottedBody<'_>> = planets
+        .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
+        .collect();
+    distances(ui, &plotted);
     ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
 }
 
@@ -85,17 +89,17 @@ fn size_text(a: &Subject, b: &Subject) -> String {
 }
 
 /// A sentence about the distance from the Sun and the light time; for the Sun itself (0 au), about the drawing.
-fn distance_text(name: &str, au: f64) -> String {
-    match au {
+fn distance_text(name: &str, distance_au: f64) -> String {
+    match distance_au {
         0.0 => text!("distance-planets").into(),
         au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * MINUTES_PER_AU, 1)),
     }
 }
 
-/// Light time per au (IAU 2012 au, speed of light).
+/// Light time over 1 au.
 const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
-/// Draws the background of a drawing; `description`: its accessible description.
+/// Draws the background of a drawing and returns its area. `description`: accessible description of the drawing.
 fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
@@ -103,18 +107,21 @@ fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     rect
 }
 
-/// Points per kilometre at which the discs of two bodies with semi-axes `a` and `b` fit side by side into an area of `size` points.
-fn scale(size: [f64; 2], a: DVec3, b: DVec3) -> f64 {
-    let width_km = 2.0 * (a.x + b.x);
-    let height_km = 2.0 * a.z.max(b.z);
+/// Points per kilometre at which the discs of two bodies with semi-axes `a_km` and `b_km` fit side by side into an area of `size` points.
+fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
+    let width_km = 2.0 * (a_km.x + b_km.x);
+    let height_km = 2.0 * a_km.z.max(b_km.z);
     (size[0] / width_km).min(size[1] / height_km)
 }
+
+/// Gap between the two discs, points.
+const DISC_GAP: f32 = 10.0;
 
 /// Draws two bodies next to each other.
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
     let rect = background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
-    let points_per_km = scale([f64::from(inner.width()) - 10.0, f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
+    let points_per_km = scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
     for (body, colour) in [(a, MARK), (b, GREY)] {
@@ -123,19 +130,19 @@ fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
         let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
         ui.painter().text(at, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
-        left += 2.0 * half_width + 10.0;
+        left += 2.0 * half_width + DISC_GAP;
     }
 }
 
 fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
-    let corner = |k: usize| {
+    let vertex = |k: usize| {
         let (sin, cos) = (k as f32 / ELLIPSE_VERTICES as f32 * std::f32::consts::TAU).sin_cos();
         centre + vec2(half_width * cos, half_height * sin)
     };
-    Shape::convex_polygon((0..ELLIPSE_VERTICES).map(corner).collect(), fill, Stroke::NONE)
+    Shape::convex_polygon((0..ELLIPSE_VERTICES).map(vertex).collect(), fill, Stroke::NONE)
 }
 
-/// The mean colour of the disc, brightened for the screen.
+/// The mean colour of the disc, scaled to full brightness and encoded with a gamma of 2.2.
 fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
     let Some(body) = catalog.body(id) else { return GREY };
     let peak = body.colour.max_element().max(1e-6);
@@ -143,34 +150,42 @@ fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// Draws bodies along a line from the Sun. `bodies`: name, distance in au, and whether the body is marked.
-fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
-    let farthest = bodies.iter().map(|p| p.1).fold(1.0, f64::max);
-    let description: Vec<String> = bodies.iter().map(|(name, au, _)| format!("{name} {}", decimal(au, 2))).collect();
+/// A body on the line of distances.
+struct PlottedBody<'n> {
+    name: &'n str,
+    /// Distance from the Sun.
+    distance_au: f64,
+    is_marked: bool,
+}
+
+/// Draws bodies along a line from the Sun.
+fn distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
+    let farthest_au = bodies.iter().map(|b| b.distance_au).fold(1.0, f64::max);
+    let description: Vec<String> = bodies.iter().map(|b| format!("{} {}", b.name, decimal(b.distance_au, 2))).collect();
     let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
-    let line = rect.top() + 14.0;
+    let line_y = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
-    let x_of = |au: f64| from + (to - from) * (au / farthest) as f32;
+    let x_of = |au: f64| from + (to - from) * (au / farthest_au) as f32;
     let painter = ui.painter().with_clip_rect(rect);
-    painter.hline(from..=to, line, Stroke::new(1.0, Color32::from_gray(90)));
-    painter.circle_filled(pos2(from, line), 4.0, Color32::from_rgb(255, 235, 170));
+    painter.hline(from..=to, line_y, Stroke::new(1.0, Color32::from_gray(90)));
+    painter.circle_filled(pos2(from, line_y), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
     let mut last_label_end = from + 6.0;
     // The marked body is labelled first, so that its label is always shown.
-    let mut order: Vec<&(&str, f64, bool)> = bodies.iter().collect();
-    order.sort_by(|a, b| b.2.cmp(&a.2).then(a.1.total_cmp(&b.1)));
+    let mut order: Vec<&PlottedBody<'_>> = bodies.iter().collect();
+    order.sort_by(|a, b| b.is_marked.cmp(&a.is_marked).then(a.distance_au.total_cmp(&b.distance_au)));
     let mut marked_label: Option<(f32, f32)> = None;
-    for (name, au, is_marked) in order {
-        let x = x_of(*au);
-        painter.circle_filled(pos2(x, line), 2.5, if *is_marked { MARK } else { GREY });
-        let width = painter.layout_no_wrap((*name).to_owned(), font.clone(), GREY).size().x;
+    for &PlottedBody { name, distance_au, is_marked } in order {
+        let x = x_of(distance_au);
+        let colour = if is_marked { MARK } else { GREY };
+        painter.circle_filled(pos2(x, line_y), 2.5, colour);
+        let width = painter.layout_no_wrap(name.to_owned(), font.clone(), GREY).size().x;
         let (left, right) = (x - 0.5 * width, x + 0.5 * width);
         let collides = left < last_label_end || marked_label.is_some_and(|(a, b)| left < b + 4.0 && right > a - 4.0);
-        if *is_marked || !collides {
-            let colour = if *is_marked { MARK } else { GREY };
+        if is_marked || !collides {
             let middle = x.clamp(rect.left() + 0.5 * width + 2.0, rect.right() - 0.5 * width - 2.0);
-            painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, *name, font.clone(), colour);
-            if *is_marked {
+            painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, name, font.clone(), colour);
+            if is_marked {
                 marked_label = Some((left, right));
             } else {
                 last_label_end = right + 4.0;
@@ -183,18 +198,18 @@ fn distances(ui: &mut Ui, bodies: &[(&str, f64, bool)]) {
 mod tests {
     use super::*;
 
-    fn body(name: &str, x: f64, z: f64) -> Subject {
+    fn body(name: &str, equatorial_km: f64, polar_km: f64) -> Subject {
         Subject {
             id: NaifId(1),
             name: name.into(),
             aliases: Vec::new(),
             kind: BodyKind::Planet,
             parent: None,
-            radii_km: DVec3::new(x, x, z),
+            radii_km: DVec3::new(equatorial_km, equatorial_km, polar_km),
         }
     }
 
-    /// Volumes from NASA's planetary fact sheets: Saturn 8.2713e14, the Earth 1.08321e12 km³.
+    /// Volumes from NASA's planetary fact sheets: Saturn 82713e10 km³, the Earth 108.321e10 km³.
     #[test]
     fn sizes_match_the_fact_sheets() {
         let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));

@@ -1,6 +1,6 @@
 //! Controls for the composition of the image: projection, dome, stereo pair.
 //!
-//! In: the view. Out: the view with another composition. Always: at most one of stereo and a projection other than perspective is on; choosing
+//! In: the view. Out: the view with another composition. Always: a stereo pair and a projection other than perspective exclude each other; choosing
 //! one switches the other off.
 
 use super::Interface;
@@ -26,7 +26,7 @@ const STEREO: [(Option<StereoLayout>, &str, &str); 4] = [
     (Some(StereoLayout::Interlaced), "stereo-interlaced", "stereo-interlaced-hint"),
 ];
 
-/// Shows the controls below a heading that folds them away.
+/// Shows the controls under a collapsible heading.
 pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     let composition = &mut interface.viewer.view.composition;
     egui::CollapsingHeader::new(text!("projection-heading")).show(ui, |ui| {
@@ -68,12 +68,12 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     });
 }
 
-/// Shows a list with a label; returns the chosen value.
+/// Shows a drop-down list with a label; returns the chosen value.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, all: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);
-        let shown = all.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
-        let list = ComboBox::from_id_salt(label).selected_text(shown).width(130.0).show_ui(ui, |ui| {
+        let chosen_name = all.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
+        let list = ComboBox::from_id_salt(label).selected_text(chosen_name).width(130.0).show_ui(ui, |ui| {
             for (value, name, hover) in all {
                 ui.selectable_value(&mut chosen, *value, plain(name)).on_hover_text(plain(hover));
             }
@@ -89,7 +89,9 @@ mod tests {
 
     #[test]
     fn every_projection_and_every_layout_can_be_chosen() {
-        assert!(Projection::ALL.iter().all(|p| PROJECTIONS.iter().filter(|(q, ..)| p == q).count() == 1));
-        assert!(StereoLayout::ALL.iter().all(|s| STEREO.iter().filter(|(t, ..)| Some(*s) == *t).count() == 1));
+        let is_listed_once = |projection: &Projection| PROJECTIONS.iter().filter(|(listed, ..)| listed == projection).count() == 1;
+        assert!(Projection::ALL.iter().all(is_listed_once));
+        let is_listed_once = |layout: &StereoLayout| STEREO.iter().filter(|(listed, ..)| *listed == Some(*layout)).count() == 1;
+        assert!(StereoLayout::ALL.iter().all(is_listed_once));
     }
 }

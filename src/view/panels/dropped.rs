@@ -1,7 +1,7 @@
 //! Data files dropped on the window, which become layers over the sky or over the target's surface.
 //!
 //! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
-//! for a new image. Always: files are read on the query worker; an invalid file changes nothing.
+//! for a new image. Always: files are read on the query worker; an invalid file does not change the image.
 
 use super::Interface;
 use crate::view::faults::fault_text;
@@ -13,7 +13,7 @@ pub(crate) struct DroppedFiles {
     reading: Vec<Pending<Result<String, String>>>,
 }
 
-/// Starts to read the files dropped in this frame, and shows the layers of the files that have been read.
+/// Starts to read the files dropped in this frame; for files that have been read, reports the result and shows the layers.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);

@@ -1,5 +1,5 @@
-//! The Effects panel: each effect with the scene's decision, the reason for it, and the effect's cost in time and light; also the choice of
-//! renderer, exposure and quality.
+//! The Effects panel: each effect with the scene's decision, the reason for it, and the effect's cost in time and light. Also controls for
+//! quality, renderer, exposure, tone map, bloom, pixel view, layers and composition.
 
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
@@ -59,9 +59,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let name = interface.viewer.catalog_name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-apply-to"));
-        ui.selectable_value(&mut interface.effects_of_one, false, text!("effects-all-bodies"))
+        ui.selectable_value(&mut interface.only_selected_effects, false, text!("effects-all-bodies"))
             .on_hover_text(text!("effects-all-bodies-hint"));
-        ui.selectable_value(&mut interface.effects_of_one, true, text!("effects-one-body", name = body_name(&name)))
+        ui.selectable_value(&mut interface.only_selected_effects, true, text!("effects-one-body", name = body_name(&name)))
             .on_hover_text(text!("effects-one-body-hint"));
         if ui.button(text!("effects-reset")).on_hover_text(text!("effects-reset-hint")).clicked() {
             overrides = EffectOverrides::default();
@@ -74,15 +74,15 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .and_then(|d| d.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
-    let of_body = interface.effects_of_one.then(|| name.clone());
+    let of_body = interface.only_selected_effects.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
     let with_cost = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let edited = if interface.effects_of_one { overrides.of_body(&name) } else { &mut overrides };
-        // Effects that are drawn or were switched by hand come first; the rest follows in short form.
+        let edited = if interface.only_selected_effects { overrides.of_body(&name) } else { &mut overrides };
+        // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
             .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
@@ -100,6 +100,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             }
             ui.separator();
         }
+        // Decisions that are not about an effect have no switch.
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
             ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), reason_text(&d.description())));
         }
@@ -111,12 +112,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 /// Measured costs of the effects, while the view does not change.
 #[derive(Default)]
 pub(crate) struct EffectCosts {
-    /// The measured view, and the body if the switches apply to one body.
+    /// The measured view, and the body's name if the switches apply to one body.
     measured: Option<(ViewRequest, Option<String>)>,
     cache: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
-/// Time without a change of the view after which measuring starts, seconds.
+/// Time without motion of the view after which measuring starts.
 const MEASURE_DELAY_S: f64 = 1.0;
 
 /// Measures one effect at a time while the view does not change, so that a click waits for one measurement at most.
@@ -138,12 +139,12 @@ fn measure_costs(
     {
         *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), cache: QueryCache::default() };
     }
-    let rested_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
+    let at_rest_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {
         return;
     }
-    if rested_s < MEASURE_DELAY_S {
-        ctx.request_repaint_after(std::time::Duration::from_secs_f64(MEASURE_DELAY_S - rested_s));
+    if at_rest_s < MEASURE_DELAY_S {
+        ctx.request_repaint_after(std::time::Duration::from_secs_f64(MEASURE_DELAY_S - at_rest_s));
         return;
     }
     let unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.cache.known(&effect).is_none();
@@ -196,7 +197,7 @@ fn effect_name(effect: Effect) -> &'static str {
     named("effect", effect.name())
 }
 
-/// Shows the row of one effect: its switch, model, cost and reason; in one line if `short`.
+/// Shows the row of one effect: its switch, model, cost and reason; in one line if `short`. `decided`: whether the scene draws it, and why.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
@@ -214,14 +215,14 @@ fn row(
         if ui.checkbox(&mut on, effect_name(effect)).on_hover_text(hover).clicked() {
             overrides.set(effect, on);
         }
-        if !effect.variants().is_empty() {
-            let chosen_model = overrides.variant(effect).map_or(text!("effects-automatic"), |model| named("model", model));
+        if !effect.models().is_empty() {
+            let chosen_model = overrides.model_name(effect).map_or(text!("effects-automatic"), |model| named("model", model));
             let choice = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
-                for model in effect.variants() {
-                    let is_chosen = overrides.variant(effect) == Some(*model);
+                for model in effect.models() {
+                    let is_chosen = overrides.model_name(effect) == Some(*model);
                     if ui.selectable_label(is_chosen, named("model", model)).clicked() {
                         // This cannot fail, because the list contains only models of this effect.
-                        let _ = overrides.choose(effect, model);
+                        let _ = overrides.choose_model(effect, model);
                     }
                 }
             });
@@ -248,9 +249,9 @@ fn row(
     }
 }
 
-/// A cost such as `+1.2 ms, -3.9 % light (4.1 %)`.
+/// A cost such as `+1.2 ms, -3.9 % light (4.1 %)`: time, net change of the total light, and in parentheses the sum of the pixels' absolute changes.
 fn cost_text(cost: &EffectCost) -> String {
-    let [light, moved] = [cost.light.net, cost.light.moved].map(|p| 100.0 * p);
+    let [light, moved] = [cost.light.net, cost.light.absolute].map(|fraction| 100.0 * fraction);
     let digits = if moved.abs() < 0.1 { 3 } else { 1 };
     text!("effects-cost", time = signed(cost.ms, 1), light = signed(light, digits), moved = decimal(moved, digits))
 }

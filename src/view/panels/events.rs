@@ -26,14 +26,17 @@ const RANGES_DAYS: [(f64, &str); 4] =
     [(30.0, "range-month"), (DAYS_PER_JULIAN_YEAR, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index of the year in [`RANGES_DAYS`].
 const YEAR_RANGE: usize = 1;
-/// What separates the parts of a summary.
+/// Separator between the parts of a summary.
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Height of the table of an event's contacts, points: five rows, and the line above them.
+/// Height of the table of an event's contacts, points: five rows, and the line above the table.
 const CONTACTS_HEIGHT: f32 = 146.0;
 /// Largest number of rows.
 const MAX_ROWS: usize = 1000;
+/// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
+/// another time.
+const PLAYBACK_TOLERANCE_S: f64 = 10.0;
 
 /// A row of the list.
 struct Row {
@@ -78,7 +81,7 @@ impl EventsPanel {
         self.chosen.as_ref().map(|event| event.playback())
     }
 
-    /// Writes the texts of the rows again, in the current language.
+    /// Formats the texts of the rows again, in the current language.
     pub(crate) fn rename(&mut self, catalog: &Catalog) {
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
@@ -147,6 +150,7 @@ fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     begin_at(interface, worker, interface.viewer.destination().time());
 }
 
+/// Starts a search from an instant; a running search is dropped.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
@@ -217,13 +221,12 @@ fn end_playback(interface: &mut Interface) {
     let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    // A slow frame can overshoot the end by some seconds of real time.
     let past_s = view.tdb_s - playback.to_tdb_s;
-    if past_s >= 0.0 && past_s <= 10.0 * playback.rate && rate > 0.0 {
+    if past_s >= 0.0 && past_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
         view.tdb_s = playback.to_tdb_s;
         interface.viewer.time_rate.set_paused(true);
         interface.events.playback = None;
-    } else if past_s > 0.0 || view.tdb_s < playback.from_tdb_s - 10.0 * playback.rate {
+    } else if past_s > 0.0 || view.tdb_s < playback.from_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
         interface.events.playback = None;
     }
 }
@@ -273,7 +276,7 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let corner = response.rect.left_top() + ui.spacing().button_padding;
     let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
     let width = response.rect.width() - 2.0 * ui.spacing().button_padding.x;
-    // The last parts of a line that is too long are left out, or it ends in an ellipsis; the tooltip has all of it.
+    // If a line is too long, its last parts are left out; if one part remains and is too long, it ends in an ellipsis. The tooltip has all parts.
     let line = |at: Pos2, text: String, style: TextStyle, colour: Color32| {
         let font = style.resolve(ui.style());
         let fits = |text: &str| painter.layout_no_wrap(text.to_owned(), font.clone(), colour).size().x <= width;
@@ -310,13 +313,13 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     }
 }
 
-/// The view of an event from its best standpoint.
+/// The best view of an event.
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
     event.view(session.catalog(), &SessionPositions(session), &interface.base_view())
 }
 
-/// Selects an event that was found elsewhere and shows it from its best standpoint.
+/// Selects an event that was found outside this panel, and shows the best view of it.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     interface.events.playback = None;
@@ -346,6 +349,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         let can_see = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
         if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
             let maximum = local_contacts.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
+            // Without a maximum, as for moons' events, any altitude well above the horizon will do.
             let altitude_deg = maximum.map_or(45.0, |l| l.altitude_deg);
             let place =
                 crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
@@ -363,7 +367,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.add_space(4.0);
 }
 
-/// Shows the name of a contact, which its tooltip explains.
+/// Shows the name of a contact, with a tooltip that explains it.
 fn contact_name(ui: &mut egui::Ui, name: &str) {
     let label = ui.label(named("contact", name));
     let about = named("contact-about", name);
@@ -372,7 +376,7 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
     }
 }
 
-/// Shows the contacts at the chosen place, or those for the entire Earth if the event has none there.
+/// Shows the contacts at the chosen place, or those for the entire Earth if the event does not occur at that place.
 fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;

@@ -1,4 +1,4 @@
-//! A row of a two-column grid of facts: a label, and a value in a monospaced font. Also formats large numbers with grouped digits.
+//! A row of a two-column grid of facts: a label, and a value in a monospaced font. Also numbers with thousands separators.
 
 use crate::view::language::numbers::{group_mark, localised};
 
@@ -9,10 +9,11 @@ pub(super) fn line(ui: &mut egui::Ui, what: &str, value: impl Into<String>) {
     ui.end_row();
 }
 
-/// A number with thousands separators.
+/// A number with `digits` decimals and thousands separators.
 pub(super) fn grouped(value: f64, digits: usize) -> String {
     let text = format!("{:.digits$}", value.abs());
-    let (whole, rest) = text.split_once('.').map_or((text.as_str(), String::new()), |(w, r)| (w, localised(format!(".{r}"))));
-    let spaced: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|c| std::str::from_utf8(c).ok()).collect();
-    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, spaced.join(group_mark()))
+    let (whole, rest) =
+        text.split_once('.').map_or((text.as_str(), String::new()), |(whole, decimals)| (whole, localised(format!(".{decimals}"))));
+    let groups: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, groups.join(group_mark()))
 }

@@ -46,16 +46,17 @@ impl LengthUnit {
     }
 }
 
-/// Largest number of suggested cities.
+/// Largest number of cities suggested for a typed name.
 const MAX_CITIES: usize = 4;
 
-/// The position of one body in the sky of one place at one minute, and its rise, transit and set and the solar eclipse of the day there. Days start
-/// at 0h TDB.
+/// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on that day, and the day's solar
+/// eclipse. Days start at 0h TDB.
 struct SkyReport {
+    /// `None` for the Earth itself, and outside the ephemeris.
     apparent: Option<ApparentPlace>,
     /// Altitude and azimuth, degrees. `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
-    /// `None` for the Earth.
+    /// Rise, transit and set on the day; `None` for the Earth itself.
     day: Option<Result<RiseSetTimes, String>>,
     /// The solar eclipse of the day at the place, if any.
     passage: Result<Option<DiscPassage>, String>,
@@ -69,6 +70,7 @@ struct ReportInputs {
     body: NaifId,
     /// Latitude and longitude, degrees.
     place_deg: [f64; 2],
+    /// The time in whole minutes since J2000 TDB.
     minute: i64,
 }
 
@@ -106,7 +108,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
-    let Some(body) = interface.viewport.shown.as_ref().and_then(|d| d.scene.body(selected)).cloned() else { return };
+    let Some(body) = interface.viewport.shown.as_ref().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(body_name(&body.name));
         as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
@@ -118,11 +120,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 }
 
 /// Formats an angle, given in degrees, in degrees, arcminutes or arcseconds, by its size.
-pub(super) fn degrees(value: f64) -> String {
-    match value.abs() {
-        v if v >= 1.0 => format!("{}°", decimal(value, 3)),
-        v if v >= 1.0 / 60.0 => format!("{}′", decimal(value * 60.0, 2)),
-        _ => format!("{}″", decimal(value * 3600.0, 2)),
+pub(super) fn scaled_angle_text(angle_deg: f64) -> String {
+    match angle_deg.abs() {
+        size if size >= 1.0 => format!("{}°", decimal(angle_deg, 3)),
+        size if size >= 1.0 / 60.0 => format!("{}′", decimal(angle_deg * 60.0, 2)),
+        _ => format!("{}″", decimal(angle_deg * 3600.0, 2)),
     }
 }
 
@@ -131,14 +133,14 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
-        line(ui, text!("fact-light-time"), seconds(body.distance_km / SPEED_OF_LIGHT_KM_S));
-        line(ui, text!("fact-angular-diameter"), degrees(body.angular_diameter_deg));
+        line(ui, text!("fact-light-time"), duration_text(body.distance_km / SPEED_OF_LIGHT_KM_S));
+        line(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
         line(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
         line(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
         if body.id != NaifId::SUN {
-            line(ui, text!("fact-phase-angle"), degrees(body.phase_angle_deg));
-            let lit = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
-            line(ui, text!("fact-illuminated"), format!("{} %", decimal(lit * 100.0, 1)));
+            line(ui, text!("fact-phase-angle"), scaled_angle_text(body.phase_angle_deg));
+            let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
+            line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
         }
         let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
         line(ui, text!("fact-sub-observer"), point(body.sub_observer));
@@ -165,9 +167,9 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
     });
 }
 
-/// A duration in a unit that suits its length.
-fn seconds(s: f64) -> String {
-    match s {
+/// Formats a duration in milliseconds, seconds, minutes or hours, by its length.
+fn duration_text(duration_s: f64) -> String {
+    match duration_s {
         s if s < 1.0 => format!("{} ms", decimal(s * 1e3, 1)),
         s if s < 120.0 => format!("{} s", decimal(s, 1)),
         s if s < 7200.0 => format!("{} min", decimal(s / 60.0, 1)),
@@ -198,10 +200,10 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         return;
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
-        if let Some(a) = &report.apparent {
-            line(ui, text!("fact-right-ascension"), localised(a.true_of_date.ra_text()));
-            line(ui, text!("fact-declination"), localised(a.true_of_date.dec_text()));
-            line(ui, text!("fact-source"), source_text(a.source, a.error_arcsec));
+        if let Some(apparent) = &report.apparent {
+            line(ui, text!("fact-right-ascension"), localised(apparent.true_of_date.ra_text()));
+            line(ui, text!("fact-declination"), localised(apparent.true_of_date.dec_text()));
+            line(ui, text!("fact-source"), source_text(apparent.source, apparent.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
             Some(Ok([altitude, azimuth])) => {
@@ -212,21 +214,26 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             None => {}
         }
         if let Some(Ok(day)) = &report.day {
-            let clock = |t: Option<Instant>, none: &str| t.map_or(none.to_owned(), second_text);
-            let never = if day.up_at_start { text!("fact-up-all-day") } else { text!("fact-down-all-day") };
-            line(ui, text!("fact-rise"), clock(day.rise, never));
+            // On a day with one of the two only, the other is missing: the Moon rises some 50 minutes later each day.
+            let absent: &str = match (day.rise.or(day.set), day.up_at_start) {
+                (Some(_), _) => "-",
+                (None, true) => text!("fact-up-all-day"),
+                (None, false) => text!("fact-down-all-day"),
+            };
+            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), second_text);
+            line(ui, text!("fact-rise"), time_or_absent(day.rise));
             line(
                 ui,
                 text!("fact-transit"),
                 day.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = second_text(t), deg = decimal(deg, 1))),
             );
-            line(ui, text!("fact-set"), clock(day.set, never));
+            line(ui, text!("fact-set"), time_or_absent(day.set));
         }
     });
     eclipse(ui, report);
 }
 
-/// Shows the fields for the observer's place, which all panels share: a city, or latitude and longitude.
+/// Shows the fields for the observer's place: a city, or latitude and longitude. All panels use this place.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
@@ -249,12 +256,12 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let home = &mut panel.home;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
-        for (value, limit, label, what) in [
+        for (value, limit, label, accessible_name) in [
             (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
             (&mut home.longitude_deg, 180.0, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
-            accessible::number(ui, drag(value, -limit..=limit), what);
+            accessible::number(ui, drag(value, -limit..=limit), accessible_name);
         }
     });
 }
@@ -267,17 +274,17 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         Ok(None) => {
             ui.weak(text!("eclipse-none"));
         }
-        Ok(Some(p)) => {
+        Ok(Some(passage)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
-                line(ui, text!("eclipse-first-contact"), second_text(p.begins));
-                if let Some((second, third)) = p.inner {
+                line(ui, text!("eclipse-first-contact"), second_text(passage.begins));
+                if let Some((second, third)) = passage.inner {
                     line(ui, text!("eclipse-second-contact"), second_text(second));
                     line(ui, text!("eclipse-third-contact"), second_text(third));
                 }
-                line(ui, text!("eclipse-greatest"), second_text(p.greatest));
-                line(ui, text!("eclipse-last-contact"), second_text(p.ends));
-                line(ui, text!("fact-magnitude"), decimal(p.magnitude, 4));
-                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(p.altitude_deg, 1)));
+                line(ui, text!("eclipse-greatest"), second_text(passage.greatest));
+                line(ui, text!("eclipse-last-contact"), second_text(passage.ends));
+                line(ui, text!("fact-magnitude"), decimal(passage.magnitude, 4));
+                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(passage.altitude_deg, 1)));
                 line(ui, text!("eclipse-radii"), message_text(&report.radii));
             });
         }
@@ -291,15 +298,16 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, latitude_deg: inputs.place_deg[0], longitude_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
-    let message = |e: crate::ephemeris::EphemerisError| fault_text(&e);
+    let error_text = |e: crate::ephemeris::EphemerisError| fault_text(&e);
+    // J2000 is at 12h TDB, so the days start half a day from it.
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(message)),
-        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(message)),
-        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(message),
+        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(error_text)),
+        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(error_text)),
+        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_text),
         radii: session.catalog().eclipse_radii_text(),
     }
 }
@@ -325,13 +333,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_formatted_readably() {
+    fn lengths_places_errors_and_durations_are_formatted_with_their_units() {
         assert_eq!(grouped(-1_234_567.8, 1), "-1 234 567.8");
         assert_eq!(grouped(12.0, 0), "12");
         assert_eq!(LengthUnit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");
         assert_eq!(LengthUnit::BodyRadii.format_length(12.0, 4.0), "3.000 radii");
         assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
         assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
-        assert_eq!(seconds(90.0 * 60.0), "90.0 min");
+        assert_eq!(duration_text(90.0 * 60.0), "90.0 min");
     }
 }

@@ -1,25 +1,27 @@
 //! The order of keyboard input in slow frames.
 //!
 //! In: the input events of a frame. Out: as many of these events as one pass of the interface can handle; the rest follows in later passes.
-//! Always: no event is lost, and the order of events is kept. Reason: egui moves the keyboard focus once in a pass, and removes it on Escape
-//! before any field has read its text. Where a frame takes a second, `/`, a word, Enter and Escape arrive together; without the split into
-//! passes the word's letters would act as shortcuts.
+//! Always: no event is lost, and the order of events is kept.
+//!
+//! egui moves the keyboard focus once per pass, and on Escape removes it before any field has read its text. If a frame takes a second, the
+//! keys `/`, the letters of a word, Enter and Escape can arrive in the same frame. If one pass handled them all, the letters would act as
+//! shortcuts.
 
 use egui::{Context, Event, Key, Plugin, RawInput, Ui};
 
-/// Delays events whose effect depends on an earlier event that can move the keyboard focus.
+/// Delays events whose effect depends on where an earlier event moves the keyboard focus.
 #[derive(Default)]
 pub(crate) struct InputOrder {
     waiting: Vec<Event>,
 }
 
-/// Whether an event goes to the control with the keyboard focus: text and pressed keys. A key release has no effect.
+/// Whether an event goes to the control with the keyboard focus: text, a pressed key, or a clipboard event. Key releases have no effect.
 fn is_typed(event: &Event) -> bool {
     matches!(event, Event::Text(_) | Event::Key { pressed: true, .. } | Event::Paste(_) | Event::Copy | Event::Cut | Event::Ime(_))
 }
 
-/// Whether an event takes the focus from a text field, or may do so. egui moves the focus before the field reads the typed text.
-fn ends_field(event: &Event) -> bool {
+/// Whether an event can take the focus from a text field. egui then moves the focus before the field reads the text typed in the same pass.
+fn can_end_field(event: &Event) -> bool {
     match event {
         Event::Key { key, pressed, .. } => *pressed && matches!(key, Key::Escape | Key::Tab | Key::Enter),
         Event::PointerButton { .. } | Event::Touch { .. } | Event::AccessKitActionRequest(_) => true,
@@ -28,20 +30,20 @@ fn ends_field(event: &Event) -> bool {
 }
 
 /// Whether an event can move the focus for the next pass; `/` moves it to the search field.
-fn moves_focus(event: &Event) -> bool {
-    ends_field(event) || matches!(event, Event::Text(text) if text == "/")
+fn can_move_focus(event: &Event) -> bool {
+    can_end_field(event) || matches!(event, Event::Text(text) if text == "/")
 }
 
-/// Number of events that one pass can handle. A pass ends before a typed event that follows a move of the focus, and before an event that ends
-/// a field in which text was typed.
+/// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus, and before an
+/// event that can end a text field if an event of this pass was typed.
 fn events_in_pass(events: &[Event]) -> usize {
-    let (mut has_typed, mut has_moved_focus) = (false, false);
-    for (k, event) in events.iter().enumerate() {
-        if (has_moved_focus && is_typed(event)) || (has_typed && ends_field(event)) {
-            return k;
+    let (mut has_typed, mut may_have_moved_focus) = (false, false);
+    for (index, event) in events.iter().enumerate() {
+        if (may_have_moved_focus && is_typed(event)) || (has_typed && can_end_field(event)) {
+            return index;
         }
         has_typed |= is_typed(event);
-        has_moved_focus |= moves_focus(event);
+        may_have_moved_focus |= can_move_focus(event);
     }
     events.len()
 }

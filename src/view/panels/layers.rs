@@ -1,4 +1,4 @@
-//! Switches of the layers (stars, Milky Way, lines). The tooltip of each states the scene's decision about the layer.
+//! Switches of the layers: stars, Milky Way, lines. The tooltip of a switch also states whether the scene draws the layer, and why.
 
 use super::Interface;
 use crate::scene::request::Layers;
@@ -27,16 +27,16 @@ const SWITCHES: [(&str, &str, &str); 17] = [
     ("data", "sky-data", "sky-data-hint"),
 ];
 
-/// Shows the switches, and the slider that brightens stars and diffuse light.
+/// Shows the switches, the slider that brightens stars and diffuse light, and the button that resets them.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
-    let decisions = interface.viewport.shown.as_ref().map(|d| d.scene.sky.clone()).unwrap_or_default();
+    let decisions = interface.viewport.shown.as_ref().map(|rendered| rendered.scene.sky.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
-        for (name, title, hover) in SWITCHES {
+        for (name, label, tooltip) in SWITCHES {
             let Some(on) = view.layers.by_name(name) else { continue };
             let why =
                 decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
-            ui.checkbox(on, plain(title)).on_hover_text(format!("{}{why}", plain(hover)));
+            ui.checkbox(on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
         }
         ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).custom_parser(typed_number).text(text!("sky-faint-light")))
             .on_hover_text(text!("sky-faint-light-hint"));
@@ -53,9 +53,12 @@ mod tests {
     #[test]
     fn every_switch_is_a_layer_with_a_unique_label() {
         let mut layers = Layers::default();
-        for (k, (name, title, hover)) in SWITCHES.into_iter().enumerate() {
-            assert!(layers.by_name(name).is_some() && !hover.is_empty(), "{name}");
-            assert!(SWITCHES[k + 1..].iter().all(|(other, words, _)| *other != name && *words != title), "{name}");
+        for (index, (name, label, tooltip)) in SWITCHES.into_iter().enumerate() {
+            assert!(layers.by_name(name).is_some() && !tooltip.is_empty(), "{name}");
+            assert!(
+                SWITCHES[index + 1..].iter().all(|(later_name, later_label, _)| *later_name != name && *later_label != label),
+                "{name}"
+            );
         }
     }
 }

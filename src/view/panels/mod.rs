@@ -1,8 +1,8 @@
 //! The complete user interface, drawn with egui: the viewport with its labels, and the panels around it.
 //!
 //! In: finished images, egui's input. Out: egui shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the
-//! settings and their own state; after a failure the last valid image stays visible, together with the reason. The interface needs no
-//! window, so tests press its buttons by name.
+//! settings and their own state; after a failure the last valid image stays visible, together with the reason. The interface runs without a
+//! window, so that tests can press its buttons by name.
 
 mod accessible;
 mod angle;
@@ -111,16 +111,16 @@ impl Tab {
     }
 }
 
-/// Display time of a message of the session, seconds.
+/// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;
-/// Display time of the reply to a user's action, seconds: long enough to read a path.
+/// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
 
 /// State of the interface: the viewer and the panels.
 pub struct Interface {
     pub viewer: Viewer,
     pub settings: Settings,
-    /// The language requested for all texts.
+    /// The language of all texts from the next frame on.
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
@@ -128,29 +128,29 @@ pub struct Interface {
     pub kept_tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
-    /// Effect switches apply to the selected body only.
-    pub effects_of_one: bool,
+    /// The switches of the Effects panel apply to the selected body only.
+    pub only_selected_effects: bool,
     /// The user asked to quit.
     pub quit_requested: bool,
     /// The window should be fullscreen.
     pub fullscreen: bool,
     /// The GPU that renders the images also presents the window, so images need not be copied to the CPU.
     pub on_gpu: bool,
-    /// The error before the window opened, because of which it shows the default view; `None` once the user has closed the message.
+    /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
-    /// What the last preset changed in the view.
+    /// What the last preset changed in the view, so that it can be undone.
     preset_changes: Option<PresetChanges>,
     /// The warp mesh for a projector.
     pub warp: Option<Arc<WarpMesh>>,
     /// Function that opens a file dialog of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
-    /// The language of the last frame.
+    /// The language of the previous frame.
     last_language: Language,
     /// The styles of both themes have been applied to the egui context.
     is_styled: bool,
     /// A control has the keyboard focus.
     has_keyboard: bool,
-    /// The reply to the user's last action, for the line over the viewport's lower edge.
+    /// The reply to the user's last action, shown over the viewport's lower edge.
     pub message: String,
     /// The displayed reply, and the time at which it disappears, interface seconds.
     message_shown: (String, f64),
@@ -158,7 +158,7 @@ pub struct Interface {
     failure_reason: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last of these messages, and the time at which it disappears, interface seconds.
+    /// The last of these messages that is not about drivers, and the time at which it disappears, interface seconds.
     notice: Option<(String, f64)>,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
@@ -191,7 +191,7 @@ impl Interface {
             kept_tab: panel_named(settings.panels.kept.as_deref()),
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
-            effects_of_one: false,
+            only_selected_effects: false,
             quit_requested: false,
             fullscreen: false,
             on_gpu: false,
@@ -259,7 +259,7 @@ impl Interface {
             None => egui::ThemePreference::System,
         };
         ui.ctx().set_theme(theme_preference);
-        // The scale changes only after the drag, because otherwise the slider would move away from the pointer.
+        // The scale changes only once the pointer is released; otherwise the slider would move away from the pointer during a drag.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
@@ -283,7 +283,7 @@ impl Interface {
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPositions(worker.session());
-        // Any action but a selection may move the view; after a selection the image stays sharp.
+        // Every action except a selection may move the view, so the next image is coarse; after a selection the image stays sharp.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.last_motion_s = now_s;
             if !starts_tour {
@@ -312,7 +312,8 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// Sets fonts and styles once. Called before a context's first frame, it avoids rasterizing the glyphs of egui's own fonts.
+    /// On the first call sets fonts and styles and registers the plugin that orders input. A call before the context's first frame saves
+    /// rasterizing the glyphs of egui's default fonts.
     pub(crate) fn style(&mut self, ctx: &egui::Context) {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ctx);
@@ -320,7 +321,7 @@ impl Interface {
         }
     }
 
-    /// Sets the language for this frame; after a change of language, discards or rewrites the stored texts.
+    /// Sets the language for this frame. If it has changed, discards or rewrites the stored texts.
     fn apply_language(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
@@ -335,8 +336,8 @@ impl Interface {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
 
-    /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last message of
-    /// the session.
+    /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last
+    /// message of the session.
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,
@@ -345,7 +346,7 @@ impl Interface {
         }
     }
 
-    /// Whether an image or sequence is being exported.
+    /// Whether an image, a sequence or an animation is being exported.
     pub fn is_saving(&self) -> bool {
         self.share.is_busy()
     }
@@ -356,12 +357,12 @@ impl Interface {
         format!("{} · {} · {} · Orrery", self.viewer.name(view.target), minute_text(view.time()), self.viewer.time_rate.label())
     }
 
-    /// The title for screen readers. It lacks the time, because a screen reader would announce each change.
+    /// The title for screen readers, without the time, because a screen reader would announce each change.
     fn spoken_title(&self) -> String {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
     }
 
-    /// The view from which new views take quality, effects and layers, without the changes of the last preset.
+    /// The base view: new views take quality, effects and layers from it. It does not contain the changes of the last preset.
     pub(super) fn base_view(&self) -> ViewState {
         let mut view = self.viewer.destination().clone();
         if let Some(changes) = self.preset_changes {

@@ -14,7 +14,7 @@ use egui::ScrollArea;
 
 #[derive(Default)]
 pub(crate) struct MomentsPanel {
-    /// Filter for names.
+    /// Only moments whose name contains this text are shown.
     filter: String,
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
 }
 
-/// Shows a button for each view of general interest.
+/// Shows a button and a description for each preset.
 fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.strong(text!("presets"));
@@ -68,8 +68,8 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     }
 }
 
-/// Shows a preset's view, at the current time or, for tonight's sky, at the next darkness, and runs time at its rate if it has one. What it changed is kept, so that
-/// later views do not take it over.
+/// Shows a preset's view, at the current time or, for tonight's sky, at the next darkness, and runs time at the preset's rate if it has
+/// one. The preset's changes to the base view are recorded, so that later views do not inherit them.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
     let base_view = interface.base_view();
@@ -87,10 +87,10 @@ pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, 
 fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.strong(text!("tours"));
-    for (name, about, text) in orrery_catalogs::TOURS {
+    for (name, about, json) in orrery_catalogs::TOURS {
         let about = catalog_detail("tour", name, "about", about);
         if ui.button(catalog_text("tour", name)).on_hover_text(about.as_ref()).clicked() {
-            tour::start(interface, worker.session(), text, actions);
+            tour::start(interface, worker.session(), json, actions);
         }
         ui.weak(about);
     }

@@ -1,8 +1,9 @@
 //! *What to see now*: a row of small images over the viewport's lower edge and in the Moments panel.
 //!
-//! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after the
-//! first image of the viewport. A view that the ephemeris does not cover is left out. The row over the viewport disappears permanently after
-//! the user's first action other than pausing time; the Moments panel always shows the images.
+//! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after
+//! the first image of the viewport. A view that does not exist (see [`NowItem::view`]) is left out. The row over the viewport disappears
+//! permanently with the user's first action other than pausing time, or when a panel is opened or closed. The Moments panel always shows
+//! the images.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -23,19 +24,20 @@ use egui::{Align2, Color32, Rect, Sense, Stroke, TextStyle, TextureHandle, Textu
 const THUMBNAIL_SIZE: [f32; 2] = [136.0, 84.0];
 /// Pixels per point of a thumbnail, above 1 for screens with a high pixel density.
 const PX_PER_POINT: f32 = 1.5;
-/// Lines of the description below a thumbnail's title.
-const DESCRIPTION_LINES: usize = 2;
+/// Largest number of lines of the description below a thumbnail's title.
+const MAX_DESCRIPTION_LINES: usize = 2;
 /// Smallest width and height of the viewport at which the row is shown, points.
-const MIN_VIEWPORT: [f32; 2] = [760.0, 300.0];
+const MIN_VIEWPORT_SIZE: [f32; 2] = [760.0, 300.0];
 
-/// A view and its image, rows top first.
+/// A view and its image.
 struct DrawnThumbnail {
-    now: NowView,
+    now_view: NowView,
+    /// Width and height, and the pixels, top row first; `None` if the image could not be drawn.
     image: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
 
 struct Thumbnail {
-    now: NowView,
+    now_view: NowView,
     texture: Option<TextureHandle>,
 }
 
@@ -54,7 +56,7 @@ pub(crate) struct NowShowing {
     thumbnails: [ThumbnailState; NowItem::ALL.len()],
 }
 
-/// Takes the finished image and requests the next, one at a time. Called only while the row is visible.
+/// Takes a finished image and requests the next one, one at a time. Called only while the images are shown.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.shown().is_none() {
         return;
@@ -83,7 +85,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
 fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnThumbnail> {
     let now_view = item.view(session, now, base_view)?;
     let [width, height] = THUMBNAIL_SIZE.map(|points| (points * PX_PER_POINT) as u32);
-    // The image for the Shader panel shows the eclipse term.
+    // The thumbnail of the Shader item shows the visible fraction of the Sun, as the shader computes it.
     let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     // A dome or a stereo pair would be illegible at this size.
     let view = ViewState { pixels, composition: CompositionState::default(), ..now_view.view.clone() };
@@ -91,15 +93,15 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
-    Some(DrawnThumbnail { now: now_view, image })
+    Some(DrawnThumbnail { now_view, image })
 }
 
 fn thumbnail(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
-    let texture = drawn.image.map(|([width, height], rows)| {
-        let name = format!("now: {}", drawn.now.title);
-        ctx.load_texture(name, colour_image(width, height, rows), TextureOptions::LINEAR)
+    let texture = drawn.image.map(|([width, height], pixels)| {
+        let name = format!("now: {}", drawn.now_view.title);
+        ctx.load_texture(name, colour_image(width, height, pixels), TextureOptions::LINEAR)
     });
-    Thumbnail { now: drawn.now, texture }
+    Thumbnail { now_view: drawn.now_view, texture }
 }
 
 /// Which panels are open: those at the sides, and the list of bodies.
@@ -109,8 +111,8 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
     ([interface.tab, interface.kept_tab], interface.bodies_shown)
 }
 
-/// Hides the row permanently once the user has moved, selected or opened something. `panels_before`: [`open_panels`] before this frame's
-/// input.
+/// Hides the row permanently if this frame's input caused an action or opened or closed a panel. `panels_before`: [`open_panels`] before
+/// the input.
 pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
     // Pausing time is no reason to hide the row: the user may still be looking at it.
     let has_acted = actions.iter().any(|action| !matches!(action, Action::TogglePause));
@@ -119,14 +121,14 @@ pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPan
     }
 }
 
-/// Shows the row over the viewport, until the user has done something else.
+/// Shows the row over the viewport, unless it has been hidden, a panel or tour is open, or the viewport is too small.
 pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, viewport: Rect, actions: &mut Vec<Action>) {
     let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
-    if !is_wanted || viewport.width() < MIN_VIEWPORT[0] || viewport.height() < MIN_VIEWPORT[1] {
+    if !is_wanted || viewport.width() < MIN_VIEWPORT_SIZE[0] || viewport.height() < MIN_VIEWPORT_SIZE[1] {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    let mut closes = false;
+    let mut is_closed = false;
     let bottom = viewport.center_bottom() - vec2(0.0, 10.0 + interface.viewport.caption_height);
     let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
@@ -135,14 +137,14 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
                 ui.weak(text!("now-also"));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let hover = text!("now-close-hint");
-                    closes = icons::bare(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
+                    is_closed = icons::bare(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
                 });
             });
-            ui.horizontal(|ui| closes |= row(interface, ui, worker, actions));
+            ui.horizontal(|ui| is_closed |= row(interface, ui, worker, actions));
         });
     });
     interface.viewport.overlays.push(shown.response.rect);
-    if closes {
+    if is_closed {
         interface.settings.panels.now_shown = false;
     }
 }
@@ -157,7 +159,7 @@ pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
         }
         let thumbnail = if let ThumbnailState::Ready(thumbnail) = state { Some(thumbnail) } else { None };
         if button(ui, item, thumbnail.map(|t| &**t)) {
-            clicked = thumbnail.map(|t| (item, t.now.clone()));
+            clicked = thumbnail.map(|t| (item, t.now_view.clone()));
         }
     }
     let Some((item, chosen)) = clicked else { return false };
@@ -180,13 +182,14 @@ pub(crate) fn open(
             events::show(interface, worker, event, actions);
         }
         None => {
-            // Anew, because time, quality, effects and layers may have changed since the image was drawn, which has a quality of its own.
+            // The view is computed again, because time, quality, effects and layers may have changed since the thumbnail was drawn. The
+            // thumbnail also has a quality of its own.
             let now = interface.viewer.now();
             let view = item.view(worker.session(), now, &interface.base_view()).map_or(chosen.view, |current| current.view);
             let tdb_s = if chosen.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..view })));
             if chosen.is_now {
-                // A view of the present runs forward in real time, whatever the rate was. `RunAt` ends a pause, so the user's pause is restored.
+                // A view of the present runs in real time, whatever the rate was. `RunAt` ends a pause, so a pause is restored.
                 actions.push(Action::RunAt(1.0));
                 if interface.viewer.time_rate.is_paused() {
                     actions.push(Action::TogglePause);
@@ -202,10 +205,10 @@ pub(crate) fn open(
 
 fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
     let line_height = ui.text_style_height(&TextStyle::Small);
-    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + DESCRIPTION_LINES as f32) * line_height + 6.0);
+    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + MAX_DESCRIPTION_LINES as f32) * line_height + 6.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let title = thumbnail.map_or(item.name(), |t| t.now.title.as_str());
-    let about = thumbnail.map_or("", |t| t.now.about.as_str());
+    let title = thumbnail.map_or(item.name(), |t| t.now_view.title.as_str());
+    let about = thumbnail.map_or("", |t| t.now_view.about.as_str());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
     let response = response.on_hover_text(if about.is_empty() { title } else { about });
     let image = Rect::from_min_size(rect.min, THUMBNAIL_SIZE.into());
@@ -229,6 +232,6 @@ fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
         painter.galley(pos2(rect.left(), top), painter.layout_job(job), colour);
     };
     lines(image.bottom() + 3.0, title, 1, visuals.strong_text_color());
-    lines(image.bottom() + 3.0 + line_height, about, DESCRIPTION_LINES, visuals.text_color());
+    lines(image.bottom() + 3.0 + line_height, about, MAX_DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
 }

@@ -1,4 +1,4 @@
-//! The Performance panel: a plot of the last frame times, its description for screen readers, and the timings of the last frame.
+//! The Performance panel: a plot of recent frame times, its description for screen readers, and a table of the last frame's timings.
 
 use super::Interface;
 use crate::session::Stage;
@@ -8,21 +8,22 @@ use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
 
-/// Number of frames in the plot.
-const FRAMES: usize = 240;
+/// Largest number of frames in the plot.
+const MAX_FRAMES: usize = 240;
 
-/// Timings of one frame, milliseconds.
+/// Timings of one frame.
 struct Frame {
-    by_stage: [f64; Stage::ALL.len()],
-    by_pass: Vec<(String, f64)>,
-    total: f64,
+    stage_ms: [f64; Stage::ALL.len()],
+    /// Name of each pass, and its milliseconds.
+    passes_ms: Vec<(String, f64)>,
+    total_ms: f64,
 }
 
 #[derive(Default)]
 pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
-    /// Arrival times of the frames, interface seconds.
-    arrival_s: VecDeque<f64>,
+    /// Arrival times of the images of the last [`RATE_INTERVAL_S`], interface seconds.
+    arrivals_s: VecDeque<f64>,
     /// Time that the interface itself took in the last frame, milliseconds.
     pub interface_ms: f64,
     /// The session's messages about drivers and devices.
@@ -39,18 +40,18 @@ pub(crate) fn is_about_drivers(line: &str) -> bool {
 impl PerformancePanel {
     /// Adds a finished frame.
     pub(crate) fn record(&mut self, rendered: &RenderedView, now_s: f64) {
-        self.arrival_s.push_back(now_s);
-        while self.arrival_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
-            self.arrival_s.pop_front();
+        self.arrivals_s.push_back(now_s);
+        while self.arrivals_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
+            self.arrivals_s.pop_front();
         }
-        let by_stage = Stage::ALL.map(|s| rendered.stages.spent(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { by_stage, by_pass: passes_ms(rendered), total: rendered.took_ms });
-        if self.frames.len() > FRAMES {
+        let stage_ms = Stage::ALL.map(|s| rendered.stages.spent(s).as_secs_f64() * 1e3);
+        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.took_ms });
+        if self.frames.len() > MAX_FRAMES {
             self.frames.pop_front();
         }
     }
 
-    /// Description of the plot. It is updated only every [`RATE_INTERVAL_S`], because a screen reader announces each change.
+    /// Description of the plot, updated at most every [`RATE_INTERVAL_S`], because a screen reader announces each change.
     fn description(&mut self, now_s: f64) -> String {
         let is_old = |(_, created_s): &(String, f64)| now_s - created_s > RATE_INTERVAL_S;
         if self.described.as_ref().is_none_or(is_old) {
@@ -65,22 +66,22 @@ fn describe(frames: &VecDeque<Frame>) -> String {
         return text!("frames-none").into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
-    let maximum = frames.iter().map(|f| f.total).fold(0.0, f64::max);
+    let maximum = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
-        .map(|s| format!("{} {} ms", named("stage", s.name()), decimal(mean(&|f| f.by_stage[*s as usize]), 1)))
+        .map(|stage| format!("{} {} ms", named("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
         .collect();
-    let total = mean(&|f| f.total);
+    let total = mean(&|f| f.total_ms);
     text!("frames-description", frames = frames.len(), whole = decimal(total, 1), max = decimal(maximum, 1), stages = stages.join(", "))
 }
 
-/// Milliseconds by pass: GPU time if the GPU has timestamps, or wall time of the software renderer.
+/// Name and milliseconds of each pass: GPU time if the GPU has timestamp queries, or wall time of the software renderer.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     rendered.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
-/// Interval over which the frame rate is counted, and between updates of the plot's description, seconds.
+/// Interval over which images are counted for the frame rate, and between updates of the plot's description, seconds.
 const RATE_INTERVAL_S: f64 = 2.0;
 /// The stages of a frame.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
@@ -99,17 +100,17 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
-                plot.line(Line::new(named("stage", stage.name()), line(&|f| f.by_stage[stage as usize])));
+                plot.line(Line::new(named("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
             }
-            // A frame without this pass counts as 0 ms.
-            for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.by_pass) {
-                let pass_ms = |f: &Frame| f.by_pass.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
+            // A frame without this pass is plotted as 0 ms.
+            for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.passes_ms) {
+                let pass_ms = |f: &Frame| f.passes_ms.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&pass_ms)));
             }
-            plot.line(Line::new(text!("frames-total"), line(&|f| f.total)));
+            plot.line(Line::new(text!("frames-total"), line(&|f| f.total_ms)));
         });
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
-    // Not every platform announces the value of an image.
+    // Both are set, because not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {
         node.set_value(description.clone());
         node.set_description(description);
@@ -130,7 +131,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
         line(
             text!("perf-frame-rate"),
-            text!("perf-frame-rate-value", rate = decimal(performance.arrival_s.len() as f64 / RATE_INTERVAL_S, 1)),
+            text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),
         );
         for stage in FRAME_STAGES {
             line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.spent(stage).as_secs_f64() * 1e3, 2)));
@@ -157,13 +158,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-shaders-repaired"), library.repaired.to_string());
         line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
-    // The table may be higher than the window.
+    // The table may be taller than the window.
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         egui::Grid::new("performance").num_columns(2).striped(true).show(ui, table_rows);
     });
 }
 
-/// Resident memory of the process, if the system reports it.
+/// Resident memory of the process, if the system has /proc, as Linux does.
 fn resident_mib() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;
@@ -175,13 +176,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_plot_has_a_description_that_changes_rarely() {
+    fn the_description_of_the_plot_is_kept_for_an_interval() {
         let mut panel = PerformancePanel::default();
         assert_eq!(panel.description(0.0), "no frame yet");
-        for total in [10.0, 20.0, 60.0] {
-            let mut by_stage = [0.0; Stage::ALL.len()];
-            by_stage[Stage::Draw as usize] = total / 2.0;
-            panel.frames.push_back(Frame { by_stage, by_pass: Vec::new(), total });
+        for total_ms in [10.0, 20.0, 60.0] {
+            let mut stage_ms = [0.0; Stage::ALL.len()];
+            stage_ms[Stage::Draw as usize] = total_ms / 2.0;
+            panel.frames.push_back(Frame { stage_ms, passes_ms: Vec::new(), total_ms });
         }
         assert_eq!(panel.description(RATE_INTERVAL_S), "no frame yet");
         let description = panel.description(RATE_INTERVAL_S + 0.1);

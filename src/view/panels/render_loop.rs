@@ -1,7 +1,8 @@
 //! The loop from the view state to the image on screen: receives finished images from the worker and requests the next one.
 //!
-//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: images are coarse while the view moves, and an image
-//! at full resolution follows soon after the motion ends; after a failure the last valid image stays visible. Not here: the layout of panels.
+//! In: the view, the viewport's size, finished images. Out: render jobs, textures. Always: images are coarse while the view moves, and an
+//! image at full resolution follows soon after the motion ends; after a failure the last valid image stays visible. Not here: the layout of
+//! panels.
 
 use super::Interface;
 use crate::catalog::NaifId;
@@ -18,27 +19,31 @@ use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Seconds without input after which an image at full resolution replaces the coarse image.
+/// Seconds after the last motion of the view until an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
 /// Largest width and height of a viewport.
 pub(super) const MAX_SIDE_PX: u32 = 16_384;
-/// Seconds between checks whether the GPU is ready for an image at rest.
+/// Seconds between checks whether the GPU is ready to replace the software renderer.
 const READY_CHECK_S: f64 = 0.1;
-/// Seconds between images while time runs no faster than real time.
+/// Smallest interval between images while time runs no faster than real time, seconds.
 const REAL_TIME_INTERVAL_S: f64 = 1.0;
 
-/// Change of the displayed time, seconds, above which a new image is drawn at once. It exceeds any interval between images, so the user must
-/// have set the time.
+/// Change of the displayed time, seconds, above which a new image is drawn at once: the user must have set the time, because images at real
+/// time are rarely so far apart.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of any body's pole within `TIME_JUMP_S`, radians. A drag that moves the camera by less is still drawn at once, because
-/// [`differs`] applies this bound only to a view at rest.
+/// Upper bound of the motion of any body's pole within [`TIME_JUMP_S`], radians. Positions and directions of the view that
+/// differ by less (relative to their length) count as unchanged, but only in a view at rest, so that a drag is always drawn at once.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
-/// The image on screen, the last requested image, and the times of both, interface seconds.
+/// The image on screen, the last requested image, and their state. Times are interface seconds.
 pub(super) struct Viewport {
+    /// The pixels of the image; `None` if it is on the GPU.
     pub(super) texture: Option<TextureHandle>,
+    /// The last valid image.
     pub(super) shown: Option<RenderedView>,
+    /// The last job sent to the worker; `None` if the next frame must request an image.
     pub(super) requested: Option<RenderJob>,
+    /// Time of the last request.
     pub(super) requested_s: f64,
     /// Time of the last action that moved the view.
     pub(super) last_motion_s: f64,
@@ -47,11 +52,11 @@ pub(super) struct Viewport {
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
     pub(super) size_px: [u32; 2],
-    /// The last clicked pixel, in an image of `size_px`.
+    /// The pixel that the probe inspects, in an image of `size_px`: the last one clicked or typed.
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of images shown so far.
     pub(super) images_shown: u64,
-    /// Generator of the shader modules, and the renderer preference; a change of either requires a new image.
+    /// Digest of the shader fragments and emitter, and the renderer preference; a change of either requires a new image.
     pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
     pub(super) labels: Vec<Label>,
     /// Rectangles of messages, hints and suggestions over the viewport, as shown last, points.
@@ -60,9 +65,9 @@ pub(super) struct Viewport {
     pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The position of the last right click, pixels of the image.
+    /// The position of the last right click, in pixels of the image.
     pub(super) menu_px: Option<DVec2>,
-    /// Index in the catalogue of the last star that was clicked or found.
+    /// Index in the star catalog of the last star that was clicked or found.
     pub(super) star: Option<usize>,
 }
 
@@ -108,13 +113,13 @@ impl Interface {
 
     /// The last image, if it stayed on the GPU.
     pub(crate) fn gpu_image(&self) -> Option<&GpuImage> {
-        self.viewport.shown.as_ref().and_then(|d| d.on_gpu.as_ref())
+        self.viewport.shown.as_ref().and_then(|rendered| rendered.gpu_image.as_ref())
     }
 
     /// Drops an image on a GPU that does not present the window, and lets the next frame request a new image.
     pub(crate) fn drop_gpu_image(&mut self) {
         if let Some(rendered) = &mut self.viewport.shown {
-            rendered.on_gpu = None;
+            rendered.gpu_image = None;
         }
         self.viewport.requested = None;
     }
@@ -126,23 +131,23 @@ impl Interface {
             Some(Err(why)) => self.fail(&why, worker),
             Some(Ok(mut rendered)) => {
                 self.failure_reason = None;
-                let pixels = u64::from(rendered.width) * u64::from(rendered.height);
+                let pixel_count = u64::from(rendered.width) * u64::from(rendered.height);
                 if rendered.job.sampling == SamplingQuality::of(Quality::Draft) {
-                    self.viewport.resolution.record(pixels, rendered.took_ms, rendered.waited_ms);
+                    self.viewport.resolution.record(pixel_count, rendered.took_ms, rendered.waited_ms);
                 }
                 let pixels = std::mem::take(&mut rendered.rgba);
-                if rendered.on_gpu.is_some() {
+                if rendered.gpu_image.is_some() {
                     self.viewport.texture = None;
                 } else {
                     let image = colour_image(rendered.width, rendered.height, pixels);
                     match &mut self.viewport.texture {
                         Some(texture) => texture.set(image, TextureOptions::LINEAR),
-                        none => *none = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
+                        empty => *empty = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                     }
                 }
                 self.performance.record(&rendered, self.viewport.last_frame_s);
                 self.adaptation.record(&rendered.scene.exposure, rendered.job.request.exposure);
-                // The transitional exposure is replaced by automatic exposure, so that it does not get into requests derived from this image.
+                // An exposure in transition is replaced by automatic exposure, so that requests derived from this image do not inherit it.
                 if let ExposureRequest::Transition { .. } = rendered.job.request.exposure {
                     rendered.job.request.exposure = ExposureRequest::Auto;
                 }
@@ -152,7 +157,7 @@ impl Interface {
         }
     }
 
-    /// Records why there is no image of this view. Before the first image, the reason also goes to standard error, in English.
+    /// Records why there is no image of this view. Before the first image, the reason is also passed to [`Session::notify`], in English.
     fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
         let text = fault_text(why);
         if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {
@@ -161,8 +166,8 @@ impl Interface {
         self.failure_reason = Some(text);
     }
 
-    /// Computes the labels and markers of the bodies in the displayed image. `overlays`: what the window shows over it, pixels of the image; names
-    /// avoid these and the texts in the image.
+    /// Computes the labels and markers of the bodies in the displayed image. Names avoid the texts in the image and the `overlays`:
+    /// rectangles that the interface shows over the image, in its pixels.
     pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(rendered) = &self.viewport.shown else { return };
         let scene = &rendered.scene;
@@ -173,34 +178,34 @@ impl Interface {
             body_labels(&*scene.geometry.projection(&scene.camera), &scene.bodies, self.viewer.selected, parent, metrics, names, &occupied);
     }
 
-    /// The job for an image of the current view. `moving`: at the lowest quality.
-    fn image_job(&self, session: &Session, [width, height]: [u32; 2], moving: bool) -> Result<RenderJob, ViewStateError> {
+    /// The job for an image of the current view, at the view's quality unless another one is given.
+    fn image_job(&self, session: &Session, [width, height]: [u32; 2], quality: Option<Quality>) -> Result<RenderJob, ViewStateError> {
         let mut request = self.viewer.view.request(session.catalog(), session.ephemeris(), width, height)?;
         request.composition.warp.clone_from(&self.warp);
-        if moving {
-            request.quality = Quality::Draft;
+        if let Some(quality) = quality {
+            request.quality = quality;
         }
-        // A body that is the target itself is not outlined.
+        // The selected body is not outlined if it is the target.
         let selected = self.viewer.selected;
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu })
     }
 
-    /// Requests the first image before there is a window, so that it is drawn while the window opens. The viewport's size is that of the last run;
-    /// if the size is different now, this image is shown cropped or with margins until the next one.
+    /// Requests the first image before there is a window, so that it is drawn while the window opens. Its size is computed from the
+    /// viewport of the last run; if the viewport now has another aspect ratio, the image is cropped or has margins until the next image.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         let scale = self.viewport.resolution.scale(1);
         let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_SIDE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.
-        if let Ok(job) = self.image_job(worker.session(), [width, height], true) {
+        if let Ok(job) = self.image_job(worker.session(), [width, height], Some(Quality::Draft)) {
             self.viewport.requested = Some(job.clone());
             worker.submit(job);
         }
     }
 
-    /// Whether no image is shown yet and one of this view is on its way, perhaps of another size and a moment earlier.
+    /// Whether the first image is still being drawn and shows the job's view. Its size and time may differ from the job's.
     fn is_first_image_coming(&self, job: &RenderJob) -> bool {
         let is_same_view = |last: &RenderJob| {
             let size = (last.request.width, last.request.height);
@@ -227,31 +232,33 @@ impl Interface {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
         }
-        let job = match self.image_job(session, [image_width, image_height], moving) {
+        let job = match self.image_job(session, [image_width, image_height], moving.then_some(Quality::Draft)) {
             Ok(job) => job,
             Err(why) => {
                 self.fail(&why, worker);
                 return;
             }
         };
-        // At real time, little changes between images, so at most a tenth of the time is spent on drawing.
-        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |d| d.took_ms));
+        // At real time little changes between images, so an image is drawn at most once per ten times its drawing time: 1e-2 s per ms.
+        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms));
         let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
-        let stale = self
+        let is_stale = self
             .viewport
             .requested
             .as_ref()
             .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time))
             && !self.is_first_image_coming(&job);
-        if stale || self.adaptation.is_adapting() {
+        if is_stale || self.adaptation.is_adapting() {
             self.viewport.requested = Some(job.clone());
             self.viewport.requested_s = now_s;
             let exposure = self.adaptation.next_exposure(&self.viewer.view, now_s);
             worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, ..job });
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        // Times until the interface needs its next frame.
         let delays_s = [
             self.viewer.frame_interval_s(),
+            // 5 ms later than needed, so that the frame does not come a moment too early.
             (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
@@ -263,7 +270,7 @@ impl Interface {
     }
 }
 
-/// Whether a new image is needed. `ignores_time`: the passing of time alone does not require a new image.
+/// Whether a new image is needed. `ignores_time`: time that passes without a jump does not require one.
 pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, ignores_time: bool) -> bool {
     if !ignores_time {
         return last != new;
@@ -277,19 +284,27 @@ pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, ignores_time: bool)
 fn with_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
     let is_close = |a: DVec3, b: DVec3| a.distance(b) <= MAX_POLE_MOTION_RAD * a.length();
     let position = match (last.position, new.position) {
-        (Position::Offset { body, offset_km, axes }, Position::Offset { body: b, offset_km: o, axes: a })
-            if (body, axes) == (b, a) && is_close(offset_km, o) =>
+        (Position::Offset { body, offset_km, axes }, Position::Offset { body: new_body, offset_km: new_offset_km, axes: new_axes })
+            if (body, axes) == (new_body, new_axes) && is_close(offset_km, new_offset_km) =>
         {
             last.position
         }
         _ => new.position,
     };
     let look = match (last.look, new.look) {
-        (Look::Along { direction, axes }, Look::Along { direction: d, axes: a }) if axes == a && is_close(direction, d) => last.look,
+        (Look::Along { direction, axes }, Look::Along { direction: new_direction, axes: new_axes })
+            if axes == new_axes && is_close(direction, new_direction) =>
+        {
+            last.look
+        }
         _ => new.look,
     };
     let up = match (last.up, new.up) {
-        (Up::Along { direction, axes }, Up::Along { direction: d, axes: a }) if axes == a && is_close(direction, d) => last.up,
+        (Up::Along { direction, axes }, Up::Along { direction: new_direction, axes: new_axes })
+            if axes == new_axes && is_close(direction, new_direction) =>
+        {
+            last.up
+        }
         _ => new.up,
     };
     ViewRequest { time: last.time, position, look, up, ..new.clone() }

@@ -1,7 +1,7 @@
 //! The search field, its suggestions, and the actions that they trigger.
 //!
-//! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field gets
-//! the focus, its text is selected; similar texts are offered, never chosen automatically.
+//! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field
+//! gets the focus, its text is selected; similar texts are offered, never chosen automatically.
 
 use super::{Interface, Tab, events, moments, now};
 use crate::catalog::{Catalog, NaifId};
@@ -19,8 +19,8 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, TextEdit};
 
-/// Maximum number of characters of the search text that an error message quotes.
-const MAX_ECHO_CHARS: usize = 60;
+/// Maximum number of characters of a typed text that an error message quotes.
+pub(super) const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
 const MAX_SUGGESTIONS: usize = 8;
 
@@ -30,14 +30,14 @@ pub(crate) struct SearchField {
     typed: String,
     /// Index of the highlighted suggestion.
     highlighted: usize,
-    /// The field requests the keyboard focus in the next frame.
-    pub focus: bool,
-    /// The error of the last search, until the text changes.
+    /// The field takes the keyboard focus when it is shown next.
+    pub wants_focus: bool,
+    /// The error for the last text entered, until the text changes.
     failure: Option<String>,
 }
 
 impl SearchField {
-    /// Closes the list of suggestions and clears the text. Returns false if there was nothing to close.
+    /// Clears the text and the error. Returns false if both were empty.
     pub(crate) fn close(&mut self) -> bool {
         let was_open = !self.typed.is_empty() || self.failure.is_some();
         self.typed.clear();
@@ -58,7 +58,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let field = TextEdit::singleline(&mut interface.search.typed).hint_text(text!("search-field-hint-text")).desired_width(150.0);
     let response = ui.add(field).on_hover_text(text!("search-hint"));
     let response = response.accessible_name(text!("search"));
-    let focus_requested = std::mem::take(&mut interface.search.focus);
+    let focus_requested = std::mem::take(&mut interface.search.wants_focus);
     if focus_requested {
         response.request_focus();
     }
@@ -79,7 +79,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         interface.search.highlighted = (interface.search.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
     }
     if entered && !interface.search.typed.trim().is_empty() {
-        match (found.get(interface.search.highlighted), set_effects(interface)) {
+        match (found.get(interface.search.highlighted), apply_typed_effects(interface)) {
             (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
                 interface.search.close();
@@ -128,26 +128,28 @@ fn suggestion_list(
                 // Announced by screen readers while the focus stays in the field.
                 ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
             }
-            for (i, suggestion) in found.iter().enumerate() {
-                if ui.selectable_label(i == interface.search.highlighted, format!("{} · {}", suggestion.name, suggestion.about)).clicked()
+            for (index, suggestion) in found.iter().enumerate() {
+                if ui
+                    .selectable_label(index == interface.search.highlighted, format!("{} · {}", suggestion.name, suggestion.about))
+                    .clicked()
                 {
                     *chosen = Some(suggestion.target.clone());
                 }
             }
             for text in similar {
-                let meant = suggestions(&text, &interface.viewer, catalog, 1).into_iter().next();
-                if let Some(meant) = meant
+                let suggestion = suggestions(&text, &interface.viewer, catalog, 1).into_iter().next();
+                if let Some(suggestion) = suggestion
                     && ui.selectable_label(false, text!("search-did-you-mean", name = text)).clicked()
                 {
-                    *chosen = Some(meant.target);
+                    *chosen = Some(suggestion.target);
                 }
             }
         });
     });
 }
 
-/// Applies effects in the syntax of `--effects`, such as `+eclipse` or `-rings`. `None`: the text does not have this syntax.
-fn set_effects(interface: &mut Interface) -> Option<Result<(), String>> {
+/// Applies the typed text if it has the syntax of `--effects`, such as `+eclipse` or `-rings`; otherwise returns `None`.
+fn apply_typed_effects(interface: &mut Interface) -> Option<Result<(), String>> {
     let typed = interface.search.typed.trim();
     if !typed.starts_with(['+', '-']) || !typed.contains(char::is_alphabetic) {
         return None;
@@ -168,7 +170,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Time(time) => actions.push(Action::SetTime(time)),
         SearchTarget::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         SearchTarget::City(city) => {
-            // The place also applies to events and to the times of rise and set.
+            // The city becomes the observer's place, which events and the times of rise and set use too.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.message = text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country));
@@ -204,8 +206,8 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Star(hip) => {
             let (stars, view) = (catalog.stars(), &interface.base_view());
-            let years = stars.years_since_epoch(view.time().jd_tt());
-            match stars.hip(hip).and_then(|star| star_view(star, years, &places, view)) {
+            let years_since_epoch = stars.years_since_epoch(view.time().jd_tt());
+            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &places, view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star = stars.index_of_hip(hip);

@@ -39,10 +39,12 @@ const SHORTCUTS: &[(&str, &str)] = &[
     ("key-quit", "key-quit-does"),
 ];
 
-/// Length of the drag that an arrow key is equivalent to, pixels.
+/// Length of the drag to which a press of an arrow key is equivalent, pixels.
 const ARROW_PX: f64 = 24.0;
-/// Change of the text scale by one key press.
-const ZOOM_STEP: f32 = 0.1;
+/// Change of the interface's scale by one key press.
+const UI_SCALE_STEP: f32 = 0.1;
+/// Roll of the camera by one key press, degrees.
+const ROLL_STEP_DEG: f64 = 5.0;
 
 /// Handles the keys pressed in this frame.
 pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
@@ -50,13 +52,13 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         interface.fullscreen = !interface.fullscreen;
     }
     let scale_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
-    let zoom = &mut interface.settings.zoom;
+    let ui_scale = &mut interface.settings.zoom;
     if scale_key(Key::Plus) || scale_key(Key::Equals) {
-        *zoom = (*zoom + ZOOM_STEP).min(*UI_SCALES.end());
+        *ui_scale = (*ui_scale + UI_SCALE_STEP).min(*UI_SCALES.end());
     } else if scale_key(Key::Minus) {
-        *zoom = (*zoom - ZOOM_STEP).max(*UI_SCALES.start());
+        *ui_scale = (*ui_scale - UI_SCALE_STEP).max(*UI_SCALES.start());
     } else if scale_key(Key::Num0) {
-        *zoom = 1.0;
+        *ui_scale = 1.0;
     }
     if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
         interface.quit_requested = true;
@@ -68,26 +70,26 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     if ctx.egui_wants_keyboard_input() {
         return;
     }
-    let text: Vec<String> = ctx.input(|i| {
-        let plain = !i.modifiers.command && !i.modifiers.ctrl;
-        let typed = i.events.iter().filter_map(|e| if let egui::Event::Text(t) = e { Some(t.clone()) } else { None });
-        if plain { typed.collect() } else { Vec::new() }
+    let typed_texts: Vec<String> = ctx.input(|i| {
+        let has_ctrl = i.modifiers.command || i.modifiers.ctrl;
+        let texts = i.events.iter().filter_map(|e| if let egui::Event::Text(text) = e { Some(text.clone()) } else { None });
+        if has_ctrl { Vec::new() } else { texts.collect() }
     });
-    for letter in text {
-        match letter.as_str() {
-            "/" => interface.search.focus = true,
+    for text in typed_texts {
+        match text.as_str() {
+            "/" => interface.search.wants_focus = true,
             "?" => interface.help_shown = !interface.help_shown,
             "b" => interface.bodies_shown = !interface.bodies_shown,
             "n" => interface.settings.names = !interface.settings.names,
             "m" => interface.settings.markers = !interface.settings.markers,
             "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8" => {
-                let tab = letter.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
+                let tab = text.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
                 if let Some(tab) = tab {
                     interface.toggle(ctx, tab);
                 }
             }
-            "e" => interface.time_bar.requested_by_key[1] = true,
-            "p" => interface.time_bar.requested_by_key[0] = true,
+            "e" => interface.time_bar.wants_next_event = true,
+            "p" => interface.time_bar.wants_previous_event = true,
             "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
             "x" => interface.settings.outline = !interface.settings.outline,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
@@ -96,8 +98,8 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
                 let fixed = matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
                 actions.push(Action::RotateWithBody(!fixed));
             }
-            "[" => actions.push(Action::Roll(-5.0)),
-            "]" => actions.push(Action::Roll(5.0)),
+            "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),
+            "]" => actions.push(Action::Roll(ROLL_STEP_DEG)),
             "+" | "=" => actions.push(Action::Zoom(1.0)),
             "-" => actions.push(Action::Zoom(-1.0)),
             "." => actions.push(Action::Faster),
@@ -113,9 +115,9 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         ctx.copy_text(interface.viewer.shareable().to_link());
         interface.message = text!("link-copied").into();
     }
-    let down = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // egui itself closes an open menu on Escape, and has already taken the focus from a focused control.
-    if !Popup::is_any_open(ctx) && down(Key::Escape) {
+    let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
+    // On Escape egui itself closes an open menu, and has already taken the focus from a focused control.
+    if !Popup::is_any_open(ctx) && take_key(Key::Escape) {
         close_topmost(interface);
     }
     if ctx.memory(|m| m.focused().is_none()) && ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
@@ -131,14 +133,14 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         (Key::ArrowUp, Action::Turn(0.0, ARROW_PX)),
         (Key::ArrowDown, Action::Turn(0.0, -ARROW_PX)),
     ] {
-        if ctx.memory(|m| m.focused().is_none()) && down(key) {
+        if ctx.memory(|m| m.focused().is_none()) && take_key(key) {
             actions.push(action);
         }
     }
 }
 
-/// Ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open panel, kept panel, full screen.
-/// Escape never ends the program; closing its window or Ctrl+Q does.
+/// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
+/// panel, kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
     let had_keyboard = std::mem::take(&mut interface.has_keyboard);
     if interface.warning.take().is_some() || interface.search.close() || had_keyboard || interface.angle.clear() || interface.tour.end() {
@@ -149,12 +151,13 @@ fn close_topmost(interface: &mut Interface) {
     }
 }
 
+/// Shows the window that lists the shortcuts.
 pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
-            for (keys, does) in SHORTCUTS {
+            for (keys, effect) in SHORTCUTS {
                 ui.strong(plain(keys));
-                ui.label(plain(does));
+                ui.label(plain(effect));
                 ui.end_row();
             }
         });

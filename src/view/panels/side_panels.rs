@@ -1,8 +1,9 @@
 //! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
-//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always:
-//! the kept panel is on the other side of the sky than the open one, and is hidden while the window is too narrow for both; so is the list of bodies
-//! beside an open panel. A panel whose title is dragged to the other half of the window goes there, and the other panel takes its side.
+//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them.
+//! Always: the open panel and the kept panel are on opposite sides of the sky; the kept panel is hidden while the window is too narrow for
+//! both, and so is the list of bodies while a panel is open. A panel whose title is dragged to the other half of the window moves there,
+//! and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, compare, effects, events, information, moments, performance, shader, share, standpoint};
@@ -12,21 +13,25 @@ use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui};
 
-/// Minimum widths of the list of bodies and of a panel, points; a temporarily small window does not change the remembered widths.
-const MIN_WIDTHS: [f32; 2] = [190.0, 280.0];
-/// Window width from which two panels fit, points.
+/// Minimum width of the list of bodies, points.
+const MIN_BODIES_WIDTH: f32 = 190.0;
+/// Minimum width of a panel, points.
+const MIN_PANEL_WIDTH: f32 = 280.0;
+/// Minimum width of a window for two panels, points.
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
-/// Window width from which the list of bodies and a panel fit, points.
+/// Minimum width of a window for the list of bodies beside a panel, points.
 const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
 /// Minimum width of the sky between two panels, points.
-const MIN_SKY_BETWEEN: f32 = 320.0;
+const MIN_SKY_WIDTH: f32 = 320.0;
 
 impl Tab {
+    /// Whether the panel shows source text or images, which need more space than a list.
     fn is_wide(self) -> bool {
         matches!(self, Self::Shader | Self::Compare)
     }
 
-    fn width_points(self) -> f32 {
+    /// The panel's width until the user changes it, points.
+    fn default_width(self) -> f32 {
         if self.is_wide() { 560.0 } else { 330.0 }
     }
 }
@@ -42,7 +47,7 @@ impl Interface {
         self.tab == Some(tab) || self.visible_kept(ctx) == Some(tab)
     }
 
-    /// Opens a panel that is not open yet.
+    /// Opens a panel, unless it is open.
     pub(crate) fn open(&mut self, ctx: &egui::Context, tab: Tab) {
         if self.visible_kept(ctx) == Some(tab) {
             return;
@@ -65,17 +70,17 @@ impl Interface {
 
 /// Shows the list of bodies and the open panels, and stores the widths that the user set.
 pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    // A width that a small window enforces is not the user's choice.
-    let max_width = 0.5 * ui.ctx().content_rect().width();
+    // A width above half the window is not stored: the minimum width may have enforced it in a temporarily small window.
+    let max_stored_width = 0.5 * ui.ctx().content_rect().width();
     let remember_width = |width: f32, stored: &mut Option<f32>| {
-        if width <= max_width {
+        if width <= max_stored_width {
             *stored = Some(width);
         }
     };
     if interface.bodies_shown && (interface.tab.is_none() || ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_BODIES) {
-        let width = valid_width(interface.settings.panels.bodies_width, MIN_WIDTHS[0]);
-        let shown = Panel::left("bodies").default_size(width).min_size(MIN_WIDTHS[0]).show(ui, |ui| {
-            // In a low window each part has its own scroll area.
+        let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
+        let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
+            // The controls below the list scroll if they are taller than this.
             let max_height = 0.6 * ui.available_height();
             Panel::bottom("stance").show(ui, |ui| {
                 ScrollArea::vertical()
@@ -93,8 +98,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
         let panels = &interface.settings.panels;
         let stored = if tab.is_wide() { panels.kept_wide_width } else { panels.kept_width };
-        let width = valid_width(stored, tab.width_points());
-        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).show(ui, |ui| {
+        let width = valid_width(stored, tab.default_width());
+        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| {
             heading(interface, ui, tab);
             contents(interface, ui, worker, actions, tab);
         });
@@ -103,19 +108,19 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     }
     if let Some(tab) = interface.tab {
         let stored = if tab.is_wide() { interface.settings.panels.wide_width } else { interface.settings.panels.panel_width };
-        // egui stores a panel's width under its name. Wide panels have a name of their own, since source text needs more space than a list.
+        // egui stores a panel's width under its name, so wide panels have a name of their own.
         let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
-        let width = valid_width(stored, tab.width_points());
-        // Between two panels some sky stays.
-        let kept_visible = interface.visible_kept(ui.ctx()).is_some();
-        let widest = if kept_visible { (ui.available_width() - MIN_SKY_BETWEEN).max(MIN_WIDTHS[1]) } else { f32::INFINITY };
-        let shown = panel.default_size(width).min_size(MIN_WIDTHS[1]).max_size(widest).show(ui, |ui| {
+        let width = valid_width(stored, tab.default_width());
+        // Some sky stays visible between two panels.
+        let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
+        let max_panel_width = if is_kept_visible { (ui.available_width() - MIN_SKY_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
+        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width).show(ui, |ui| {
             heading(interface, ui, tab);
             contents(interface, ui, worker, actions, tab);
         });
         let panels = &mut interface.settings.panels;
-        if shown.response.rect.width() < widest {
+        if shown.response.rect.width() < max_panel_width {
             remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
     }
@@ -124,7 +129,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.kept = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
-/// Shows the title of a panel, by which it can be dragged to the other side, with the buttons that keep it open and close it.
+/// Shows the title of a panel, by which it can be dragged to the other side, and the buttons that close it and keep it open.
 fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
     ui.horizontal(|ui| {
         let title = ui.add(Label::new(RichText::new(tab.title()).heading()).selectable(false).sense(Sense::DRAG));
@@ -134,7 +139,7 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
         }
         if let Some(at) = title.interact_pointer_pos().filter(|_| title.drag_stopped()) {
             let to_left = at.x < ui.ctx().content_rect().center().x;
-            // The open panel is on the side that the settings name, and the kept one on the other.
+            // `on_left` is the side of the open panel; the kept panel is on the other side.
             interface.settings.panels.on_left = to_left == (interface.tab == Some(tab));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -146,7 +151,7 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
             if ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_TWO {
                 let keep = ui.selectable_label(is_kept, text!("panel-keep"));
                 if keep.on_hover_text(text!("panel-keep-hint")).clicked() {
-                    // Either way the panel moves to the other side of the sky. The panel that was kept before takes its place.
+                    // Either way, this panel changes sides. The previously kept panel takes its place; a panel on the new side is closed.
                     (interface.tab, interface.kept_tab) = if is_kept { (Some(tab), None) } else { (interface.kept_tab, Some(tab)) };
                 }
             }
@@ -154,6 +159,7 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
     });
 }
 
+/// Shows the controls of a panel.
 fn contents(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>, tab: Tab) {
     match tab {
         Tab::Moments => moments::panel(interface, ui, worker, actions),

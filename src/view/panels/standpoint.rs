@@ -1,4 +1,4 @@
-//! Camera controls below the list of bodies: position and direction of view.
+//! Camera controls below the list of bodies: position, direction and field of view.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible};
@@ -10,7 +10,8 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// The place typed into the fields for *Stand on surface*, degrees. On the Earth it is the observer's place instead, as for events and rise and set.
+/// The place typed into the fields for *Stand on surface*, degrees. On the Earth the fields show the observer's place instead, which events
+/// and the times of rise and set use too.
 #[derive(Default)]
 pub(crate) struct Standpoint {
     latitude_deg: f64,
@@ -34,7 +35,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
             actions.push(Action::FaceSelected);
         }
     });
-    from_another(interface, ui, selected, actions);
+    view_from_list(interface, ui, selected, actions);
     let on_earth = selected == NaifId::EARTH;
     let (standpoint, home) = (&mut interface.standpoint, &mut interface.information.home);
     let (latitude_deg, longitude_deg) = if on_earth {
@@ -43,11 +44,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         (&mut standpoint.latitude_deg, &mut standpoint.longitude_deg)
     };
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value, limit) in
+        for (label, value_deg, limit_deg) in
             [(text!("camera-latitude"), &mut *latitude_deg, 90.0), (text!("camera-longitude"), &mut *longitude_deg, 180.0)]
         {
             ui.label(label);
-            let field = DragValue::new(value).range(-limit..=limit).speed(0.2).max_decimals(4).suffix("°");
+            let field = DragValue::new(value_deg).range(-limit_deg..=limit_deg).speed(0.2).max_decimals(4).suffix("°");
             accessible::number(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
@@ -56,13 +57,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
-    let (is_orbit, mut fixed) = match interface.viewer.view.eye {
+    let (is_orbit, mut rotates) = match interface.viewer.view.eye {
         CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
-    let rotate = ui.add_enabled(is_orbit, Checkbox::new(&mut fixed, text!("camera-rotate")));
+    let rotate = ui.add_enabled(is_orbit, Checkbox::new(&mut rotates, text!("camera-rotate")));
     if rotate.on_hover_text(text!("camera-rotate-hint")).clicked() {
-        actions.push(Action::RotateWithBody(fixed));
+        actions.push(Action::RotateWithBody(rotates));
     }
     let mut tracks = interface.viewer.view.tracks;
     if ui.checkbox(&mut tracks, text!("camera-follow")).on_hover_text(text!("camera-follow-hint")).clicked() {
@@ -70,13 +71,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     }
     let view = &mut interface.viewer.view;
     // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.
-    let perspective = view.composition.projection == Projection::Perspective;
+    let is_perspective = view.composition.projection == Projection::Perspective;
     let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
-    ui.add_enabled(perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
+    ui.add_enabled(is_perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
 }
 
 /// Shows the list of bodies from whose centres the selected body can be viewed.
-fn from_another(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
+fn view_from_list(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
     let current = match interface.viewer.view.eye {
         CameraPose::Centre { body } => interface.viewer.name(body),
         _ => text!("camera-choose-body"),

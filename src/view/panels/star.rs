@@ -1,4 +1,4 @@
-//! Facts about the star that was clicked or found: catalogue values, and quantities derived from them.
+//! Facts about the star that was clicked or found: catalog values, and quantities derived from them.
 
 use super::fact::line;
 use crate::catalog::stars::{Star, star_name};
@@ -11,12 +11,12 @@ use crate::view::language::{decimal, signed, text};
 use egui::Grid;
 use glam::DVec3;
 
-/// Light years in a parsec (IAU 2015 Resolution B2 and the Julian year).
+/// Light years in a parsec: the parsec of IAU 2015 Resolution B2, and the light year of 365.25 days.
 const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
-/// Smallest parallax from which a distance is computed, milliarcseconds: about the error of Hipparcos.
+/// Smallest parallax from which a distance is computed, milliarcseconds: about the standard error of Hipparcos parallaxes.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// Proper name and Hipparcos number, where the star has them.
+/// The star's proper name and Hipparcos number, as far as it has them.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -25,13 +25,13 @@ pub(super) fn name(star: &Star) -> String {
     }
 }
 
-/// Name and magnitude in one line.
+/// The star's name and magnitude in one line.
 pub(super) fn title(star: &Star) -> String {
     text!("star-title", star = name(star), magnitude = decimal(star.v_magnitude, 2))
 }
 
-/// Pairs of label and value. `years`: from the catalogue's epoch to the displayed time.
-fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
+/// The facts as pairs of label and value.
+fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, String)> {
     let mut facts = vec![(text!("star-magnitude-v"), signed(star.v_magnitude, 2))];
     if let Some(b_v) = star.b_v {
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
@@ -52,28 +52,29 @@ fn derived_facts(star: &Star, years: f64) -> Vec<(&'static str, String)> {
     } else {
         facts.push((text!("fact-distance"), text!("star-too-far").into()));
     }
-    // Directions of north and east at the star.
+    // Unit vectors to the east and to the north at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
     let north = star.direction.cross(east);
     let motion_mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
     let (east_mas, north_mas) = (motion_mas(east), motion_mas(north));
-    let angle_deg = east_mas.atan2(north_mas).to_degrees().rem_euclid(360.0);
+    let position_angle_deg = east_mas.atan2(north_mas).to_degrees().rem_euclid(360.0);
     facts.push((
         text!("star-proper-motion"),
-        text!("star-proper-motion-value", mas = decimal(east_mas.hypot(north_mas), 1), angle_deg = decimal(angle_deg, 0)),
+        text!("star-proper-motion-value", mas = decimal(east_mas.hypot(north_mas), 1), angle_deg = decimal(position_angle_deg, 0)),
     ));
-    let place = RaDec::of(star_from_viewer(star, years, DVec3::ZERO));
+    // The viewer at the barycentre: without annual parallax.
+    let place = RaDec::of(star_from_viewer(star, years_since_epoch, DVec3::ZERO));
     facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
     facts.push((text!("fact-declination"), localised(place.dec_text())));
     facts
 }
 
-/// Shows the star's name and its facts as a table.
-pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years: f64) {
+/// Shows the star's name, and its facts as a table. `years_since_epoch`: from the star catalog's epoch to the displayed time.
+pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years_since_epoch: f64) {
     ui.strong(name(star));
     Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
-        for (what, value) in derived_facts(star, years) {
-            line(ui, what, value);
+        for (label, value) in label_value_pairs(star, years_since_epoch) {
+            line(ui, label, value);
         }
     });
 }
@@ -84,14 +85,14 @@ mod tests {
     use crate::catalog::stars::StarCatalog;
 
     /// Sirius: 8.6 light years, absolute magnitude 1.45, 1339 mas a year towards 204 degrees, 9940 K (Gray & Corbally 2009 and SIMBAD; the
-    /// colour index gives the temperature within 5 %).
+    /// temperature computed from the colour index is correct within 5 %).
     #[test]
     fn sirius_has_the_published_facts() {
         let stars = StarCatalog::embedded();
         let sirius = stars.hip(32_349).expect("Sirius");
         assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
-        let facts = derived_facts(sirius, 8.75);
-        let fact = |what: &str| facts.iter().find(|(name, _)| *name == what).map(|(_, value)| value.clone()).expect(what);
+        let facts = label_value_pairs(sirius, 8.75);
+        let fact = |label: &str| facts.iter().find(|(l, _)| *l == label).map(|(_, value)| value.clone()).expect(label);
         assert!(fact("distance").starts_with("8.6 light years (2.6 pc)"), "{}", fact("distance"));
         assert_eq!(fact("absolute magnitude"), "+1.45");
         assert!(fact("proper motion").starts_with("1339.4 mas a year towards 204°"), "{}", fact("proper motion"));
@@ -106,8 +107,8 @@ mod tests {
         let far = StarCatalog::parse("one", "ra_deg,dec_deg,v_mag\n10,90,5\n").expect("a star");
         let star = &far.stars()[0];
         assert_eq!(title(star), "Star without a Hipparcos number, magnitude 5.00");
-        let facts = derived_facts(star, 0.0);
-        assert!(facts.iter().all(|(what, _)| !["temperature", "parallax", "absolute magnitude"].contains(what)), "{facts:?}");
+        let facts = label_value_pairs(star, 0.0);
+        assert!(facts.iter().all(|(label, _)| !["temperature", "parallax", "absolute magnitude"].contains(label)), "{facts:?}");
         assert!(facts.iter().all(|(_, value)| !value.contains("NaN")), "{facts:?}");
     }
 }

@@ -1,7 +1,7 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
-//! `tests/view/contrast` measures it on the painted output. Not here: colours over the image (`scene::marks`) and of source code
+//! In: a theme. Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
+//! `tests/view/contrast` measures it on the painted output. Not here: colours over the image (`scene::labels`) and of source code
 //! (`shader::text`).
 
 use super::icons;
@@ -9,11 +9,13 @@ use crate::view::language::numbers::field_text;
 use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
-/// Text sizes of captions, body text and headings, points.
+/// Text size of captions, points.
 pub(crate) const SMALL: f32 = 11.0;
-pub(crate) const BODY: f32 = 13.0;
 /// Text size of source code, points.
 pub(crate) const CODE: f32 = 12.0;
+/// Text size of labels, buttons and values, points.
+pub(crate) const BODY: f32 = 13.0;
+/// Text size of headings, points.
 pub(crate) const HEADING: f32 = 18.0;
 
 /// Sets the styles of both themes and the fonts of an egui context.

@@ -1,6 +1,7 @@
-//! The bar below the sky: calendar and clock, the rate of time, time steps, and below them the next event of a kind and the timeline.
+//! The bar below the sky: date field and calendar, rate of time, time steps; below them the buttons for events of a kind and the timeline.
 
 use super::icons::{self, Icon};
+use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
 use super::{Interface, accessible, events, timeline};
 use crate::time::Instant;
@@ -19,38 +20,41 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit};
 use std::sync::Arc;
 
-/// A pending event search.
-type FirstEvent = Pending<Result<Option<SkyEvent>, String>>;
+/// The first event that a search finds, pending.
+type PendingEvent = Pending<Result<Option<SkyEvent>, String>>;
 
 pub(crate) struct TimeBar {
-    /// The typed text; `None` while the field shows the view's time.
+    /// The text typed into the date field; `None` while the field shows the view's time.
     typed: Option<String>,
     /// First day of the month that the calendar displays; `None`: the month of the view's time.
     month: Option<NaiveDate>,
+    /// The kind of event that the buttons search for.
     kind: EventKind,
     /// The running search for an event.
-    pending: Option<FirstEvent>,
-    /// Whether a key requested the previous event, and the next event.
-    pub requested_by_key: [bool; 2],
+    pending: Option<PendingEvent>,
+    /// A key requested the previous event.
+    pub wants_previous_event: bool,
+    /// A key requested the next event.
+    pub wants_next_event: bool,
 }
 
 impl Default for TimeBar {
     fn default() -> Self {
-        Self { typed: None, month: None, kind: EventKind::Solar, pending: None, requested_by_key: [false; 2] }
+        Self { typed: None, month: None, kind: EventKind::Solar, pending: None, wants_previous_event: false, wants_next_event: false }
     }
 }
 
-/// Time steps of the buttons: seconds, and the text id of the name.
+/// Time steps of the buttons: seconds, and the text id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Range of the search for the next event, seconds.
-const EVENT_REACH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+/// Length of time that is searched for the next or previous event, seconds.
+const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
-        entry(interface, ui, actions);
+        date_field(interface, ui, actions);
         calendar_button(interface, ui, actions);
         let now = icons::button(ui, Icon::Now, text!("time-now"));
         if ui.add(now).on_hover_text(text!("time-now-hint")).clicked() {
@@ -71,18 +75,18 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         ui.toggle_value(shown, text!("timeline")).on_hover_text(text!("timeline-hint"));
     });
     ui.horizontal(|ui| {
-        neighbours(interface, ui, worker, actions);
+        event_buttons(interface, ui, worker, actions);
         if interface.settings.panels.timeline_shown {
             timeline::strip(interface, ui, worker, actions);
         }
     });
 }
 
-/// Shows the date field, and the button that switches its time zone.
-fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+/// Shows the date field, and the button that switches between UTC and local time.
+fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let clock = interface.settings.clock;
-    let shown = clock.shown(time).map_or_else(|| instant_text(time), civil_text);
+    let shown = clock.civil_time(time).map_or_else(|| instant_text(time), civil_text);
     let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(140.0));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
@@ -94,34 +98,36 @@ fn entry(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, clock, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
-                None => interface.message = text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), 60)),
+                None => interface.message = text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS)),
             }
         }
     }
-    let other = if clock == Clock::Utc { Clock::Local } else { Clock::Utc };
+    let other_clock = if clock == Clock::Utc { Clock::Local } else { Clock::Utc };
     let name = clock.name(time);
-    let tip = text!("time-zone-hint");
-    if ui.button(&name).on_hover_text(tip).accessible_name(text!("time-zone", name = name)).clicked() {
-        interface.settings.clock = other;
+    let hover = text!("time-zone-hint");
+    if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
+        interface.settings.clock = other_clock;
     }
 }
 
-/// The time for a typed date, which is in the displayed time zone unless it is the same in every zone.
+/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
 fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
-    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(Clock::Utc.shown(time)?) }
+    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(Clock::Utc.civil_time(time)?) }
 }
 
+/// Date and time of day in digits.
 fn civil_text(civil: NaiveDateTime) -> String {
     format!("{} {}", date_in_digits(&civil.format("%Y-%m-%d").to_string()), civil.format("%H:%M:%S"))
 }
 
+/// Shows the button that opens the calendar, and applies the time chosen in it.
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let clock = interface.settings.clock;
-    let Some(civil) = clock.shown(interface.viewer.view.time()) else { return };
-    let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let Some(civil) = clock.civil_time(interface.viewer.view.time()) else { return };
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));
-    let (button, content) = MenuButton::from_button(button).config(stays).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
+    let (button, content) = MenuButton::from_button(button).config(config).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
     button.on_hover_text(text!("calendar-hint"));
     let Some(content) = content else {
         interface.time_bar.month = None;
@@ -132,24 +138,24 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// Shows the days of a month and the time of day; returns the chosen time.
+/// Shows the days of a month and the time of day; returns a newly chosen time.
 fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
     let month_of_view = civil.date().with_day(1)?;
     let month = bar.month.unwrap_or(month_of_view);
     let mut chosen = None;
     ui.horizontal(|ui| {
-        let step = |ui: &mut egui::Ui, icon: Icon, name: &str, to: Option<NaiveDate>| {
-            if icons::bare(ui, icon, name).on_hover_text(name).clicked() { to } else { None }
+        let month_button = |ui: &mut egui::Ui, icon: Icon, name: &str, month: Option<NaiveDate>| {
+            if icons::bare(ui, icon, name).on_hover_text(name).clicked() { month } else { None }
         };
-        let earlier = step(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
+        let earlier = month_button(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
         ui.strong(month_name(month));
         let mut year = month.year();
         let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
         accessible::number(ui, field, text!("calendar-year"));
-        let later = step(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
+        let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
-    let first = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
+    let first_monday = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
     Grid::new("days of the month").num_columns(7).spacing([2.0, 2.0]).show(ui, |ui| {
         for name in [
             text!("weekday-1"),
@@ -163,7 +169,8 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             ui.weak(name);
         }
         ui.end_row();
-        for day in first.iter_days().take(42) {
+        // A month touches at most six weeks.
+        for day in first_monday.iter_days().take(42) {
             let is_shown = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
             let text = if day.month() == month.month() { text } else { text.weak() };
@@ -199,14 +206,14 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
 /// Shows the controls for direction and rate of time.
 fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_rate = &interface.viewer.time_rate;
-    let paused = time_rate.is_paused();
-    let backward = time_rate.rate() < 0.0;
-    for (icon, name, tip, on, action) in [
-        (Icon::Reverse, text!("time-reverse"), text!("time-reverse-hint"), backward, Action::Backward),
-        (Icon::Pause, text!("time-pause"), text!("time-pause-hint"), paused, Action::TogglePause),
-        (Icon::Play, text!("time-play"), text!("time-play-hint"), !paused && !backward, Action::Forward),
+    let is_paused = time_rate.is_paused();
+    let is_backward = time_rate.rate() < 0.0;
+    for (icon, name, hover, is_on, action) in [
+        (Icon::Reverse, text!("time-reverse"), text!("time-reverse-hint"), is_backward, Action::Backward),
+        (Icon::Pause, text!("time-pause"), text!("time-pause-hint"), is_paused, Action::TogglePause),
+        (Icon::Play, text!("time-play"), text!("time-play-hint"), !is_paused && !is_backward, Action::Forward),
     ] {
-        if icons::selectable(ui, icon, on, name).on_hover_text(tip).clicked() {
+        if icons::selectable(ui, icon, is_on, name).on_hover_text(hover).clicked() {
             actions.push(action);
         }
     }
@@ -218,13 +225,13 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
         actions.push(Action::SetSpeed(speed));
     }
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let text = if paused { text!("time-paused-at", speed = rate_text(speed)) } else { time_rate.label() };
+    let text = if is_paused { text!("time-paused-at", speed = rate_text(speed)) } else { time_rate.label() };
     let size = [100.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
 
-/// Shows the buttons for the previous and the next event of a kind.
-fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+/// Shows the buttons for the previous and the next event of a kind, and starts their searches.
+fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     if let Some(found) = interface.time_bar.pending.as_ref().and_then(Pending::take) {
         interface.time_bar.pending = None;
         match found {
@@ -234,13 +241,14 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         }
     }
     let kind = interface.time_bar.kind;
-    let mut backward = None;
-    let neighbour_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
+    let mut searches_backward = None;
+    let event_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
         icons::bare(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
-    let [before, after] = std::mem::take(&mut interface.time_bar.requested_by_key);
-    if neighbour_button(ui, Icon::Previous, text!("event-previous"), "p") || before {
-        backward = Some(true);
+    let previous_by_key = std::mem::take(&mut interface.time_bar.wants_previous_event);
+    let next_by_key = std::mem::take(&mut interface.time_bar.wants_next_event);
+    if event_button(ui, Icon::Previous, text!("event-previous"), "p") || previous_by_key {
+        searches_backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
         for kind in EventKind::ALL {
@@ -248,13 +256,13 @@ fn neighbours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderW
         }
     });
     list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
-    if neighbour_button(ui, Icon::Next, text!("event-next"), "e") || after {
-        backward = Some(false);
+    if event_button(ui, Icon::Next, text!("event-next"), "e") || next_by_key {
+        searches_backward = Some(false);
     }
-    if let Some(backward) = backward {
+    if let Some(backward) = searches_backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
-        let search = EventSearch::new(vec![kind], start, EVENT_REACH_S, backward);
+        let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
         interface.time_bar.pending =
             Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| fault_text(&e))));
     }
@@ -268,7 +276,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_typed_time_is_in_the_displayed_time_zone_unless_it_ends_in_utc() {
+    fn a_typed_time_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
         let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
         let typed = |text: &str, clock| typed_time(text, clock, now).expect(text);
         for clock in [Clock::Utc, Clock::Local] {
@@ -278,7 +286,7 @@ mod tests {
             assert_eq!(typed("now", clock), now);
             // The displayed text is read back as the same time.
             let text = "2024-04-08 18:17:00";
-            assert_eq!(clock.shown(typed(text, clock)).map(civil_text), Some(text.to_owned()));
+            assert_eq!(clock.civil_time(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
         assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
     }

@@ -1,8 +1,8 @@
 //! The timeline below the sky: dates around the displayed time, and marks of events.
 //!
 //! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
-//! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when found;
-//! moons' events, dozens a week, appear only on short spans. Not here: the axis (`app::timeline`).
+//! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when
+//! found; events of moons, of which there are dozens a week, appear only on short spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
 use super::{Interface, events};
@@ -21,21 +21,24 @@ use std::sync::Arc;
 /// Height of the timeline, points.
 const HEIGHT: f32 = 34.0;
 /// Height of the lower part with the dates, points.
-const LABEL_HEIGHT: f32 = 15.0;
-/// Distance from an event's mark within which a click selects it, points.
+const DATES_HEIGHT: f32 = 15.0;
+/// Largest horizontal distance from an event's mark at which a click selects it, points.
 const CLICK_DISTANCE: f64 = 5.0;
 /// Radii of the marks of notable events and of other events, points.
 const MARK_RADII: [f32; 2] = [4.0, 2.5];
-/// Span above which only notable events are shown, seconds.
+/// Longest span on which events that are not notable are shown, seconds.
 const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// Span above which moons' events are hidden, seconds.
+/// Longest span on which events of moons are shown, seconds.
 const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP_FRACTION: f64 = 0.02;
 
-/// Kinds that are searched on any span.
+/// Zoom of the buttons that change the span, wheel notches.
+const BUTTON_NOTCHES: f64 = 2.0;
+
+/// Kinds of events that are searched for on any span.
 const RARE: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
-/// Kinds that are searched only on short spans.
+/// Kinds of events that are searched for only on short spans.
 const FREQUENT: &[EventKind] = &[EventKind::Moons];
 
 /// The known events of some kinds, and the running search for more of them.
@@ -70,7 +73,7 @@ impl EventTrack {
         }
         let Some(next) = self.known.next(axis.start_s(), axis.end_s()) else { return };
         let mut search = next.search.clone();
-        let question = move |session: &crate::session::Session| {
+        let query = move |session: &crate::session::Session| {
             let catalog = session.catalog();
             let known_event = |event: SkyEvent| KnownEvent {
                 tdb_s: event.greatest().tdb_seconds_past_j2000(),
@@ -79,7 +82,7 @@ impl EventTrack {
             };
             search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known_event).collect())
         };
-        self.running = Some((next, ask(worker, question)));
+        self.running = Some((next, ask(worker, query)));
     }
 }
 
@@ -88,10 +91,10 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
     if icons::bare(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
-        notches = -2.0;
+        notches = -BUTTON_NOTCHES;
     }
     if icons::bare(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
-        notches = 2.0;
+        notches = BUTTON_NOTCHES;
     }
     let size = [64.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(span_text(span_s)).truncate());
@@ -123,12 +126,13 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
 }
 
 /// The event whose mark is nearest to a position on the timeline, if it is within [`CLICK_DISTANCE`].
-fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, points: f64) -> Option<&'t KnownEvent> {
-    let distance = |position: f64| (position - points).abs();
+fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, x_points: f64) -> Option<&'t KnownEvent> {
+    let distance = |position: f64| (position - x_points).abs();
     let close = marks(interface, axis).filter(|(position, _)| distance(*position) <= CLICK_DISTANCE);
     close.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).map(|(_, event)| event)
 }
 
+/// The colour of the marks of a kind of event.
 fn colour(ui: &Ui, kind: EventKind) -> Color32 {
     let dark = ui.visuals().dark_mode;
     let [r, g, b] = match (kind, dark) {
@@ -152,26 +156,27 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let painter = ui.painter().with_clip_rect(rect.intersect(ui.clip_rect()));
     let outline = if is_focused { visuals.selection.stroke } else { visuals.widgets.noninteractive.bg_stroke };
     painter.rect(rect, 3.0, visuals.extreme_bg_color, outline, egui::StrokeKind::Inside);
-    let x = |points: f64| rect.left() + points as f32;
-    let dates_top = rect.bottom() - LABEL_HEIGHT;
+    let screen_x = |x_points: f64| rect.left() + x_points as f32;
+    let dates_top = rect.bottom() - DATES_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
     for tick in axis.ticks(interface.settings.clock) {
-        let tick_x = x(axis.position(tick.tdb_s));
+        let tick_x = screen_x(axis.position(tick.tdb_s));
         painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
-    let middle = 0.5 * (rect.top() + dates_top);
+    let middle_y = 0.5 * (rect.top() + dates_top);
     for (position, event) in marks(interface, axis) {
         let radius = MARK_RADII[usize::from(!event.event.is_notable())];
-        painter.circle_filled(pos2(x(position), middle), radius, colour(ui, event.event.kind()));
+        painter.circle_filled(pos2(screen_x(position), middle_y), radius, colour(ui, event.event.kind()));
     }
-    let needle = Stroke::new(1.5, visuals.strong_text_color());
-    painter.vline(rect.center().x, rect.top()..=dates_top, needle);
+    // The line at the displayed time.
+    let stroke = Stroke::new(1.5, visuals.strong_text_color());
+    painter.vline(rect.center().x, rect.top()..=dates_top, stroke);
 }
 
 /// Describes the timeline to screen readers as a slider of time.
 fn announce(interface: &Interface, response: &Response) {
-    // The value is rounded to minutes, since a screen reader announces each change.
+    // The value is rounded to minutes, because a screen reader announces each change.
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
@@ -185,10 +190,10 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     let Some(at) = response.hover_pos() else {
         return response.on_hover_text(text!("timeline-drag-hint"));
     };
-    let points = f64::from(at.x - rect.left());
-    let tooltip = match event_at(interface, axis, points) {
+    let x_points = f64::from(at.x - rect.left());
+    let tooltip = match event_at(interface, axis, x_points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
-        None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(points))),
+        None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(x_points))),
     };
     response.on_hover_text_at_pointer(tooltip)
 }
@@ -203,20 +208,21 @@ fn drag_and_click(
     worker: &dyn RenderWorker,
     actions: &mut Vec<Action>,
 ) {
-    let dragged = f64::from(response.drag_delta().x);
-    if response.dragged() && dragged != 0.0 {
+    let dragged_points = f64::from(response.drag_delta().x);
+    if response.dragged() && dragged_points != 0.0 {
         ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
-        actions.push(Action::Step(-axis.seconds(dragged)));
+        actions.push(Action::Step(-axis.seconds(dragged_points)));
     }
     let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
-    let points = f64::from(at.x - rect.left());
-    match event_at(interface, axis, points).map(|known| Arc::clone(&known.event)) {
+    let x_points = f64::from(at.x - rect.left());
+    match event_at(interface, axis, x_points).map(|known| Arc::clone(&known.event)) {
         Some(event) => events::show(interface, worker, event, actions),
-        None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.time_s(points)))),
+        None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.time_s(x_points)))),
     }
 }
 
-/// The zoom in wheel notches while the pointer is over the timeline; four notches are a pinch by a factor of e.
+/// The zoom by the wheel or a pinch over the timeline, wheel notches. A notch of most wheels is 50 points; a pinch by a factor of e counts
+/// as four notches, which change the span by about the same factor.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;

@@ -1,6 +1,6 @@
 //! The bar above the sky, with its controls in groups: explore, see, understand, share.
 //!
-//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a text or an accessible name, and a tooltip.
+//! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a tooltip, and a text or an accessible name.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, search};
@@ -10,8 +10,8 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{PopupCloseBehavior, Ui};
 
-/// Window width from which the groups of the bar have captions, points.
-const CAPTIONED_WIDTH: f32 = 1500.0;
+/// Minimum width of a window for captions of groups of controls, points.
+const MIN_WIDTH_FOR_CAPTIONS: f32 = 1500.0;
 
 impl Tab {
     fn icon(self) -> Icon {
@@ -33,32 +33,32 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
         caption(ui, text!("bar-explore"));
         icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, text!("bar-bodies")).on_hover_text(text!("bar-bodies-hint"));
         search::field(interface, ui, worker, actions);
-        let can_go = [interface.viewer.has_previous_view(), interface.viewer.has_next_view()];
-        for (can_go, icon, name, hover, action) in [
-            (can_go[0], Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
-            (can_go[1], Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
+        let (can_go_back, can_go_forward) = (interface.viewer.has_previous_view(), interface.viewer.has_next_view());
+        for (is_enabled, icon, name, hover, action) in [
+            (can_go_back, Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
+            (can_go_forward, Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
         ] {
-            let button = ui.add_enabled_ui(can_go, |ui| icons::bare(ui, icon, name)).inner;
+            let button = ui.add_enabled_ui(is_enabled, |ui| icons::bare(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
                 actions.push(action);
             }
         }
-        tabs(interface, ui, &[Tab::Moments, Tab::Events]);
+        tab_buttons(interface, ui, &[Tab::Moments, Tab::Events]);
         ui.separator();
         caption(ui, text!("bar-see"));
-        tabs(interface, ui, &[Tab::Effects]);
+        tab_buttons(interface, ui, &[Tab::Effects]);
         layers_menu(interface, ui);
         ui.separator();
         caption(ui, text!("bar-understand"));
-        tabs(interface, ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
+        tab_buttons(interface, ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
         ui.separator();
-        tabs(interface, ui, &[Tab::Share]);
+        tab_buttons(interface, ui, &[Tab::Share]);
         icons::toggle(ui, Icon::Help, &mut interface.help_shown, text!("bar-help")).on_hover_text(text!("bar-help-hint"));
     });
 }
 
 /// Shows the buttons of panels; each tooltip names the key that opens the panel.
-fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
+fn tab_buttons(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     for tab in tabs {
         let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |index| index + 1);
         let is_open = interface.is_open(ui.ctx(), *tab);
@@ -71,9 +71,9 @@ fn tabs(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
 
 /// Shows the Layers menu, which stays open when a switch in it is pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
-    let stays = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Layers, text!("bar-layers"));
-    let (button, _) = MenuButton::from_button(button).config(stays).ui(ui, |ui| layers(interface, ui));
+    let (button, _) = MenuButton::from_button(button).config(config).ui(ui, |ui| layers(interface, ui));
     button.on_hover_text(text!("bar-layers-hint"));
 }
 
@@ -85,7 +85,7 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
     ui.toggle_value(&mut interface.viewer.view.orbits, text!("layer-orbits")).on_hover_text(text!("layer-orbits-hint"));
     ui.toggle_value(&mut settings.outline, text!("layer-outline")).on_hover_text(text!("layer-outline-hint"));
     let layers = &mut interface.viewer.view.layers;
-    for (shown, name, about) in [
+    for (is_shown, name, hover) in [
         (&mut layers.bright_stars, text!("layer-bright-stars"), text!("layer-bright-stars-hint")),
         (&mut layers.traces, text!("layer-traces"), text!("layer-traces-hint")),
         (&mut layers.minor_planets, text!("layer-minor-planets"), text!("layer-minor-planets-hint")),
@@ -95,13 +95,13 @@ fn layers(interface: &mut Interface, ui: &mut Ui) {
         (&mut layers.scale_bar, text!("layer-scale"), text!("layer-scale-hint")),
         (&mut layers.compass, text!("layer-compass"), text!("layer-compass-hint")),
     ] {
-        ui.toggle_value(shown, name).on_hover_text(about);
+        ui.toggle_value(is_shown, name).on_hover_text(hover);
     }
 }
 
 /// Shows the caption of a group of controls, if the window is wide enough.
 pub(crate) fn caption(ui: &mut Ui, name: &str) {
-    if ui.ctx().content_rect().width() >= CAPTIONED_WIDTH {
+    if ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_CAPTIONS {
         ui.small(name);
     }
 }

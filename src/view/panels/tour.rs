@@ -1,4 +1,4 @@
-//! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, and to end it.
+//! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, to record it, and to end it.
 //!
 //! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand
 //! pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
@@ -19,9 +19,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Contains the tour being played, if any.
+/// The tour being played, and the field for tour files.
 #[derive(Default)]
 pub(crate) struct TourPlayer {
+    /// `None` if no tour is open.
     playing: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
@@ -29,16 +30,18 @@ pub(crate) struct TourPlayer {
 
 struct TourPlayback {
     tour: Arc<Tour>,
+    /// Position in the tour, real seconds from its start.
     elapsed_s: f64,
     is_paused: bool,
 }
 
-/// Interval between frames while nothing moves, for the progress bar.
+/// Interval between frames while nothing moves, so that the progress bar advances.
 const IDLE_INTERVAL: Duration = Duration::from_millis(200);
-/// Greatest width of the text, points.
-const TEXT_WIDTH: f32 = 560.0;
+/// Largest width of the text, points.
+const MAX_TEXT_WIDTH: f32 = 560.0;
 
 impl TourPlayer {
+    /// Whether a tour is being played or paused.
     pub(crate) fn is_open(&self) -> bool {
         self.playing.is_some()
     }
@@ -61,11 +64,12 @@ impl TourPlayer {
     }
 }
 
-/// Starts a tour from its text; *Back* returns to the view before the tour.
-pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, actions: &mut Vec<Action>) {
-    match Tour::parse(text, session, interface.viewer.now()) {
+/// Starts a tour given as JSON, with time paused; *Back* returns to the view before the tour.
+pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, actions: &mut Vec<Action>) {
+    match Tour::parse(json, session, interface.viewer.now()) {
         Ok(tour) => {
-            actions.push(Action::Show(Box::new(with_user_settings(tour.at(0.0).view, &interface.viewer.view, true))));
+            let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
+            actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
             interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
         }
         Err(e) => interface.message = fault_text(&e),
@@ -75,24 +79,24 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, text: &str, ac
 /// Starts the tour in the file that the user named.
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
-        Ok(text) => start(interface, session, &text, actions),
+        Ok(json) => start(interface, session, &json, actions),
         Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), fault_text(&e)),
     }
 }
 
-/// A tour's view with the user's quality; `paused`: the view also pauses time.
-fn with_user_settings(view: ViewState, current: &ViewState, paused: bool) -> ViewState {
-    ViewState { quality: current.quality, paused: paused.then_some(true), ..view }
+/// A tour's view with the quality of the current view; it leaves open whether time is paused.
+fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
+    ViewState { quality: current.quality, paused: None, ..view }
 }
 
-/// Advances the tour by elapsed time, unless it is paused.
-pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, seconds: f64) {
+/// Advances the tour by elapsed real time, unless it is paused.
+pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f64) {
     interface.viewer.is_in_tour = false;
     let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
-    playing.elapsed_s += seconds.max(0.0);
+    playing.elapsed_s += real_s.max(0.0);
     let moment = playing.tour.at(playing.elapsed_s);
     playing.is_paused = playing.elapsed_s >= playing.tour.length_s();
-    interface.viewer.view = with_user_settings(moment.view, &interface.viewer.view, false);
+    interface.viewer.view = with_quality_of(&interface.viewer.view, moment.view);
     interface.viewer.is_in_tour = moment.is_changing && !playing.is_paused;
     ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
@@ -102,13 +106,13 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
     let stop = playing.tour.at(playing.elapsed_s).stop;
     let mut go_to = None;
-    let (mut ended, mut records) = (false, false);
+    let (mut is_ended, mut is_recorded) = (false, false);
     let is_busy = interface.share.is_busy();
-    let place = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
+    let area = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     let bottom = viewport.center_bottom() - Vec2::new(0.0, 16.0 + interface.viewport.caption_height);
-    let shown = place.fixed_pos(bottom).show(ui.ctx(), |ui| {
+    let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width(TEXT_WIDTH.min(viewport.width() - 40.0).max(120.0));
+            ui.set_max_width(MAX_TEXT_WIDTH.min(viewport.width() - 40.0).max(120.0));
             ui.add(Label::new(
                 RichText::new(text!(
                     "tour-stop",
@@ -118,23 +122,24 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 ))
                 .small(),
             ));
-            let told = catalog_detail("tour", &playing.tour.title, &(stop + 1).to_string(), playing.tour.text(stop));
-            let text = ui.label(told);
+            let stop_text = catalog_detail("tour", &playing.tour.title, &(stop + 1).to_string(), playing.tour.text(stop));
+            let text = ui.label(stop_text);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let progress = playing.elapsed_s / playing.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {
-                let button =
-                    |ui: &mut egui::Ui, on: bool, name: &str, tip: &str| ui.add_enabled(on, Button::new(name)).on_hover_text(tip).clicked();
+                let button = |ui: &mut egui::Ui, is_enabled: bool, name: &str, hover: &str| {
+                    ui.add_enabled(is_enabled, Button::new(name)).on_hover_text(hover).clicked()
+                };
                 if button(ui, stop > 0, text!("tour-previous"), text!("tour-previous-hint")) {
                     go_to = Some(stop - 1);
                 }
-                let (name, tip) = if playing.is_paused {
+                let (name, hover) = if playing.is_paused {
                     (text!("tour-play"), text!("tour-play-hint"))
                 } else {
                     (text!("tour-pause"), text!("tour-pause-hint"))
                 };
-                if button(ui, true, name, tip) {
+                if button(ui, true, name, hover) {
                     playing.is_paused = !playing.is_paused;
                     if playing.elapsed_s >= playing.tour.length_s() {
                         playing.elapsed_s = 0.0;
@@ -145,8 +150,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
                 let hover = text!("tour-record-hint");
-                records = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
-                ended = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
+                is_recorded = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
+                is_ended = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
                 let bar =
                     ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
@@ -158,11 +163,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
         playing.elapsed_s = playing.tour.arrival_s(stop);
         playing.is_paused = false;
     }
-    if records {
+    if is_recorded {
         playing.is_paused = true;
         interface.share.record_tour();
     }
-    if ended {
+    if is_ended {
         interface.tour.end();
     }
 }

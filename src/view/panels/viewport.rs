@@ -1,4 +1,4 @@
-//! The viewport: shows the image and its labels, and turns mouse input over it into actions.
+//! The viewport: shows the image, its labels and messages, and turns mouse input over it into actions.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
@@ -16,11 +16,16 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::DVec2;
 
+/// Text size of the names of bodies.
 const NAME_POINTS: f32 = BODY;
-/// Distance from the image's top edge, as a fraction of its height, below which caption and scale bar are.
-const CAPTION_FROM: f64 = 0.85;
-/// Minimum width of the sky at which hints are shown, points.
-const HINTS_WIDTH: f32 = 440.0;
+/// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
+const CAPTION_TOP_FRACTION: f64 = 0.85;
+/// Minimum width of the viewport for hints, points.
+const MIN_WIDTH_FOR_HINTS: f32 = 440.0;
+/// Scroll distance that egui reports for one notch of most wheels, points.
+const POINTS_PER_NOTCH: f64 = 50.0;
+/// Roll of the camera per pixel of a drag with the middle button, degrees.
+const ROLL_DEG_PER_PX: f64 = 0.25;
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 const SELECTED_COLOUR: Color32 = opaque(labels::SELECTED_COLOUR);
 
@@ -35,12 +40,12 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
-    let description = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &description));
+    let accessible_name = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &accessible_name));
     ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
     let overlays = std::mem::take(&mut interface.viewport.overlays);
     tour::show(interface, ui, rect);
-    let Some(size_px) = interface.shown().map(|d| [d.width, d.height]) else {
+    let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {
         if interface.message_line().is_empty() {
             ui.painter().text(rect.center(), Align2::CENTER_CENTER, text!("drawing"), FontId::proportional(HEADING), NAME_COLOUR);
         } else {
@@ -55,8 +60,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    let in_image = |covered: &Rect| {
-        let [min, max] = [covered.min, covered.max].map(|at| at - placement.image.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
+    let in_image = |overlay: &Rect| {
+        let [min, max] = [overlay.min, overlay.max].map(|at| at - placement.image.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
     interface.refresh_labels(&metrics, overlays.iter().map(in_image));
@@ -78,27 +83,29 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         hints(interface, ui, rect);
     }
     if interface.viewport.overlays != overlays {
-        // Names make room in the next frame.
+        // In the next frame the names of bodies avoid the new overlays.
         ui.ctx().request_repaint();
     }
-    if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.probes() {
+    if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
         paint_probe(interface, ui, rect);
     }
 }
 
-/// Position of the image in the window. The field of view spans the image's height. Therefore an image with another aspect ratio than the
-/// viewport is scaled to the viewport's height, which puts its bodies where the next image will show them. Such an image is cropped at its sides or
+/// Position of the image in the window. An image whose aspect ratio differs from the viewport's is scaled to the viewport's height. Since
+/// the field of view spans the height, its bodies are then where the next image will show them. Such an image is cropped at its sides or
 /// leaves black margins; it is never stretched.
 struct ImagePlacement {
+    /// The rectangle of the entire image, points.
     image: Rect,
     /// Points per pixel of the image, which may be coarse.
     points_per_px: f64,
 }
 
 impl ImagePlacement {
-    /// `viewport_px`: size of the viewport. The image's size may be the viewport's size divided by a factor and rounded up.
+    /// `viewport`, `viewport_px`: the viewport in points, and its size in pixels.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
+        // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel.
         let has_viewport_aspect =
             (u64::from(width) * viewport_height).abs_diff(u64::from(height) * viewport_width) <= viewport_width.max(viewport_height);
         if has_viewport_aspect {
@@ -123,15 +130,15 @@ impl ImagePlacement {
     }
 }
 
-/// Height above the sky's lower edge that the image's caption and scale bar take, points; messages are shown above them.
+/// Height of the image's caption and scale bar above the viewport's lower edge, points; messages are shown above them.
 fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
-    let Some(drawing) = interface.shown() else { return 0.0 };
-    let (height, layers) = (f64::from(drawing.height), drawing.job.request.layers);
+    let Some(rendered) = interface.shown() else { return 0.0 };
+    let (height, layers) = (f64::from(rendered.height), rendered.job.request.layers);
     if !(layers.caption || layers.scale_bar) {
         return 0.0;
     }
-    let rects = drawing.scene.text_rects().into_iter().filter(|rect| rect.min.y > CAPTION_FROM * height);
-    (rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
+    let caption_rects = rendered.scene.text_rects().into_iter().filter(|rect| rect.min.y > CAPTION_TOP_FRACTION * height);
+    (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
 /// Shows the message line over the lower edge of the image, so that the image keeps its size.
@@ -153,11 +160,11 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     interface.viewport.overlays.push(shown.response.rect);
 }
 
-/// Shows hints for the first three gestures of a new user, each until the user has made the gesture.
+/// Shows hints for three gestures to a new user, each until the user has made the gesture.
 fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let used = interface.settings.hints;
-    let all = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
-    if all.iter().all(|(used, _)| *used) || !interface.message_line().is_empty() || rect.width() < HINTS_WIDTH {
+    let hints = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
+    if hints.iter().all(|(is_used, _)| *is_used) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
@@ -167,7 +174,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
             |ui| {
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 18.0;
-                    for (_, hint) in all.into_iter().filter(|(used, _)| !used) {
+                    for (_, hint) in hints.into_iter().filter(|(is_used, _)| !is_used) {
                         ui.add(egui::Label::new(egui::RichText::new(hint).color(NAME_COLOUR)).selectable(false));
                     }
                 });
@@ -177,7 +184,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     interface.viewport.overlays.push(shown.response.rect);
 }
 
-/// Shows the context menu of a body, or of the view if there is no body under the pointer.
+/// Shows the context menu of the view, with the commands for the body under the pointer if there is one.
 fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
         let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
@@ -209,9 +216,9 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
             }
             ui.separator();
         }
-        let measures = icons::button(ui, Icon::Measure, text!("menu-measure"));
+        let measure_button = icons::button(ui, Icon::Measure, text!("menu-measure"));
         let hover = text!("menu-measure-hint");
-        if ui.add(measures).on_hover_text(hover).clicked()
+        if ui.add(measure_button).on_hover_text(hover).clicked()
             && let Some((at_px, rendered)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
         {
             let at_px = snapped_px(&interface.viewport.labels, &rendered.scene, at_px);
@@ -233,11 +240,15 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
     for label in &interface.viewport.labels {
         let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
-        let selected = label.body == interface.viewer.selected;
-        let colour = if selected { SELECTED_COLOUR } else { NAME_COLOUR };
-        let marker = MARKER_RADIUS as f32 * NAME_POINTS;
-        if interface.settings.markers && radius < marker {
-            painter.circle_stroke(at, marker, Stroke::new(1.0, colour.gamma_multiply(if selected { 1.0 } else { MARKER_OPACITY })));
+        let is_selected = label.body == interface.viewer.selected;
+        let colour = if is_selected { SELECTED_COLOUR } else { NAME_COLOUR };
+        let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
+        if interface.settings.markers && radius < marker_radius {
+            painter.circle_stroke(
+                at,
+                marker_radius,
+                Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
+            );
         }
         // A body that fills the image is named in the title instead.
         if let Some(side) = label.name_side
@@ -245,15 +256,15 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             && radius < FILLS_IMAGE as f32 * rect.height()
         {
             let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
-            let end = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
+            let anchor = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), end, &label.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, end, &label.name, font, colour);
+            painter.text(text_at + Vec2::splat(1.0), anchor, &label.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_at, anchor, &label.name, font, colour);
         }
     }
 }
 
-/// Paints a ring around the chosen star, while the exposure shows the star.
+/// Paints a ring around the chosen star, if the image shows the star.
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
     if let Some(at_px) = at_px {
@@ -266,7 +277,7 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Handles a click: measures an angle, or selects a pixel and a star.
+/// Handles a click: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     if let Some((at_px, body)) = click.measured {
         measure(interface, at_px, body);
@@ -279,11 +290,11 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
     }
 }
 
-/// Adds a place to the measured angle.
+/// Adds a direction to the measured angle.
 fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let found = body.and_then(|id| rendered.scene.body(id));
-    let seen_body = found.map(|b| SeenBody { name: b.name.clone(), centre_km: b.placement.centre_km });
+    let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     // Pixels outside the circle of a fisheye image have no direction.
     let Some(direction) = rendered.scene.geometry.direction(&rendered.scene.camera, at_px) else { return };
     interface.message = interface.angle.add(direction, seen_body);
@@ -293,13 +304,13 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
 struct Click {
     /// Pixel of the viewport; [0, 0] for a measurement.
     pixel: [u32; 2],
-    /// Index in the catalogue of the star at the click, if there is no body.
+    /// Index in the star catalog of the star at the click, if there is no body.
     star: Option<usize>,
     /// Ctrl+click, to measure an angle: position in the image, pixels, and the body there.
     measured: Option<(DVec2, Option<NaifId>)>,
 }
 
-/// Turns drags, the wheel and clicks into actions; returns a click that is not an action.
+/// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
 fn mouse(
     interface: &Interface,
     ui: &egui::Ui,
@@ -310,22 +321,23 @@ fn mouse(
 ) -> Option<Click> {
     let scale = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
-    let (dx, dy) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
-    if response.dragged_by(PointerButton::Primary) && (dx, dy) != (0.0, 0.0) {
+    let (drag_x_px, drag_y_px) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
+    if response.dragged_by(PointerButton::Primary) && (drag_x_px, drag_y_px) != (0.0, 0.0) {
         let looks_around = ui.input(|i| i.modifiers.shift);
-        actions.push(if looks_around { Action::LookAround(-dx, -dy) } else { Action::Turn(dx, dy) });
+        actions.push(if looks_around { Action::LookAround(-drag_x_px, -drag_y_px) } else { Action::Turn(drag_x_px, drag_y_px) });
     }
-    if response.dragged_by(PointerButton::Secondary) && (dx, dy) != (0.0, 0.0) {
-        actions.push(Action::LookAround(-dx, -dy));
+    if response.dragged_by(PointerButton::Secondary) && (drag_x_px, drag_y_px) != (0.0, 0.0) {
+        actions.push(Action::LookAround(-drag_x_px, -drag_y_px));
     }
-    if response.dragged_by(PointerButton::Middle) && dx != 0.0 {
-        actions.push(Action::Roll(dx * 0.25));
+    if response.dragged_by(PointerButton::Middle) && drag_x_px != 0.0 {
+        actions.push(Action::Roll(drag_x_px * ROLL_DEG_PER_PX));
     }
     if response.hovered() {
-        // One notch of most wheels is fifty points.
-        let (wheel, pinch, changes_fov) =
-            ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() / ZOOM_PER_NOTCH, i.modifiers.alt));
-        // Spreading two fingers to twice their distance halves the camera's height.
+        // Wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
+        let (wheel, pinch, changes_fov) = ui.input(|i| {
+            let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
+            (scroll / POINTS_PER_NOTCH, zoom.ln() / ZOOM_PER_NOTCH, i.modifiers.alt)
+        });
         let notches = if pinch == 0.0 { wheel } else { pinch };
         if notches != 0.0 {
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
@@ -334,7 +346,7 @@ fn mouse(
     let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &rendered.scene);
     let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
-    // This precedes the test for a double-click, so that two quick clicks with Ctrl also measure.
+    // Checked before double-clicks, so that two quick clicks with Ctrl also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         let measured = Some((snapped_px(&interface.viewport.labels, &rendered.scene, at_px), body_at_pointer()));
         return Some(Click { pixel: [0, 0], star: None, measured });
@@ -351,14 +363,15 @@ fn mouse(
     None
 }
 
-/// Paints a cross at the pixel of the probe.
+/// Paints a cross at the pixel that the probe inspects.
 fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(rect);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        painter.line_segment([at + direction * 3.0, at + direction * 9.0], Stroke::new(3.0, Color32::from_black_alpha(160)));
-        painter.line_segment([at + direction * 3.0, at + direction * 9.0], Stroke::new(1.0, SELECTED_COLOUR));
+        let arm = [at + direction * 3.0, at + direction * 9.0];
+        painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
+        painter.line_segment(arm, Stroke::new(1.0, SELECTED_COLOUR));
     }
 }
 
@@ -367,29 +380,36 @@ mod tests {
     use super::*;
     use egui::pos2;
 
-    /// Images with the viewport's aspect ratio fill the viewport at any coarseness; other images keep their aspect ratio, are centred, and have the
-    /// viewport's height.
+    /// An image with the viewport's aspect ratio fills the viewport, however coarse it is; another image keeps its aspect ratio, is
+    /// centred, and has the viewport's height.
     #[test]
     fn an_image_is_never_stretched() {
         let sides = [1_u32, 7, 200, 333, 640, 1279, 2560];
-        for [across, down] in sides.iter().flat_map(|a| sides.map(|d| [*a, d])) {
+        for [view_width, view_height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
             for scale in [1.0, 1.5, 2.0] {
-                let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(across as f32, down as f32) / scale);
+                let viewport = Rect::from_min_size(pos2(190.0, 30.0), Vec2::new(view_width as f32, view_height as f32) / scale);
                 for factor in [1.0, 1.125, 1.625, 2.0, 3.375, 5.0] {
-                    let size = [across, down].map(|side| (f64::from(side) / factor).ceil() as u32);
-                    assert_eq!(ImagePlacement::of(size, viewport, [across, down]).image, viewport, "{size:?} in {across}x{down}");
+                    let size = [view_width, view_height].map(|side| (f64::from(side) / factor).ceil() as u32);
+                    assert_eq!(
+                        ImagePlacement::of(size, viewport, [view_width, view_height]).image,
+                        viewport,
+                        "{size:?} in {view_width}x{view_height}"
+                    );
                 }
                 for [width, height] in sides.iter().flat_map(|w| sides.map(|h| [*w, h])) {
-                    let placement = ImagePlacement::of([width, height], viewport, [across, down]);
+                    let placement = ImagePlacement::of([width, height], viewport, [view_width, view_height]);
                     if placement.image == viewport {
                         // A difference of less than a pixel is rounding.
-                        let [w, h, a, d] = [width, height, across, down].map(f64::from);
-                        let stretch_px = (h - w * d / a).abs().min((w - h * a / d).abs());
-                        assert!(stretch_px <= 1.0, "{width}x{height} in {across}x{down}: stretched by {stretch_px} pixels");
+                        let [w, h, view_w, view_h] = [width, height, view_width, view_height].map(f64::from);
+                        let stretch_px = (h - w * view_h / view_w).abs().min((w - h * view_w / view_h).abs());
+                        assert!(stretch_px <= 1.0, "{width}x{height} in {view_width}x{view_height}: stretched by {stretch_px} pixels");
                     } else {
                         let expected_width = placement.image.height() * width as f32 / height as f32;
                         let error = (placement.image.width() - expected_width).abs();
-                        assert!(error < 1e-3 + 1e-5 * expected_width, "{width}x{height} in {across}x{down}: width wrong by {error} points");
+                        assert!(
+                            error < 1e-3 + 1e-5 * expected_width,
+                            "{width}x{height} in {view_width}x{view_height}: width wrong by {error} points"
+                        );
                     }
                     assert!((placement.image.height() - viewport.height()).abs() < 1e-3);
                     assert!((placement.image.center() - viewport.center()).length() < 1e-3 + 1e-6 * placement.image.width());

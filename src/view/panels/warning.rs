@@ -5,13 +5,14 @@ use crate::view::language::text;
 use egui::accesskit::Live;
 use egui::{Align2, Context, Label, Window};
 
-const WIDTH_POINTS: f32 = 460.0;
+/// Largest width of the text.
+const MAX_WIDTH_POINTS: f32 = 460.0;
 
 pub(crate) fn show(interface: &mut Interface, ctx: &Context) {
     let Some(line) = &interface.warning else { return };
     let window = Window::new(text!("warning-title")).collapsible(false).resizable(false);
     let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
-        ui.set_max_width(WIDTH_POINTS);
+        ui.set_max_width(MAX_WIDTH_POINTS);
         let message = ui.add(Label::new(line).wrap());
         ui.ctx().accesskit_node_builder(message.id, |node| node.set_live(Live::Assertive));
         ui.weak(text!("warning-default"));

@@ -1,8 +1,9 @@
 //! Rasterises egui's triangles into a window's pixels on the CPU, without Vulkan, GL or any other graphics driver.
 //!
-//! In: tessellated meshes in points, textures as egui provides them. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are blended
-//! as egui defines it (premultiplied, in gamma space, `dst = src + dst (1 - a)`); vertices are rounded to 1/256 pixel and edges follow the
-//! top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of threads.
+//! In: tessellated meshes in points, textures as egui provides them. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are
+//! blended as egui specifies (premultiplied, in gamma space, `dst = src + dst (1 - a)`); vertices are rounded to 1/256 pixel and edges
+//! follow the top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of
+//! threads.
 
 use crate::view::window::painter_texture::{MagnifiedRows, PainterTexture, Tap, WideTexel};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
@@ -10,12 +11,14 @@ use egui::{Color32, TextureId};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Number of rows that a task paints.
+/// Number of pixel rows that one task paints.
 const BAND_ROWS: usize = 64;
-/// Subpixel steps per pixel of vertex positions.
-const STEPS: f32 = 256.0;
+/// Steps per pixel of vertex positions, which are in fixed point.
+const STEPS_PER_PX: i64 = 256;
+/// Distance of a pixel's centre from its corner, steps.
+const HALF_PX: i64 = STEPS_PER_PX / 2;
 
-/// The interface's textures.
+/// Paints meshes with the interface's textures, which it stores.
 #[derive(Default)]
 pub struct Painter {
     textures: HashMap<TextureId, PainterTexture>,
@@ -38,6 +41,7 @@ pub(crate) struct PixelBounds {
 }
 
 impl PixelBounds {
+    /// The pixels of a clip rectangle in points, within a canvas of `width * height` pixels.
     pub(crate) fn of(rect: egui::Rect, pixels_per_point: f32, width: usize, height: usize) -> Self {
         let to_px = |v: f32, max: usize| ((v * pixels_per_point).round().max(0.0) as usize).min(max);
         Self {
@@ -47,9 +51,11 @@ impl PixelBounds {
             bottom: to_px(rect.max.y, height),
         }
     }
+
+    /// The part within the rows `first..end`; `None` if it is empty.
     fn within_rows(self, first: usize, end: usize) -> Option<Self> {
-        let cut = Self { top: self.top.max(first), bottom: self.bottom.min(end), ..self };
-        (cut.left < cut.right && cut.top < cut.bottom).then_some(cut)
+        let part = Self { top: self.top.max(first), bottom: self.bottom.min(end), ..self };
+        (part.left < part.right && part.top < part.bottom).then_some(part)
     }
 }
 
@@ -86,16 +92,16 @@ impl Painter {
                 Primitive::Callback(_) => None,
             })
             .collect();
-        canvas.pixels.par_chunks_mut(BAND_ROWS * width).enumerate().for_each(|(i, rows)| {
-            let first = i * BAND_ROWS;
-            // Each task clears its own rows, which are then in its core's cache.
+        canvas.pixels.par_chunks_mut(BAND_ROWS * width).enumerate().for_each(|(index, rows)| {
+            let first_row = index * BAND_ROWS;
+            // Each task clears its own rows, so that they are in its core's cache.
             rows.fill(0);
             let mut band =
-                Band { width, first_row: first, rows, columns: Vec::new(), mixed: Vec::new(), magnified: MagnifiedRows::default() };
-            let end = first + band.rows.len() / width;
+                Band { width, first_row, rows, columns: Vec::new(), row_texels: Vec::new(), magnified: MagnifiedRows::default() };
+            let end_row = first_row + band.rows.len() / width;
             for (bounds, mesh, texture) in &meshes {
-                if let Some(bounds) = bounds.within_rows(first, end) {
-                    band.mesh(bounds, mesh, texture, pixels_per_point);
+                if let Some(bounds) = bounds.within_rows(first_row, end_row) {
+                    band.paint_mesh(bounds, mesh, texture, pixels_per_point);
                 }
             }
         });
@@ -108,15 +114,18 @@ struct Band<'a> {
     /// Index of the first row in the canvas.
     first_row: usize,
     rows: &'a mut [u32],
-    /// Taps of a rectangle's columns, and the interpolated texels of its current row; stored here to reuse the memory.
+    // Buffers of the current rectangle, stored here to reuse their memory.
+    /// The tap of each column of pixels.
     columns: Vec<Tap>,
-    mixed: Vec<WideTexel>,
+    /// The texels of the current row of pixels, interpolated vertically only.
+    row_texels: Vec<WideTexel>,
     magnified: MagnifiedRows,
 }
 
 impl Band<'_> {
-    fn mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &PainterTexture, scale: f32) {
-        let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * scale).to_pos2(), ..*v });
+    fn paint_mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &PainterTexture, pixels_per_point: f32) {
+        // The vertex at an index, in pixels.
+        let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * pixels_per_point).to_pos2(), ..*v });
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
             let (Some(a), Some(b), Some(c)) = (corner(first[0]), corner(first[1]), corner(first[2])) else { continue };
@@ -126,21 +135,24 @@ impl Band<'_> {
                 && let Some((min, max)) = axis_aligned_rectangle([a, b, c], [d, e, f])
             {
                 triangles.next();
-                self.rectangle(bounds, min, max, texture);
+                self.paint_rectangle(bounds, min, max, texture);
                 continue;
             }
-            self.triangle(bounds, [a, b, c], texture);
+            self.paint_triangle(bounds, [a, b, c], texture);
         }
     }
 
+    /// The pixels `left..right` of a row of the canvas.
     fn row(&mut self, y: usize, left: usize, right: usize) -> &mut [u32] {
         let start = (y - self.first_row) * self.width;
         &mut self.rows[start + left..start + right]
     }
 
     /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
-    fn rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
-        let first_centre = |v: f32, least: usize| (((v * STEPS).round() / STEPS - 0.5).ceil().max(0.0) as usize).max(least);
+    fn paint_rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
+        // The first pixel whose centre is not before a position.
+        let steps = STEPS_PER_PX as f32;
+        let first_centre = |v: f32, least: usize| (((v * steps).round() / steps - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
         let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
         if left >= right || top >= bottom || texture.texels.is_empty() {
@@ -148,16 +160,16 @@ impl Band<'_> {
         }
         let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
         let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
-        let uniform_colour = (min.uv == max.uv).then(|| modulate(min.color, texture.at(min.uv.x, min.uv.y)));
+        let uniform_colour = (min.uv == max.uv).then(|| modulate(min.color, texture.sample(min.uv.x, min.uv.y)));
         if let Some(colour) = uniform_colour {
             for y in top..bottom {
                 blend_span(colour, self.row(y, left, right));
             }
             return;
         }
-        // Bilinear filtering in two steps: the taps of a column are the same in every row, and the vertical interpolation of a row's texels is
-        // done once and shared by the row's pixels.
-        let (mut columns, mut mixed) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.mixed));
+        // Bilinear filtering in two steps: the tap of a column is the same in every row, and a row's texels are interpolated vertically
+        // once, for all pixels of the row.
+        let (mut columns, mut row_texels) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.row_texels));
         columns.clear();
         columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
         let tap_of_row = |y: usize| texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
@@ -165,31 +177,33 @@ impl Band<'_> {
             let mut magnified = std::mem::take(&mut self.magnified);
             magnified.start(texture, &columns);
             for y in top..bottom {
-                magnified.row(texture, &columns, tap_of_row(y), self.row(y, left, right));
+                magnified.write_row(texture, &columns, tap_of_row(y), self.row(y, left, right));
             }
-            (self.columns, self.mixed, self.magnified) = (columns, mixed, magnified);
+            (self.columns, self.row_texels, self.magnified) = (columns, row_texels, magnified);
             return;
         }
+        // The texel columns that the taps use.
         let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
-        let end = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
-        mixed.resize(end - first_column, WideTexel::default());
+        let end_column = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
+        row_texels.resize(end_column - first_column, WideTexel::default());
         let is_white = min.color == Color32::WHITE;
         for y in top..bottom {
-            let row = tap_of_row(y);
-            let of_row = |k: usize| &texture.texels[k * texture.width + first_column..k * texture.width + end];
-            for ((m, a), b) in mixed.iter_mut().zip(of_row(row.near)).zip(of_row(row.far)) {
-                *m = row.interpolate(*a, *b);
+            let row_tap = tap_of_row(y);
+            let texels_of = |row: usize| &texture.texels[row * texture.width + first_column..row * texture.width + end_column];
+            for ((mixed, near), far) in row_texels.iter_mut().zip(texels_of(row_tap.near)).zip(texels_of(row_tap.far)) {
+                *mixed = row_tap.interpolate(*near, *far);
             }
-            for (p, column) in self.row(y, left, right).iter_mut().zip(&columns) {
-                let texel = column.interpolate_mixed(mixed[column.near - first_column], mixed[column.far - first_column]);
-                *p = over(if is_white { texel } else { modulate(min.color, texel) }, *p);
+            for (pixel, column) in self.row(y, left, right).iter_mut().zip(&columns) {
+                let texel = column.interpolate_wide(row_texels[column.near - first_column], row_texels[column.far - first_column]);
+                *pixel = over(if is_white { texel } else { modulate(min.color, texel) }, *pixel);
             }
         }
-        (self.columns, self.mixed) = (columns, mixed);
+        (self.columns, self.row_texels) = (columns, row_texels);
     }
 
-    fn triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
-        let fixed = |v: &Vertex| [(v.pos.x * STEPS).round() as i64, (v.pos.y * STEPS).round() as i64];
+    fn paint_triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
+        let steps_per_px = STEPS_PER_PX as f32;
+        let fixed = |v: &Vertex| [(v.pos.x * steps_per_px).round() as i64, (v.pos.y * steps_per_px).round() as i64];
         let (pa, mut pb, mut pc) = (fixed(&a), fixed(&b), fixed(&c));
         let mut area = cross(pa, pb, pc);
         if area == 0 {
@@ -198,68 +212,71 @@ impl Band<'_> {
         if area < 0 {
             (b, c, pb, pc, area) = (c, b, pc, pb, -area);
         }
-        let centre = |v: i64| (v - 128).div_euclid(256);
-        let span = |x: [i64; 3]| (centre(x.into_iter().min().unwrap_or(0)), centre(x.into_iter().max().unwrap_or(0)) + 1);
+        // The last pixel whose centre is not after a position, and the range of pixels around three positions.
+        let last_centre = |v: i64| (v - HALF_PX).div_euclid(STEPS_PER_PX);
+        let span = |v: [i64; 3]| (last_centre(v.into_iter().min().unwrap_or(0)), last_centre(v.into_iter().max().unwrap_or(0)) + 1);
         let (x0, x1) = span([pa[0], pb[0], pc[0]]);
         let (y0, y1) = span([pa[1], pb[1], pc[1]]);
         let left = x0.max(bounds.left as i64);
         let right = (x1 + 1).min(bounds.right as i64);
         let one_colour = a.color == b.color && b.color == c.color;
-        let uniform_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.at(a.uv.x, a.uv.y)));
-        let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.at(a.uv.x, a.uv.y));
-        // Top-left rule: a pixel centre on a shared edge belongs to the triangle for which this is a top or left edge.
-        let excludes_edge = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
-        let threshold = [excludes_edge(pb, pc), excludes_edge(pc, pa), excludes_edge(pa, pb)];
-        // Change of the edge functions from one pixel to the next in a row.
-        let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * 256);
+        let uniform_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
+        let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.sample(a.uv.x, a.uv.y));
+        // Top-left rule: a pixel centre on an edge (edge function 0) belongs to the triangle for which this is a top or left edge.
+        let min_edge_value = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
+        let thresholds = [min_edge_value(pb, pc), min_edge_value(pc, pa), min_edge_value(pa, pb)];
+        // Change of the three edge functions from one pixel to the next in a row.
+        let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * STEPS_PER_PX);
         for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
-            let first_centre = [left * 256 + 128, y * 256 + 128];
-            let mut w = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
-            let Some((from, to)) = span_within(w, steps, threshold, right - left) else { continue };
+            let first_centre = [left * STEPS_PER_PX + HALF_PX, y * STEPS_PER_PX + HALF_PX];
+            let mut edges = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
+            let Some((from, to)) = span_within(edges, steps, thresholds, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
             if let Some(colour) = uniform_colour {
                 blend_span(colour, pixels);
                 continue;
             }
-            let advanced = |w: [i64; 3], n: i64| [w[0] + steps[0] * n, w[1] + steps[1] * n, w[2] + steps[2] * n];
-            w = advanced(w, from);
+            let advanced = |e: [i64; 3], pixels: i64| [e[0] + steps[0] * pixels, e[1] + steps[1] * pixels, e[2] + steps[2] * pixels];
+            edges = advanced(edges, from);
             for pixel in pixels {
-                let weight = w.map(|w| w as f32 / area as f32);
-                let colour = blend([a.color, b.color, c.color], weight);
-                let mix = |p: f32, q: f32, r: f32| p * weight[0] + q * weight[1] + r * weight[2];
-                let texel = uniform_texel.unwrap_or_else(|| texture.at(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
+                let weights = edges.map(|e| e as f32 / area as f32);
+                let colour = interpolated_colour([a.color, b.color, c.color], weights);
+                let mix = |p: f32, q: f32, r: f32| p * weights[0] + q * weights[1] + r * weights[2];
+                let texel = uniform_texel.unwrap_or_else(|| texture.sample(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
                 *pixel = over(modulate(colour, texel), *pixel);
-                w = advanced(w, 1);
+                edges = advanced(edges, 1);
             }
         }
     }
 }
 
-/// Twice the signed area of a triangle, in subpixel steps squared; positive if clockwise on screen.
+/// Twice the signed area of a triangle, square steps; positive if clockwise on screen. As a function of `c`, the edge function of the edge
+/// from `a` to `b`.
 fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The half-open range of k in `0..count` for which each `at + step k` is at least `threshold`.
-fn span_within(at: [i64; 3], step: [i64; 3], threshold: [i64; 3], count: i64) -> Option<(i64, i64)> {
+/// The half-open range of k in `0..count` for which `starts[i] + k * steps[i]` is at least `thresholds[i]` for every i.
+fn span_within(starts: [i64; 3], steps: [i64; 3], thresholds: [i64; 3], count: i64) -> Option<(i64, i64)> {
     let (mut from, mut to) = (0, count);
     for i in 0..3 {
-        let deficit = threshold[i] - at[i];
-        match step[i] {
+        let deficit = thresholds[i] - starts[i];
+        match steps[i] {
             0 if deficit > 0 => return None,
             0 => {}
-            s if s > 0 => from = from.max(-(-deficit).div_euclid(s)),
-            s => to = to.min((-deficit).div_euclid(-s) + 1),
+            step if step > 0 => from = from.max(-(-deficit).div_euclid(step)),
+            step => to = to.min((-deficit).div_euclid(-step) + 1),
         }
     }
     (from < to).then_some((from, to))
 }
 
-/// The upper left and lower right corner if two triangles form an axis-aligned rectangle of one colour with an axis-aligned texture.
+/// The upper left and lower right corners of two triangles that form an axis-aligned rectangle of one colour with an axis-aligned texture;
+/// `None` if they do not.
 fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
     let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
-    let is_upper_left = |v: &&Vertex| all.iter().all(|o| v.pos.x <= o.pos.x && v.pos.y <= o.pos.y);
-    let is_lower_right = |v: &&Vertex| all.iter().all(|o| v.pos.x >= o.pos.x && v.pos.y >= o.pos.y);
+    let is_upper_left = |v: &&Vertex| all.iter().all(|other| v.pos.x <= other.pos.x && v.pos.y <= other.pos.y);
+    let is_lower_right = |v: &&Vertex| all.iter().all(|other| v.pos.x >= other.pos.x && v.pos.y >= other.pos.y);
     let (min, max) = (all.iter().find(is_upper_left)?, all.iter().find(is_lower_right)?);
     let is_corner = |v: &Vertex| {
         (v.pos.x == min.pos.x && v.uv.x == min.uv.x || v.pos.x == max.pos.x && v.uv.x == max.uv.x)
@@ -267,28 +284,31 @@ fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Ve
             && v.color == min.color
     };
     // The triangles share a diagonal if each of them has one of the two remaining corners.
-    let other = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
-    let share_diagonal = matches!((other(&first), other(&second)), (Some(p), Some(q)) if p != q);
+    let remaining_corner = |t: &[Vertex; 3]| t.iter().find(|v| v.pos != min.pos && v.pos != max.pos).map(|v| v.pos);
+    let share_diagonal = matches!((remaining_corner(&first), remaining_corner(&second)), (Some(p), Some(q)) if p != q);
     (share_diagonal && min.pos.x < max.pos.x && min.pos.y < max.pos.y && all.iter().all(is_corner)).then_some((*min, *max))
 }
 
-fn blend(colours: [Color32; 3], weight: [f32; 3]) -> Color32 {
+/// The colour at a point of a triangle with these colours at its corners. `weights`: the point's barycentric coordinates.
+fn interpolated_colour(colours: [Color32; 3], weights: [f32; 3]) -> Color32 {
     let [a, b, c] = colours.map(|c| c.to_array());
-    let channel = |i: usize| (f32::from(a[i]) * weight[0] + f32::from(b[i]) * weight[1] + f32::from(c[i]) * weight[2] + 0.5) as u8;
+    let channel = |i: usize| (f32::from(a[i]) * weights[0] + f32::from(b[i]) * weights[1] + f32::from(c[i]) * weights[2] + 0.5) as u8;
     Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
 }
 
 /// `a * b / 255`, correctly rounded for all bytes.
 fn times(a: u8, b: u8) -> u8 {
-    let t = u32::from(a) * u32::from(b) + 128;
-    ((t + (t >> 8)) >> 8) as u8
+    let product = u32::from(a) * u32::from(b) + 128;
+    ((product + (product >> 8)) >> 8) as u8
 }
 
+/// The texel multiplied by the vertex colour.
 fn modulate(colour: Color32, texel: Color32) -> Color32 {
     let (c, t) = (colour.to_array(), texel.to_array());
     Color32::from_rgba_premultiplied(times(c[0], t[0]), times(c[1], t[1]), times(c[2], t[2]), times(c[3], t[3]))
 }
 
+/// A premultiplied colour composited over an opaque pixel.
 fn over(source: Color32, below: u32) -> u32 {
     let [r, g, b, a] = source.to_array();
     if a == 255 {
@@ -309,7 +329,7 @@ fn blend_span(colour: Color32, pixels: &mut [u32]) {
     if colour.a() == 255 {
         pixels.fill(over(colour, 0));
     } else {
-        pixels.iter_mut().for_each(|p| *p = over(colour, *p));
+        pixels.iter_mut().for_each(|pixel| *pixel = over(colour, *pixel));
     }
 }
 
@@ -340,7 +360,8 @@ mod tests {
         Mesh { indices, vertices, texture_id: WHITE }
     }
 
-    /// Two half-transparent triangles form a rotated square: a pixel on the shared edge would be brighter if painted twice, or black if never.
+    /// Two half-transparent triangles form a rotated square. A pixel on their shared edge would be brighter if painted twice, and black if
+    /// not painted.
     #[test]
     fn triangles_that_share_an_edge_cover_each_pixel_once() {
         let half = Color32::from_rgba_premultiplied(100, 100, 100, 100);
@@ -353,13 +374,13 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
-            // The number of covered pixel centres may differ from the area by a quarter of the outline's length in pixels.
+            // Tolerance: a quarter of the outline's length in pixels.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
             assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
     }
 
-    /// The fast path for rectangles gives the same result as two triangles within 2 levels of 255.
+    /// The fast path for rectangles gives the same result as two triangles, within 2 of 255 levels.
     #[test]
     fn the_rectangle_path_matches_two_triangles() {
         let mut painter = painter();

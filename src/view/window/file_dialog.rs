@@ -1,22 +1,22 @@
 //! File dialogs of the desktop.
 //!
-//! In: the purpose of the file. Out: the chosen path, or none. Always: a separate thread waits for the dialog, never the window's thread. On
-//! Linux the dialog comes from the desktop's portal (D-Bus) or from zenity; if neither exists, the result is no file.
+//! In: what the dialog asks for. Out: the chosen path, or none. Always: a separate thread waits for the dialog, never the window's thread.
+//! On Linux the dialog comes from the desktop's portal (D-Bus) or from zenity; if neither exists, no file is chosen.
 
 use crate::view::panels::FileRequest;
 use crate::view::worker::render_worker::Pending;
 use std::path::{Path, PathBuf};
 
-/// Opens a dialog and returns the pending path; `None` once the user cancels.
+/// Opens a dialog. The answer is the chosen path, or `None` if the user cancels.
 pub(crate) fn open(request: FileRequest) -> Pending<Option<PathBuf>> {
     let (pending, answer) = Pending::with_sender();
     let typed_path = Path::new(&request.name);
-    let mut dialog = rfd::AsyncFileDialog::new().set_title(request.title).add_filter(request.title, request.endings);
+    let mut dialog = rfd::AsyncFileDialog::new().set_title(request.title).add_filter(request.title, request.extensions);
     let folder = std::path::absolute(typed_path).ok().and_then(|path| path.parent().map(Path::to_owned));
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
-    // Some systems require that the dialog is opened on the window's thread; another thread then waits for the result.
+    // Some systems require the dialog to be opened on the window's thread; another thread then waits for the result.
     if request.opens {
         let chosen = dialog.pick_file();
         std::thread::spawn(move || answer(pollster::block_on(chosen).map(|file| file.path().to_owned())));

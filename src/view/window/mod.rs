@@ -1,7 +1,8 @@
 //! The event loop: passes winit events to egui and presents the resulting image through a `Presenter`.
 //!
-//! In: an [`Interface`] and a session. Out: a window until the user closes it; its placement is recorded in the settings. Always: the window is
-//! redrawn only for input, a finished image or running time; images are rendered on a separate thread; a window of size zero draws nothing.
+//! In: an [`Interface`] and a session. Out: a window until the user closes it; its placement is recorded in the settings. Always: the
+//! window is redrawn only for input, for a finished image or answer, or at the time that the interface has asked for; images are rendered
+//! on a separate thread; nothing is drawn into a window of size zero.
 
 pub mod cpu_painter;
 pub mod file_dialog;
@@ -48,17 +49,19 @@ pub(crate) enum WindowError {
     SettingsNotSaved(WriteError),
 }
 
+/// Largest side of a texture that egui may create, such as that of the glyphs.
+const MAX_TEXTURE_SIDE: usize = 16_384;
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
-/// Longest time for which a redraw waits for an image that is being rendered. The image's arrival redraws the window anyway, so that one redraw
-/// serves both.
-const WITH_IMAGE_DELAY: Duration = Duration::from_millis(33);
-/// Time that running work has to finish after the window is closed.
+/// Time for which a redraw waits for an image that is being rendered. The image's arrival redraws the window anyway, so one redraw can
+/// serve both.
+const IMAGE_WAIT: Duration = Duration::from_millis(33);
+/// Time for which the program waits for running work once the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 
-/// Events other than input that wake the loop.
+/// Events other than window events that wake the loop.
 enum Wake {
-    /// An image or an answer has arrived.
+    /// An image or the answer to a query has arrived.
     Ready,
     Accessibility(accesskit_winit::Event),
 }
@@ -69,12 +72,12 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watch`: a folder of fragments that are reloaded when they change. `save_settings` saves the settings:
-/// it is called after changes, and once more after the window is closed, even if work is still running.
+/// Opens the window and runs until it is closed. `watcher`: a folder of fragments that are reloaded when they change. `save_settings` is
+/// called after changes of the settings, and once more when the user has closed the window, even if work is still running then.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
-    watch: Option<&ShaderWatcher>,
+    watcher: Option<&ShaderWatcher>,
     save_settings: impl Fn(&Settings) -> Result<(), WriteError> + Sync,
 ) -> Result<(), WindowError> {
     let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_line(&e.to_string())))?;
@@ -88,11 +91,11 @@ pub(crate) fn run(
         let (keeper, changes) = SettingsKeeper::new(&interface.settings);
         let save_settings = &save_settings;
         let writer = scope.spawn(move || {
-            // Reported only once, because a full disk would fail every write.
-            let mut reported = false;
+            // Reported only once, because on a full disk every write would fail.
+            let mut is_reported = false;
             write_changes(&changes, |settings| {
                 if let Err(e) = save_settings(settings)
-                    && !std::mem::replace(&mut reported, true)
+                    && !std::mem::replace(&mut is_reported, true)
                 {
                     session.notify(&format!("the settings could not be saved: {e}"));
                 }
@@ -100,8 +103,8 @@ pub(crate) fn run(
         });
         let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
         interface.request_first_image(&worker);
-        if let Some(watch) = watch {
-            scope.spawn(|| watch.watch_until(&worker, || worker.is_closed()));
+        if let Some(watcher) = watcher {
+            scope.spawn(|| watcher.watch_until(&worker, || worker.is_closed()));
         }
         let egui = egui::Context::default();
         interface.style(&egui);
@@ -125,20 +128,21 @@ pub(crate) fn run(
         worker.close();
         ended.and(failure.map_or(Ok(()), Err))?;
         save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved)?;
-        let at_work = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
+        let is_work_running = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = WallInstant::now();
-        while at_work() && closed.elapsed() < SHUTDOWN_GRACE {
+        while is_work_running() && closed.elapsed() < SHUTDOWN_GRACE {
             std::thread::sleep(Duration::from_millis(5));
         }
-        if at_work() && !interface.is_saving() {
+        if is_work_running() && !interface.is_saving() {
             exit_now();
         }
         Ok(())
     })
 }
 
-/// Exits the process at once while an image, a query or a driver's compiler is still running. A normal exit would have to wait for
-/// that work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half written.
+/// Exits the process at once while an image is being rendered, a query answered or a driver is compiling. A normal exit would have to wait
+/// for that work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half
+/// written.
 fn exit_now() -> ! {
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.
@@ -185,7 +189,8 @@ fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// Makes every movement of a two-finger scroll count: on Wayland egui drops the first one, and the remaining ones when the fingers are lifted.
+/// Rewrites the phases of scroll events so that no movement of a two-finger scroll is lost: on Wayland egui drops the first movement, and
+/// those that are pending when the fingers are lifted.
 fn normalised_scroll(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
@@ -201,18 +206,18 @@ struct OpenWindow {
     window: Arc<Window>,
     input: egui_winit::State,
     title: String,
-    /// The interface's last request; the desktop may change the actual state by itself.
+    /// The state that the interface requested last; the desktop may have changed the actual state.
     fullscreen: bool,
     placement: WindowPlacement,
 }
 
 impl OpenWindow {
-    /// Records the window's placement. For a maximised, fullscreen or minimised window, the placement to which it returns is kept.
+    /// Records the window's placement. For a maximised, fullscreen or minimised window, position and size stay those to which it returns.
     fn record_placement(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
         self.placement.maximised = self.window.is_maximized();
-        let is_displaced = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
-        if self.placement.maximised || is_displaced || size.width < 1.0 || size.height < 1.0 {
+        let is_fullscreen_or_minimised = self.window.fullscreen().is_some() || self.window.is_minimized() == Some(true);
+        if self.placement.maximised || is_fullscreen_or_minimised || size.width < 1.0 || size.height < 1.0 {
             return;
         }
         self.placement.corner_px = self.window.outer_position().ok().map(Into::into);
@@ -225,13 +230,15 @@ struct App<'a> {
     worker: &'a ThreadedWorker<'a>,
     proxy: EventLoopProxy<Wake>,
     egui: egui::Context,
-    /// The interface's textures, which survive the replacement of the window.
+    /// Holds the interface's textures, which outlive the replacement of the window.
     painter: Painter,
+    /// `None` before the window is opened and while it is being replaced.
     opened: Option<OpenWindow>,
-    /// A GPU failed to present, so later windows do not try one.
+    /// A GPU failed to present, so later windows are presented by the CPU.
     gpu_failed: bool,
     /// When the interface needs its next frame.
     next_redraw: Option<WallInstant>,
+    /// Why the loop was ended, if not by the user.
     failure: Option<WindowError>,
     keeper: SettingsKeeper,
     frame_log: Option<FrameLog>,
@@ -239,9 +246,9 @@ struct App<'a> {
 
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
-        // The window is created hidden, because accessibility must be set up before it is shown.
         let placement = self.interface.settings.window_placement.unwrap_or_default().on(&monitors(event_loop));
         let [width, height] = placement.size;
+        // The window is created hidden, because accessibility must be set up before it is shown.
         let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
         attributes = attributes.with_inner_size(LogicalSize::new(width, height));
         if let Some([x, y]) = placement.corner_px {
@@ -250,17 +257,18 @@ impl App<'_> {
         let window = Arc::new(event_loop.create_window(attributes).map_err(|e| e.to_string())?);
         let presenter = Presenter::new(&window, self.gpu_failed)?;
         let scale = Some(window.scale_factor() as f32);
-        let mut input = egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(16_384));
+        let mut input =
+            egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(MAX_TEXTURE_SIDE));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        // A window manager accepts this only for an existing window.
+        // A window manager accepts this only for a window that is shown.
         if placement.maximised {
             window.set_maximized(true);
         }
         Ok(OpenWindow { presenter, window, input, title: String::new(), fullscreen: false, placement })
     }
 
-    /// Ends the loop and records the window's placement.
+    /// Records the window's placement and ends the loop.
     fn close(&mut self, event_loop: &ActiveEventLoop) {
         if let Some(opened) = &mut self.opened {
             opened.record_placement();
@@ -269,6 +277,7 @@ impl App<'_> {
         event_loop.exit();
     }
 
+    /// Runs a frame of the interface, presents it, and plans the next redraw.
     fn redraw(&mut self) -> Result<(), PresentError> {
         let Some(opened) = &mut self.opened else { return Ok(()) };
         let size = opened.window.inner_size();
@@ -288,8 +297,8 @@ impl App<'_> {
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
-        let image_lost = self.interface.gpu_image().is_some_and(|p| !opened.presenter.holds(p));
-        if image_lost {
+        let is_image_lost = self.interface.gpu_image().is_some_and(|image| !opened.presenter.holds(image));
+        if is_image_lost {
             self.interface.drop_gpu_image();
         }
         let scene_image = self.interface.gpu_image();
@@ -303,7 +312,7 @@ impl App<'_> {
         self.keeper.note(&self.interface.settings);
         let is_shown = presented?;
         if let Some(log) = &mut self.frame_log {
-            let image = self.interface.shown().map(|d| ([d.width, d.height], d.took_ms));
+            let image = self.interface.shown().map(|rendered| ([rendered.width, rendered.height], rendered.took_ms));
             log.record(&PresentedFrame { images: self.interface.images_shown(), image, took: start.elapsed() });
         }
         let title = self.interface.title();
@@ -315,18 +324,22 @@ impl App<'_> {
             opened.fullscreen = self.interface.fullscreen;
             opened.window.set_fullscreen(opened.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&opened.window))));
         }
-        let wait = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
-        let delay = match () {
-            () if image_lost => Duration::ZERO,
-            () if !is_shown => wait.min(RETRY_DELAY),
-            () if self.worker.is_drawing() => wait.max(WITH_IMAGE_DELAY),
-            () => wait,
+        let repaint_delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
+        let delay = if is_image_lost {
+            Duration::ZERO
+        } else if !is_shown {
+            repaint_delay.min(RETRY_DELAY)
+        } else if self.worker.is_drawing() {
+            repaint_delay.max(IMAGE_WAIT)
+        } else {
+            repaint_delay
         };
         self.next_redraw = WallInstant::now().checked_add(delay);
         Ok(())
     }
 
-    /// Replaces a window into which a GPU presented with one that the CPU presents.
+    /// Replaces a window into which a GPU presented with a new one, which the CPU presents at first. `why`: a failure of the GPU not yet
+    /// reported.
     fn reopen(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.gpu_failed = true;
@@ -342,13 +355,13 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Redraws after the pointer has moved: with the image that is being rendered, if there is one.
+    /// Redraws after the pointer has moved. If an image is being rendered, waits for it, but at most [`IMAGE_WAIT`].
     fn redraw_with_image(&mut self) {
         if !self.worker.is_drawing() {
             self.request_redraw();
             return;
         }
-        let latest = WallInstant::now() + WITH_IMAGE_DELAY;
+        let latest = WallInstant::now() + IMAGE_WAIT;
         self.next_redraw = Some(self.next_redraw.map_or(latest, |planned| planned.min(latest)));
     }
 
@@ -429,7 +442,7 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
     }
 
-    /// Drops the presenter before the connection to the display server closes; a driver's surface on a closed connection ends the process.
+    /// Drops the presenter before the connection to the display server closes; otherwise a driver's surface may crash the process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
         self.opened = None;
     }

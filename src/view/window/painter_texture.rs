@@ -1,19 +1,22 @@
 //! A texture of the CPU painter, and how its texels are interpolated.
 //!
-//! In: egui's images. Out: interpolated texels. Always: weights have steps of 1/256; at the centre of a texel the result is that texel. Opaque images
-//! that are painted without a tint take a faster path, [`MagnifiedRows`], whose rounding differs: by one level of 255 at most.
+//! In: egui's images. Out: interpolated texels. Always: weights have steps of 1/256; at the centre of a texel the result is that texel.
+//! Opaque images that are painted without a tint take a faster path, [`MagnifiedRows`], whose results differ by at most one of 255 levels.
 
 use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageData, ImageDelta};
 use egui::{Color32, TextureFilter, TextureWrapMode};
 use std::sync::{Arc, OnceLock};
 
+/// A texture with premultiplied texels, row by row.
 pub(crate) struct PainterTexture {
     pub width: usize,
     pub height: usize,
     pub texels: Vec<Color32>,
     is_opaque: bool,
+    /// Texels are interpolated; otherwise the nearest one is taken.
     pub smooth: bool,
+    /// Coordinates outside 0 to 1 repeat the texture; otherwise they are clamped to its edge.
     pub repeats: bool,
     /// For a GPU renderer; created when first needed.
     shared: OnceLock<SharedTexture>,
@@ -27,7 +30,7 @@ pub(crate) struct Tap {
     pub weight: u32,
 }
 
-/// An interpolated texel in fixed point (times 256). Each word has two channels in its halves, so that one multiplication serves both.
+/// An interpolated texel in fixed point (times 256). Each word has one channel in each half, so that one multiplication serves both.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct WideTexel {
     red_blue: u64,
@@ -39,9 +42,10 @@ impl Tap {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
 
+    /// Interpolates two texels in one direction.
     pub fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
         let (near_weight, far_weight) = self.weights();
-        let pair = |a: u8, b: u8| u64::from(a) | u64::from(b) << 32;
+        let pair = |low: u8, high: u8| u64::from(low) | u64::from(high) << 32;
         let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
         WideTexel {
             red_blue: pair(nr, nb) * near_weight + pair(fr, fb) * far_weight,
@@ -49,8 +53,9 @@ impl Tap {
         }
     }
 
-    /// Interpolates two texels that were already interpolated in the other direction, and rounds to bytes.
-    pub fn interpolate_mixed(self, near: WideTexel, far: WideTexel) -> Color32 {
+    /// Interpolates two texels that are already interpolated in the other direction, and rounds to bytes.
+    pub fn interpolate_wide(self, near: WideTexel, far: WideTexel) -> Color32 {
+        /// Half of a level in both channels; the products are levels times 65536.
         const HALF: u64 = 0x8000_0000_8000;
         let (near_weight, far_weight) = self.weights();
         let red_blue = near.red_blue * near_weight + far.red_blue * far_weight + HALF;
@@ -69,7 +74,7 @@ impl PainterTexture {
         let smooth = delta.options.magnification == TextureFilter::Linear;
         let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
         let ImageData::Color(image) = delta.image;
-        // An image that nobody else holds is not copied.
+        // The pixels are copied only if someone else holds the image, too.
         let image = Arc::try_unwrap(image).unwrap_or_else(|shared| (*shared).clone());
         let [width, height] = image.size;
         let is_opaque = image.pixels.iter().all(|texel| texel.a() == 255);
@@ -91,12 +96,12 @@ impl PainterTexture {
         self.shared.take();
     }
 
-    /// Whether every texel hides what is below it. May be false for an opaque texture that was updated.
+    /// Whether every texel is known to be opaque. A texture that once had a transparent texel counts as transparent.
     pub fn is_opaque(&self) -> bool {
         self.is_opaque
     }
 
-    /// The texels for a GPU renderer; every call returns the same allocation until the texels change.
+    /// The texels for a GPU renderer; the same allocation is returned until the texels change.
     pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
@@ -108,20 +113,20 @@ impl PainterTexture {
 
     /// The tap at a coordinate from 0 to 1 in a row (or column) of `size` texels.
     pub fn tap(&self, coordinate: f32, size: usize) -> Tap {
-        let inside = |v: i64| {
+        let wrapped = |texel: i64| {
             let size = size as i64;
-            (if self.repeats { v.rem_euclid(size) } else { v.clamp(0, size - 1) }) as usize
+            (if self.repeats { texel.rem_euclid(size) } else { texel.clamp(0, size - 1) }) as usize
         };
-        let texels = coordinate * size as f32;
+        let position = coordinate * size as f32;
         if !self.smooth {
-            let near = inside(texels.floor() as i64);
+            let near = wrapped(position.floor() as i64);
             return Tap { near, far: near, weight: 0 };
         }
-        // Weights in steps of 1/256 suffice for bytes. They are rounded, so that at a texel's centre the result is that texel, whatever the last bits of
-        // the coordinate.
-        let steps = ((texels - 0.5) * 256.0).round() as i64;
+        // Weights in steps of 1/256 suffice for bytes. They are rounded, so that a coordinate at a texel's centre gives that texel despite
+        // rounding errors of the coordinate.
+        let steps = ((position - 0.5) * 256.0).round() as i64;
         let first = steps.div_euclid(256);
-        Tap { near: inside(first), far: inside(first + 1), weight: steps.rem_euclid(256) as u32 }
+        Tap { near: wrapped(first), far: wrapped(first + 1), weight: steps.rem_euclid(256) as u32 }
     }
 
     fn bilinear(&self, x: Tap, y: Tap) -> Color32 {
@@ -129,11 +134,12 @@ impl PainterTexture {
         if x.weight == 0 && y.weight == 0 {
             return upper[x.near];
         }
-        let column = |k: usize| y.interpolate(upper[k], lower[k]);
-        x.interpolate_mixed(column(x.near), column(x.far))
+        let column = |x: usize| y.interpolate(upper[x], lower[x]);
+        x.interpolate_wide(column(x.near), column(x.far))
     }
 
-    pub fn at(&self, u: f32, v: f32) -> Color32 {
+    /// The filtered texel at texture coordinates; white if the texture is empty.
+    pub fn sample(&self, u: f32, v: f32) -> Color32 {
         if self.texels.is_empty() {
             return Color32::WHITE;
         }
@@ -141,83 +147,87 @@ impl PainterTexture {
     }
 }
 
-/// Rows of an opaque image, magnified: texel rows are first interpolated along the row, each once, and then two of them for each row of pixels.
+/// Bilinear magnification of an opaque image: each texel row is interpolated horizontally once, and each row of pixels is interpolated
+/// between two such rows.
 #[derive(Default)]
 pub(crate) struct MagnifiedRows {
-    /// The texel row and the interpolated row, four channels of 15 bits per pixel, for the last two texel rows.
+    /// The last two horizontally interpolated rows, each with the index of its texel row. A pixel has four lanes of 16 bits; a lane is a
+    /// channel times 128.
     rows: [(Option<usize>, Vec<u64>); 2],
-    /// One texel row, four channels of 8 bits in lanes of 16.
-    spread: Vec<u64>,
-    /// Every pixel centre lies horizontally at a texel centre, so that no texel row needs interpolation along the row.
+    /// The texel row that is being interpolated, see [`to_lanes`].
+    texel_lanes: Vec<u64>,
+    /// Every pixel centre lies horizontally at a texel centre, so that no horizontal interpolation is needed.
     is_aligned: bool,
 }
 
-/// The channels in the byte order of a pixel in memory: blue, green, red, and nothing.
-fn spread(texel: Color32) -> u64 {
+/// The channels in four lanes of 16 bits, in the order of a pixel's bytes in memory: blue, green, red, 0.
+fn to_lanes(texel: Color32) -> u64 {
     let [r, g, b, _] = texel.to_array();
     u64::from(b) | u64::from(g) << 16 | u64::from(r) << 32
 }
 
-fn pixel(texel: Color32) -> u32 {
+/// The texel as a pixel, 0x00RRGGBB.
+fn to_pixel(texel: Color32) -> u32 {
     let [r, g, b, _] = texel.to_array();
     u32::from_be_bytes([0, r, g, b])
 }
 
 impl MagnifiedRows {
-    /// Forgets the rows of the last image.
+    /// Starts an image with these taps of its columns of pixels, and drops the rows of the last image.
     pub fn start(&mut self, texture: &PainterTexture, columns: &[Tap]) {
         self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
         self.is_aligned = columns.iter().all(|tap| tap.weight == 0);
         debug_assert!(columns.iter().all(|tap| tap.near < texture.width && tap.far < texture.width));
     }
 
-    /// Writes one row of pixels: `columns` has the tap of each pixel, `at` the two texel rows.
-    pub fn row(&mut self, texture: &PainterTexture, columns: &[Tap], at: Tap, pixels: &mut [u32]) {
-        if self.is_aligned && at.weight == 0 {
-            let texels = &texture.texels[at.near * texture.width..(at.near + 1) * texture.width];
-            for (p, column) in pixels.iter_mut().zip(columns) {
-                *p = pixel(texels[column.near]);
+    /// Writes one row of pixels. `columns`: the tap of each pixel in its texel row; `row_tap`: the two texel rows.
+    pub fn write_row(&mut self, texture: &PainterTexture, columns: &[Tap], row_tap: Tap, pixels: &mut [u32]) {
+        if self.is_aligned && row_tap.weight == 0 {
+            let texels = &texture.texels[row_tap.near * texture.width..(row_tap.near + 1) * texture.width];
+            for (pixel, column) in pixels.iter_mut().zip(columns) {
+                *pixel = to_pixel(texels[column.near]);
             }
             return;
         }
-        let near = self.interpolated(texture, columns, at.near, None);
-        let far = self.interpolated(texture, columns, at.far, Some(near));
-        let lanes = |k: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[k].1);
+        let near = self.interpolated(texture, columns, row_tap.near, None);
+        let far = self.interpolated(texture, columns, row_tap.far, Some(near));
+        let lanes = |place: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[place].1);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
-        let rounded = |v: u16| ((v + 64) >> 7) as u8;
-        if at.weight == 0 {
-            for (byte, a) in bytes.iter_mut().zip(lanes(near)) {
-                *byte = rounded(*a);
+        let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
+        if row_tap.weight == 0 {
+            for (byte, near) in bytes.iter_mut().zip(lanes(near)) {
+                *byte = rounded(*near);
             }
         } else {
-            // In 65536ths. The upper half of a product of 15 and 16 bits keeps 7 bits behind the point.
-            let (far_weight, near_weight) = ((at.weight << 8) as u16, ((256 - at.weight) << 8) as u16);
-            let weighted = |v: u16, weight: u16| ((u32::from(v) * u32::from(weight)) >> 16) as u16;
-            for ((byte, a), b) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
-                *byte = rounded(weighted(*a, near_weight) + weighted(*b, far_weight));
+            // The weights are in 65536ths, so the upper 16 bits of a product are again a channel times 128.
+            let (far_weight, near_weight) = ((row_tap.weight << 8) as u16, ((256 - row_tap.weight) << 8) as u16);
+            let weighted = |lane: u16, weight: u16| ((u32::from(lane) * u32::from(weight)) >> 16) as u16;
+            for ((byte, near), far) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
+                *byte = rounded(weighted(*near, near_weight) + weighted(*far, far_weight));
             }
         }
     }
 
-    /// The place in `rows` of a texel row, interpolated along the row. `kept` must not be overwritten.
+    /// The place in `rows` of a horizontally interpolated texel row, which is computed if it is not there. The row at place `kept` stays.
     fn interpolated(&mut self, texture: &PainterTexture, columns: &[Tap], row: usize, kept: Option<usize>) -> usize {
         if let Some(known) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
             return known;
         }
-        // Rows come from top to bottom, so the upper of the two (with the smaller index) is no longer needed.
+        // Rows are needed from top to bottom, so the upper one of the two can be replaced.
         let place = match kept {
             Some(kept) => 1 - kept,
             None => usize::from(self.rows[0].0 > self.rows[1].0),
         };
-        self.spread.clear();
-        self.spread.extend(texture.texels[row * texture.width..(row + 1) * texture.width].iter().map(|t| spread(*t)));
+        self.texel_lanes.clear();
+        self.texel_lanes.extend(texture.texels[row * texture.width..(row + 1) * texture.width].iter().map(|texel| to_lanes(*texel)));
         let (texel_row, target) = &mut self.rows[place];
         *texel_row = Some(row);
         target.clear();
         target.extend(columns.iter().map(|tap| {
             let (near_weight, far_weight) = tap.weights();
-            // At most 255 * 256 in each lane of 16 bits; halved, so that rounding later cannot overflow.
-            ((self.spread[tap.near] * near_weight + self.spread[tap.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
+            // At most 255 * 256 in each lane; halved, so that rounding later cannot overflow. The mask removes the bit shifted in from the
+            // next lane.
+            ((self.texel_lanes[tap.near] * near_weight + self.texel_lanes[tap.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
         }));
         place
     }
@@ -237,7 +247,8 @@ mod tests {
         PainterTexture::new(ImageDelta::full(image, TextureOptions::LINEAR))
     }
 
-    /// The largest difference of [`MagnifiedRows`] from bilinear interpolation in f64, levels of 255, for an image of this size.
+    /// The largest difference between [`MagnifiedRows`] and bilinear interpolation in f64, in levels of 255, for a magnified image of this
+    /// size.
     fn largest_error(texture: &PainterTexture, [width, height]: [usize; 2]) -> f64 {
         let tap = |pixel: usize, pixels: usize, texels: usize| texture.tap((pixel as f32 + 0.5) / pixels as f32, texels);
         let columns: Vec<Tap> = (0..width).map(|x| tap(x, width, WIDTH)).collect();
@@ -247,7 +258,7 @@ mod tests {
         let mut largest: f64 = 0.0;
         for y in 0..height {
             let row = tap(y, height, HEIGHT);
-            rows.row(texture, &columns, row, &mut pixels);
+            rows.write_row(texture, &columns, row, &mut pixels);
             for (pixel, column) in pixels.iter().zip(&columns) {
                 let [zero, shown @ ..] = pixel.to_be_bytes();
                 assert_eq!(zero, 0);
@@ -263,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn magnified_rows_are_bilinear() {
+    fn magnified_rows_match_bilinear_interpolation() {
         let texture = texture();
         assert!(texture.is_opaque());
         assert_eq!(largest_error(&texture, [WIDTH, HEIGHT]), 0.0, "an image in its own size is copied");
@@ -271,13 +282,13 @@ mod tests {
             let error = largest_error(&texture, size);
             assert!(error < 0.6, "{size:?}: {error} levels");
         }
-        // The control: with rows in the wrong order, kept rows would be those of other texel rows.
+        // Control: different texel rows give different pixels, so a kept row used for another one would show.
         let columns: Vec<Tap> = (0..WIDTH).map(|x| texture.tap((x as f32 + 0.5) / WIDTH as f32, WIDTH)).collect();
         let mut rows = MagnifiedRows::default();
         rows.start(&texture, &columns);
         let [mut first, mut last] = [vec![0; WIDTH], vec![0; WIDTH]];
-        rows.row(&texture, &columns, Tap { near: 3, far: 4, weight: 128 }, &mut first);
-        rows.row(&texture, &columns, Tap { near: 9, far: 10, weight: 128 }, &mut last);
+        rows.write_row(&texture, &columns, Tap { near: 3, far: 4, weight: 128 }, &mut first);
+        rows.write_row(&texture, &columns, Tap { near: 9, far: 10, weight: 128 }, &mut last);
         assert_ne!(first, last);
     }
 

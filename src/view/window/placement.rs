@@ -1,7 +1,7 @@
 //! Position and size of the window, saved between runs and restricted to the present monitors.
 //!
-//! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the size fits the monitor; the position
-//! is kept only if the user can see and move the window there. This module does not access the window itself.
+//! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the size fits the monitor; the
+//! position is kept only if the user can see and move the window there. Not here: access to the window itself.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,50 +33,53 @@ pub(crate) struct Monitor {
 
 /// Smallest useful size of a window, points.
 const MIN_SIZE: [f64; 2] = [320.0, 240.0];
-/// Space that is reserved for a window frame and a taskbar, points.
+/// Width and height reserved for a window's frame and a taskbar, points.
 const DECORATIONS: [f64; 2] = [16.0, 64.0];
-/// Smallest side of a usable monitor, points. A system without monitors reports one of a single pixel; monitors below this size are ignored.
-const MIN_SCREEN: f64 = 64.0;
-/// Distance from the window's upper edge at which a user grabs the title bar, points.
+/// Smallest side of a usable monitor, points: a system without monitors may report one of a single pixel.
+const MIN_MONITOR_SIDE: f64 = 64.0;
+/// Distance of the middle of the title bar from the window's upper edge, points.
 const TITLE_BAR_POINTS: f64 = 8.0;
 
 impl Monitor {
     fn contains(&self, at_px: [f64; 2]) -> bool {
-        (0..2).all(|k| {
-            let from = f64::from(self.corner_px[k]);
-            (from..from + f64::from(self.size_px[k])).contains(&at_px[k])
+        (0..2).all(|axis| {
+            let from = f64::from(self.corner_px[axis]);
+            (from..from + f64::from(self.size_px[axis])).contains(&at_px[axis])
         })
     }
 
     /// The number of a window's pixels that lie on this monitor.
     pub(crate) fn visible_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
-        let along = |k: usize| {
-            let [window_start, start] = [corner_px[k], self.corner_px[k]].map(i64::from);
-            let end = (window_start + i64::from(size_px[k])).min(start + i64::from(self.size_px[k]));
+        let overlap_px = |axis: usize| {
+            let [window_start, start] = [corner_px[axis], self.corner_px[axis]].map(i64::from);
+            let end = (window_start + i64::from(size_px[axis])).min(start + i64::from(self.size_px[axis]));
             (end - window_start.max(start)).max(0)
         };
-        along(0) * along(1)
+        overlap_px(0) * overlap_px(1)
     }
 
-    /// Space for a window, points; `None` if the reported size is unusable.
+    /// Largest size of a window without its frame, points; `None` if the reported size is unusable.
     fn available_size(&self) -> Option<[f64; 2]> {
         let sides = self.size_px.map(|side| f64::from(side) / self.scale);
-        let is_usable = sides.iter().all(|side| side.is_finite() && *side >= MIN_SCREEN);
-        is_usable.then(|| [0, 1].map(|k| (sides[k] - DECORATIONS[k]).max(MIN_SCREEN)))
+        let is_usable = sides.iter().all(|side| side.is_finite() && *side >= MIN_MONITOR_SIDE);
+        is_usable.then(|| [0, 1].map(|axis| (sides[axis] - DECORATIONS[axis]).max(MIN_MONITOR_SIDE)))
     }
 }
 
 impl WindowPlacement {
-    /// The placement at which to open on these monitors; the first is the default. The position is kept if the middle of the window's title
-    /// bar is on a monitor.
+    /// The placement at which to open the window on these monitors. The position is kept if the middle of the title bar is on a monitor;
+    /// otherwise the size fits the first monitor.
     pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
-        let title_bar_on = |screen: &Monitor, [x, y]: [i32; 2]| {
-            screen.contains([f64::from(x) + 0.5 * self.size[0] * screen.scale, f64::from(y) + TITLE_BAR_POINTS * screen.scale])
+        let has_title_bar = |monitor: &Monitor, [x, y]: [i32; 2]| {
+            monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_POINTS * monitor.scale])
         };
-        let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|screen| title_bar_on(screen, corner)));
+        let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| has_title_bar(monitor, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
         let default = Self::default().size;
-        let size = [0, 1].map(|k| if self.size[k].is_finite() { self.size[k].max(MIN_SIZE[k]) } else { default[k] }.min(available_size[k]));
+        let size = [0, 1].map(|axis| {
+            let wanted = if self.size[axis].is_finite() { self.size[axis].max(MIN_SIZE[axis]) } else { default[axis] };
+            wanted.min(available_size[axis])
+        });
         Self { corner_px: self.corner_px.filter(|_| containing_monitor.is_some()), size, maximised: self.maximised }
     }
 }
@@ -119,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn no_window_is_larger_than_its_screen_or_too_small_to_see() {
+    fn no_window_is_larger_than_its_monitor_or_too_small_to_see() {
         let sized = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
         // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
@@ -134,7 +137,7 @@ mod tests {
 
     #[test]
     fn visible_pixels_are_counted_per_monitor() {
-        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|screen| screen.visible_px(corner, size));
+        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|monitor| monitor.visible_px(corner, size));
         assert_eq!(shown([100, 100], [200, 100]), [20_000, 0, 0]);
         assert_eq!(shown([1400, -50], [200, 100]), [5_000, 5_000, 0]);
         assert_eq!(shown([-100, 1150], [200, 100]), [5_000, 0, 5_000]);
@@ -143,9 +146,9 @@ mod tests {
 
     #[test]
     fn a_saved_placement_is_restored() {
-        let place = WindowPlacement { maximised: true, ..at(-3, 17) };
-        let text = serde_json::to_string(&place).expect("text");
-        assert_eq!(serde_json::from_str::<WindowPlacement>(&text).expect("a place"), place);
+        let placement = WindowPlacement { maximised: true, ..at(-3, 17) };
+        let json = serde_json::to_string(&placement).expect("text");
+        assert_eq!(serde_json::from_str::<WindowPlacement>(&json).expect("a place"), placement);
         assert_eq!(
             serde_json::from_str::<WindowPlacement>("{\"size\":[700.0,500.0]}").expect("a place"),
             WindowPlacement { size: [700.0, 500.0], ..WindowPlacement::default() }

@@ -1,8 +1,8 @@
 //! Presents the window's content, either on the GPU that renders the images or from CPU memory, which needs no graphics driver.
 //!
-//! In: egui's tessellated meshes. Out: the window's next image. Always: a GPU presents the window only while it also renders the images, so
-//! that no image is read back. Once a GPU has presented into a window, the CPU never paints into that window, because some systems would not
-//! show the result; a new window replaces it.
+//! In: egui's tessellated meshes. Out: the window's next frame. Always: a GPU presents the window only while it also renders the images, so
+//! that no image is read back. Once a GPU has presented into a window, the CPU never paints into that window, because some systems would
+//! not show the result; a new window replaces it.
 
 use crate::render::plan::GpuImage;
 use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
@@ -32,8 +32,8 @@ pub(crate) struct Presenter {
 
 /// Why a window cannot be presented.
 pub(crate) enum PresentError {
-    /// The GPU failed or should no longer present, so a new window, presented by the CPU, must replace this one. The text is a reason that
-    /// was not reported yet.
+    /// The GPU failed or should no longer present, so a new window, presented by the CPU, must replace this one. The text is the failure,
+    /// if it was not reported yet.
     Gpu(Option<String>),
     /// The CPU failed to present.
     Cpu(String),
@@ -48,7 +48,7 @@ impl Presenter {
     /// A presenter that starts on the CPU. `gpu_failed`: do not try a GPU.
     ///
     /// # Errors
-    /// The reason why the system provides no pixel buffer.
+    /// The system provides no pixel buffer; the text is the reason.
     pub(crate) fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
         Ok(Self { window: window.clone(), backend: Some(cpu_backend(window)?), gpu_failed })
     }
@@ -101,10 +101,11 @@ impl Presenter {
         }
     }
 
-    /// Presents the interface; `scene_image` is the rendered view if it is on the GPU. Returns false if the system accepts no frame at the moment.
+    /// Presents the interface. `scene_image`: the rendered view, if it is on the GPU. Returns false if the system accepts no frame at the
+    /// moment.
     ///
     /// # Errors
-    /// The reason for the failure.
+    /// The backend failed.
     pub(crate) fn show(
         &mut self,
         session: &Session,
@@ -118,19 +119,19 @@ impl Presenter {
             Some(PresentBackend::Gpu(surface)) => {
                 let size = [width.get(), height.get()];
                 let ui_primitives = ui_primitives(painter, size, pixels_per_point, primitives, scene_image);
-                // On Wayland the next frame waits until this one has been presented. Announcing a frame that is then never sent would stop
-                // all later frames, so the notification is sent right before presentation.
+                // After this notification, Wayland delays the next redraw until this frame has been presented. If the frame were then not
+                // sent, no redraw would ever follow, so the notification is sent right before presentation.
                 let before_present = || self.window.pre_present_notify();
                 session.show(surface, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
             }
             Some(PresentBackend::Cpu(surface)) => {
-                let failed = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
-                surface.resize(width, height).map_err(failed)?;
-                let mut buffer = surface.buffer_mut().map_err(failed)?;
+                let cpu_error = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
+                surface.resize(width, height).map_err(cpu_error)?;
+                let mut buffer = surface.buffer_mut().map_err(cpu_error)?;
                 let mut canvas = Canvas { width: width.get() as usize, height: height.get() as usize, pixels: &mut buffer };
                 painter.paint(&mut canvas, pixels_per_point, primitives);
                 self.window.pre_present_notify();
-                buffer.present().map_err(failed)?;
+                buffer.present().map_err(cpu_error)?;
                 Ok(true)
             }
             None => Err(PresentError::Gpu(None)),

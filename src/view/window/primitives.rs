@@ -1,14 +1,15 @@
-//! Converts the interface's triangles to primitives for a renderer.
+//! Converts the interface's triangles to primitives for the GPU renderer.
 //!
-//! In: egui's tessellated meshes, the painter's textures, and the rendered view if it is on the GPU. Out: [`UiPrimitive`]s in drawing order.
-//! Always: meshes that the CPU painter would skip are skipped here too. This module draws nothing.
+//! In: egui's tessellated meshes, the painter's textures, and the rendered view if it is on the GPU. Out: [`UiPrimitive`]s in drawing
+//! order. Always: a mesh that the CPU painter would skip is skipped here too. This module draws nothing.
 
 use crate::render::plan::{AddressMode, GpuImage, SamplerState, TextureSource, UiPrimitive};
 use crate::view::window::cpu_painter::{Painter, PixelBounds};
+use crate::view::window::painter_texture::PainterTexture;
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
-/// The texture id of an image that is on the GPU.
+/// The texture id that stands for the rendered view while it is on the GPU.
 pub const ON_GPU: TextureId = TextureId::User(0);
 
 /// The primitives of a window of `[width, height]` pixels. `scene_image`: the rendered view, if it is on the GPU.
@@ -22,10 +23,13 @@ pub fn ui_primitives(
     let to_primitive = |p: &ClippedPrimitive| {
         let Primitive::Mesh(mesh) = &p.primitive else { return None };
         let (texture, sampler) = match (mesh.texture_id, scene_image) {
-            (ON_GPU, Some(image)) => (TextureSource::OnGpu(image.clone()), sampler_state(true, false)),
+            (ON_GPU, Some(image)) => {
+                let clamp = AddressMode::ClampToEdge;
+                (TextureSource::OnGpu(image.clone()), SamplerState { address_u: clamp, address_v: clamp, linear: true })
+            }
             (id, _) => {
                 let texture = painter.texture(id)?;
-                (TextureSource::Persistent(texture.shared()), sampler_state(texture.smooth, texture.repeats))
+                (TextureSource::Persistent(texture.shared()), sampler_of(texture))
             }
         };
         let bounds = PixelBounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
@@ -36,15 +40,16 @@ pub fn ui_primitives(
     primitives.iter().filter_map(to_primitive).collect()
 }
 
-fn sampler_state(linear: bool, repeats: bool) -> SamplerState {
-    let address = if repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
-    SamplerState { address_u: address, address_v: address, linear }
+fn sampler_of(texture: &PainterTexture) -> SamplerState {
+    let address = if texture.repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
+    SamplerState { address_u: address, address_v: address, linear: texture.smooth }
 }
 
-fn of_mesh(mesh: &Mesh, scale: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
+/// The primitive of one mesh. `scissor`: left, top, right and bottom pixel, the last two exclusive.
+fn of_mesh(mesh: &Mesh, pixels_per_point: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
     let corners = &mesh.vertices;
     UiPrimitive {
-        corners_px: corners.iter().flat_map(|v| [v.pos.x * scale, v.pos.y * scale]).collect(),
+        corners_px: corners.iter().flat_map(|v| [v.pos.x * pixels_per_point, v.pos.y * pixels_per_point]).collect(),
         uvs: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
         colours: corners.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
         indices: mesh.indices.clone(),

@@ -1,47 +1,50 @@
-//! Writes changed settings on a separate thread while the window is open, so that a killed program loses at most the last half second of changes.
+//! Writes changed settings on a separate thread while the window is open, so that a killed program loses only changes that are less than
+//! half a second old or belong to a longer series without a pause, such as a drag of a slider.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only for settings that differ from the previous
-//! ones. Changes still pending when the window is closed are left to the caller, who writes the final settings.
+//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only for settings that differ from the
+//! previous ones. Changes still pending when the window is closed are left to the caller, which writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// Time without a change before settings are written, so that dragging a slider counts as one change.
-const QUIET: Duration = Duration::from_millis(500);
+/// Time without a change after which settings are written, so that a drag of a slider counts as one change.
+const QUIET_TIME: Duration = Duration::from_millis(500);
 
-/// The sender of changed settings; the thread ends when it is dropped.
+/// Sends changed settings to the writing thread, which ends when the keeper is dropped.
 pub(crate) struct SettingsKeeper {
-    changed: Sender<Settings>,
+    changes: Sender<Settings>,
+    /// The settings that were sent last.
     last: Settings,
 }
 
 impl SettingsKeeper {
     /// `settings`: the current content of the settings file. The returned receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
-        let (changed, changes) = channel();
-        (Self { changed, last: settings.clone() }, changes)
+        let (sender, receiver) = channel();
+        (Self { changes: sender, last: settings.clone() }, receiver)
     }
 
     /// Sends the settings to the writer if they differ from the last ones.
     pub(crate) fn note(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
-            // Cannot fail: the receiving thread outlives this sender.
-            let _ = self.changed.send(settings.clone());
+            // Cannot fail, because the writing thread ends only after this sender.
+            let _ = self.changes.send(settings.clone());
         }
     }
 }
 
-/// Writes changes until the keeper is dropped.
+/// Writes changes until the keeper is dropped. Blocks, so it needs its own thread.
 pub(crate) fn write_changes(changes: &Receiver<Settings>, write: impl FnMut(&Settings)) {
-    write_after(changes, QUIET, write);
+    write_after(changes, QUIET_TIME, write);
 }
 
-fn write_after(changes: &Receiver<Settings>, quiet: Duration, mut write: impl FnMut(&Settings)) {
+/// As [`write_changes`], with another quiet time for tests.
+fn write_after(changes: &Receiver<Settings>, quiet_time: Duration, mut write: impl FnMut(&Settings)) {
     while let Ok(mut latest) = changes.recv() {
         loop {
-            match changes.recv_timeout(quiet) {
+            match changes.recv_timeout(quiet_time) {
                 Ok(newer) => latest = newer,
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -56,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_of_several_changes_is_written_once_and_none_after_the_end() {
+    fn the_last_of_several_changes_is_written_once_and_none_after_the_keeper_is_dropped() {
         let zoomed = |zoom| Settings { zoom, ..Settings::default() };
         let (mut keeper, changes) = SettingsKeeper::new(&zoomed(1.0));
         let (written, seen) = channel();

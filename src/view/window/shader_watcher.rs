@@ -1,7 +1,7 @@
 //! Reloads a folder of shader fragments when a file in it changes.
 //!
-//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: a separate thread reads the files, and
-//! modules change only between two images. If the folder cannot be read for a moment, for example while an editor saves, nothing changes.
+//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: a separate thread reads the files; the
+//! query worker replaces the modules. While the folder cannot be read, for example because an editor is saving a file, nothing changes.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
@@ -24,7 +24,7 @@ impl ShaderWatcher {
     /// Reads the folder for the first time.
     ///
     /// # Errors
-    /// The file or folder that cannot be read, or a folder without fragments.
+    /// The folder or a file in it cannot be read, or it contains no fragments.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let times = fragment_times(folder)?;
         session.set_fragments(read_fragments(folder, &times)?);
@@ -33,23 +33,23 @@ impl ShaderWatcher {
 
     /// Reads the folder again if a file has changed.
     pub fn check_files(&self, worker: &dyn RenderWorker) {
-        let Ok(now) = fragment_times(&self.folder) else { return };
-        let mut before = self.times_read.lock();
-        if *before == now {
+        let Ok(times) = fragment_times(&self.folder) else { return };
+        let mut times_read = self.times_read.lock();
+        if *times_read == times {
             return;
         }
-        match read_fragments(&self.folder, &now) {
+        match read_fragments(&self.folder, &times) {
             Ok(fragments) => worker.run(Box::new(move |session| session.set_fragments(fragments))),
-            // The error is reported only once for each state of the folder, since `before` is updated below.
+            // Reported only once for each state of the folder, because `times_read` is updated below.
             Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
-        *before = now;
+        *times_read = times;
     }
 
-    /// Checks once a second until `closed` returns true. Blocks, so it needs its own thread.
-    pub(crate) fn watch_until(&self, worker: &dyn RenderWorker, closed: impl Fn() -> bool) {
+    /// Checks the files once a second until `is_closed` returns true. Blocks, so it needs its own thread.
+    pub(crate) fn watch_until(&self, worker: &dyn RenderWorker, is_closed: impl Fn() -> bool) {
         let mut waited = Duration::ZERO;
-        while !closed() {
+        while !is_closed() {
             std::thread::sleep(CLOSE_CHECK_INTERVAL);
             waited += CLOSE_CHECK_INTERVAL;
             if waited >= CHECK_INTERVAL {

@@ -1,4 +1,5 @@
-//! Work off the window's thread: rendering of images and answers to queries. Also the choice of resolution for moving images.
+//! Work off the window's thread: rendering of images and answers to queries. Also the resolution of moving images, and the return of freed
+//! memory.
 
 pub mod adaptive_resolution;
 pub mod freed_memory;

@@ -26,7 +26,7 @@ impl<K, T> Default for QueryCache<K, T> {
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
-    /// The answer, if it has arrived. Starts `query` on the first call for a key.
+    /// The answer, if it has arrived. The first call for a key starts `query`.
     pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
             if self.0.len() >= CAPACITY {
@@ -51,8 +51,8 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         }
     }
 
-    /// Clears the cache.
-    pub(crate) fn forget(&mut self) {
+    /// Drops all answers.
+    pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
 }

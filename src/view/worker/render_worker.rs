@@ -1,8 +1,8 @@
 //! Renders images and answers queries off the window's thread, so that input never waits for either.
 //!
-//! In: render jobs (a view at a size) and tasks (any query of the session). Out: images and answers, when they are done. Always: of several
-//! waiting jobs only the newest is rendered; no image waits for a task; `wake` is called once for each result. This module does not decide
-//! what is drawn.
+//! In: render jobs (a view at a size) and tasks (closures that use the session, such as queries). Out: images and answers, when they are
+//! done. Always: of several waiting jobs only the newest is rendered; no image waits for a task; `wake` is called after each image and each
+//! task. This module does not decide what is drawn.
 
 use super::freed_memory;
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
@@ -21,7 +21,7 @@ use std::time::{Duration, Instant as WallInstant};
 pub struct RenderJob {
     pub request: ViewRequest,
     pub sampling: SamplingQuality,
-    /// The image may stay on the GPU, because the GPU presents the window.
+    /// The image may stay on the GPU, because the same GPU presents the window.
     pub on_gpu: bool,
 }
 
@@ -29,12 +29,14 @@ pub struct RenderJob {
 pub struct RenderedView {
     pub job: RenderJob,
     pub scene: Scene,
+    /// The draws with simple shaders, for the Shader panel.
     pub simple_draws: Vec<SimpleDraw>,
     pub width: u32,
     pub height: u32,
     /// Opaque pixels, top row first; empty if the image stayed on the GPU.
     pub rgba: Vec<[u8; 4]>,
-    pub on_gpu: Option<GpuImage>,
+    /// The image, if it stayed on the GPU.
+    pub gpu_image: Option<GpuImage>,
     pub by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
@@ -42,7 +44,7 @@ pub struct RenderedView {
     pub waited_ms: f64,
     /// Time by stage, of this frame only.
     pub stages: Stages,
-    /// Hits and misses of the shader library since the session was opened.
+    /// Statistics of the shader library since the session was opened.
     pub library: Statistics,
 }
 
@@ -54,7 +56,7 @@ pub trait RenderWorker {
     fn session(&self) -> &Session;
     /// Requests an image, and drops an older job that was not started yet.
     fn submit(&self, job: RenderJob);
-    /// Takes the newest finished image; `None` until another one is finished.
+    /// Takes the newest finished image, or the reason why it failed; `None` until another one is finished.
     fn take(&self) -> Option<Result<RenderedView, SessionError>>;
     /// Queues a task; it runs when the query thread is free.
     fn run(&self, task: Task);
@@ -63,7 +65,7 @@ pub trait RenderWorker {
 /// The answer to a query, which may not have arrived yet.
 pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
-/// Belongs to no query, so an answer never arrives.
+/// A pending answer without a query: it never arrives.
 impl<T> Default for Pending<T> {
     fn default() -> Self {
         Self(Arc::default())
@@ -71,14 +73,14 @@ impl<T> Default for Pending<T> {
 }
 
 impl<T> Pending<T> {
-    /// A pending answer, and the function that fills it.
+    /// A pending answer, and the function that delivers it.
     pub fn with_sender() -> (Self, impl FnOnce(T)) {
         let slot = Arc::new(Mutex::new(None));
         let answer = Arc::clone(&slot);
         (Self(slot), move |value| *locked(&answer) = Some(value))
     }
 
-    /// The answer, if it has arrived.
+    /// Takes the answer, if it has arrived.
     pub(crate) fn take(&self) -> Option<T> {
         locked(&self.0).take()
     }
@@ -88,7 +90,7 @@ impl<T> Pending<T> {
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    // Answers may contain texts. These are in the language of the thread that calls `ask`, although another thread runs the query.
+    // The language belongs to a thread. Texts in the answer shall be in the language of this thread, although another one runs the query.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
@@ -118,7 +120,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         width: drawn.frame.width,
         height: drawn.frame.height,
         rgba: drawn.frame.display,
-        on_gpu: drawn.on_gpu,
+        gpu_image: drawn.on_gpu,
         by: drawn.by,
         took_ms,
         waited_ms: 0.0,
@@ -154,13 +156,16 @@ impl RenderWorker for InlineWorker<'_> {
     }
 }
 
-/// Time between two returns of freed pages, which hold up the next image.
-const BETWEEN_RETURNS: Duration = Duration::from_secs(20);
+/// Smallest interval between returns of freed pages, each of which delays the next image.
+const PAGE_RETURN_INTERVAL: Duration = Duration::from_secs(20);
 
+/// What the two threads have to do and have done.
 #[derive(Default)]
 struct Work {
+    /// The newest job that was not started yet.
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
+    /// The newest finished image that was not taken yet.
     done: Option<Result<RenderedView, SessionError>>,
     /// An image is being rendered.
     is_drawing: bool,
@@ -168,6 +173,7 @@ struct Work {
 }
 
 impl Work {
+    /// Takes the waiting job, and records that it is being drawn.
     fn start_image(&mut self) -> Option<RenderJob> {
         let job = self.job.take();
         self.is_drawing |= job.is_some();
@@ -179,6 +185,7 @@ impl Work {
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
+    /// Notified after each change of `work` that a thread may be waiting for.
     changed: Condvar,
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }
@@ -191,7 +198,7 @@ impl<'a> ThreadedWorker<'a> {
 
     /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn draw(&self) {
-        let mut pages_returned = WallInstant::now();
+        let mut last_page_return = WallInstant::now();
         let mut idle_since = WallInstant::now();
         while let Some(job) = self.next(Work::start_image) {
             let waited_ms = idle_since.elapsed().as_secs_f64() * 1e3;
@@ -202,9 +209,9 @@ impl<'a> ThreadedWorker<'a> {
                 (work.done, work.is_drawing) = (Some(rendered), false);
             }
             (self.wake)();
-            if pages_returned.elapsed() > BETWEEN_RETURNS {
+            if last_page_return.elapsed() > PAGE_RETURN_INTERVAL {
                 freed_memory::return_pages();
-                pages_returned = WallInstant::now();
+                last_page_return = WallInstant::now();
             }
         }
     }
@@ -217,7 +224,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Waits for work; `None` once the worker is closed.
+    /// Waits until `take` finds work, and returns it; `None` once the worker is closed.
     fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = locked(&self.work);
         loop {
@@ -231,7 +238,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Whether an image is requested and has not arrived, so that `wake` will be called.
+    /// Whether a requested image has not been finished yet, so that `wake` will be called.
     pub fn is_drawing(&self) -> bool {
         let work = locked(&self.work);
         work.is_drawing || work.job.is_some()

@@ -1,18 +1,20 @@
 //! Headers of FITS files (standard 4.0): cards of 80 bytes in blocks of 2880.
 //!
-//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: the length is limited.
+//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: at most 1000 blocks are read.
 //! Not read: long strings (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
 
+/// Length of a card, bytes.
 const CARD: usize = 80;
 /// Block size of headers and data, bytes.
 pub(super) const BLOCK: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
 
-/// The cards that have a value: keyword, value, card number.
+/// The header of one HDU.
 pub(super) struct Header {
+    /// The cards that have a value: keyword, value, card number.
     cards: Vec<(String, String, usize)>,
     /// Bytes from the header's start to its data.
     pub length: usize,
@@ -52,8 +54,8 @@ impl Header {
         self.find(keyword).map_or("", |(value, _)| value)
     }
 
-    /// The card number of a keyword, for messages.
-    pub fn card(&self, keyword: &str) -> usize {
+    /// The card number of a keyword, for messages; 1 if there is no such card.
+    pub fn card_number(&self, keyword: &str) -> usize {
         self.find(keyword).map_or(1, |(_, number)| number)
     }
 

@@ -1,8 +1,8 @@
 //! Images in FITS files: the first image with two axes, in the primary HDU or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a body's, and its look. Out: [`PlacedImage`], or the wrong card. Always: values are BSCALE x + BZERO; BLANK and
-//! values that are not finite are transparent; sizes are checked before data are read. Rejected: cubes of several planes and compressed images
-//! (fpack).
+//! In: bytes, whether the image is a body's, and its look. Out: [`PlacedImage`], or the number of the wrong card and the reason. Always: values are BSCALE
+//! x + BZERO; BLANK and values that are not finite are transparent; sizes are checked before data are read. Rejected: cubes of several planes and
+//! compressed images (fpack).
 
 mod header;
 mod wcs;
@@ -37,7 +37,8 @@ struct Hdu<'a> {
     data: &'a [u8],
 }
 
-/// Number of data bytes that a header announces (standard, section 4.4.1.1).
+/// Number of data bytes that a header announces (standard, section 4.4.1.1). Sizes beyond those of any file are errors: more than 2^40 along an axis,
+/// 2^48 or more values.
 fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
     let axes = header.integer("NAXIS", 0..=999)?;
     let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
@@ -48,13 +49,13 @@ fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
         count = count
             .checked_mul(side)
             .filter(|c| *c < 1 << 48)
-            .ok_or_else(|| (header.card("NAXIS1"), "more data than a file holds".to_owned()))?;
+            .ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))?;
     }
     let parameters = if header.text("PCOUNT").is_empty() { 0 } else { header.integer("PCOUNT", 0..=1 << 40)?.unsigned_abs() };
     let groups = if header.text("GCOUNT").is_empty() { 1 } else { header.integer("GCOUNT", 0..=1 << 20)?.unsigned_abs() };
     let bytes = (bits / 8).checked_mul(groups).and_then(|b| b.checked_mul(count.checked_add(parameters)?));
     let bytes = bytes.and_then(|b| usize::try_from(b).ok()).filter(|b| *b < usize::MAX / 2);
-    bytes.ok_or_else(|| (header.card("NAXIS1"), "more data than a file holds".to_owned()))
+    bytes.ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))
 }
 
 /// The first HDU with an image of two or more axes.
@@ -73,7 +74,7 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, WrongCard> {
         let is_image = matches!(header.text("XTENSION"), "" | "IMAGE") && header.integer("NAXIS", 0..=999)? >= 2;
         if is_image && length > 0 {
             let data = data.get(..length).ok_or_else(|| {
-                (header.card("NAXIS1"), format!("{length} bytes of data announced, {} in the file: cut short", data.len()))
+                (header.card_number("NAXIS1"), format!("{length} bytes of data announced, {} in the file: cut short", data.len()))
             })?;
             return Ok(Hdu { header, data });
         }
@@ -102,11 +103,11 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
         64 => map_chunks(data, |b| scaled_integer(i64::from_be_bytes(b))),
         -32 => map_chunks(data, |b| scaled_float(f64::from(f32::from_be_bytes(b)))),
         -64 => map_chunks(data, |b| scaled_float(f64::from_be_bytes(b))),
-        other => return Err((header.card("BITPIX"), format!("BITPIX: {other} is none of 8, 16, 32, 64, -32, -64"))),
+        other => return Err((header.card_number("BITPIX"), format!("BITPIX: {other} is none of 8, 16, 32, 64, -32, -64"))),
     })
 }
 
-/// The image of a file, or the wrong card.
+/// The image of a file.
 pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<PlacedImage, WrongCard> {
     let hdu = image_hdu(bytes)?;
     let header = &hdu.header;
@@ -117,16 +118,16 @@ pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<Plac
             .map_err(|(card, why)| (card, format!("{why}: only an image of one plane can be drawn, not a cube")))?;
     }
     if width * height > MAX_PIXELS {
-        return Err((header.card("NAXIS1"), format!("{width}x{height} pixels; the limit is {MAX_PIXELS}")));
+        return Err((header.card_number("NAXIS1"), format!("{width}x{height} pixels; the limit is {MAX_PIXELS}")));
     }
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
     let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
     let values = scaled_values(&hdu)?;
-    let colours = colours(&values, look).ok_or_else(|| (header.card("BITPIX"), "the image has no finite value".to_owned()))?;
-    let row = 4 * size[0] as usize;
-    let mut rgba: Vec<u8> = colours.chunks_exact(row).rev().flatten().copied().collect();
+    let colours = colours(&values, look).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
+    let row_bytes = 4 * size[0] as usize;
+    let mut rgba: Vec<u8> = colours.chunks_exact(row_bytes).rev().flatten().copied().collect();
     if matches!(wcs, ImageWcs::PlateCarree { mirrored: true, .. }) {
-        rgba.chunks_exact_mut(row).for_each(|row| {
+        rgba.chunks_exact_mut(row_bytes).for_each(|row| {
             let mirrored: Vec<u8> = row.as_chunks::<4>().0.iter().rev().flatten().copied().collect();
             row.copy_from_slice(&mirrored);
         });
@@ -151,7 +152,8 @@ mod tests {
     ];
     const SIZE: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "2")];
 
-    fn block(first: &str, cards: &[&[(&str, &str)]]) -> Vec<u8> {
+    /// A header of whole blocks: its first card, the cards given, and END.
+    fn header_block(first: &str, cards: &[&[(&str, &str)]]) -> Vec<u8> {
         let mut text = format!("{first:<80}");
         for (keyword, value) in cards.iter().copied().flatten() {
             text += &format!("{:<80}", format!("{keyword:<8}= {value:>20} / about"));
@@ -164,7 +166,7 @@ mod tests {
     const SIMPLE: &str = "SIMPLE  =                    T";
 
     fn file(cards: &[&[(&str, &str)]], data: &[u8]) -> Vec<u8> {
-        let mut bytes = block(SIMPLE, cards);
+        let mut bytes = header_block(SIMPLE, cards);
         bytes.extend(data);
         bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
         bytes
@@ -180,8 +182,8 @@ mod tests {
 
     /// Each number format is read; rows run up in the file and down in the image.
     #[test]
-    fn numbers_of_every_form_are_read() {
-        let forms: [(&str, Vec<u8>); 6] = [
+    fn every_number_format_is_read_scaled_and_stretched() {
+        let formats: [(&str, Vec<u8>); 6] = [
             ("8", vec![0, 51, 102, 255]),
             ("16", [0_i16, 51, 102, 255].iter().flat_map(|v| v.to_be_bytes()).collect()),
             ("32", [0_i32, 51, 102, 255].iter().flat_map(|v| v.to_be_bytes()).collect()),
@@ -189,7 +191,7 @@ mod tests {
             ("-32", [0_f32, 51.0, 102.0, 255.0].iter().flat_map(|v| v.to_be_bytes()).collect()),
             ("-64", [0_f64, 51.0, 102.0, 255.0].iter().flat_map(|v| v.to_be_bytes()).collect()),
         ];
-        for (bits, data) in forms {
+        for (bits, data) in formats {
             let image = read(&file(&[&[("BITPIX", bits)], SIZE, TAN], &data), false, &full_range()).expect(bits);
             assert_eq!(red(&image), [102, 255, 0, 51], "{bits}");
         }
@@ -209,10 +211,10 @@ mod tests {
         let empty: &[(&str, &str)] = &[("BITPIX", "8"), ("NAXIS", "0")];
         let table: &[(&str, &str)] =
             &[("BITPIX", "8"), ("NAXIS", "2"), ("NAXIS1", "3000"), ("NAXIS2", "1"), ("PCOUNT", "0"), ("GCOUNT", "1")];
-        let mut bytes = block(SIMPLE, &[empty]);
-        bytes.extend(block("XTENSION= 'BINTABLE'", &[table]));
+        let mut bytes = header_block(SIMPLE, &[empty]);
+        bytes.extend(header_block("XTENSION= 'BINTABLE'", &[table]));
         bytes.extend([0; 2 * BLOCK]);
-        bytes.extend(block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
+        bytes.extend(header_block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
         bytes.extend([1, 2, 3, 4]);
         let image = read(&bytes, false, &full_range()).expect("the third");
         let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = image.wcs else { panic!("{:?}", image.wcs) };
@@ -237,7 +239,7 @@ mod tests {
         };
         let (_, globe) = file_with(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
         assert_eq!(globe, ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
-        let car = |dx: &'static str| {
+        let plate_carree = |dx: &'static str| {
             [
                 ("CTYPE1", "'MALN-CAR'"),
                 ("CTYPE2", "'MALT-CAR'"),
@@ -248,13 +250,13 @@ mod tests {
                 ("CDELT2", "10"),
             ]
         };
-        let (texels, part) = file_with(&car("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
+        let (texels, part) = file_with(&plate_carree("10"), SIZE, &[0, 85, 170, 255]).expect("a part");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: false });
         assert_eq!(texels, [170, 255, 0, 85]);
-        let (texels, part) = file_with(&car("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
+        let (texels, part) = file_with(&plate_carree("-10"), SIZE, &[0, 85, 170, 255]).expect("west to the right");
         assert_eq!(part, ImageWcs::PlateCarree { west_deg: 20.0, east_deg: 40.0, south_deg: 0.0, north_deg: 20.0, mirrored: true });
         assert_eq!(texels, [255, 170, 85, 0]);
-        assert!(file_with(&car("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
+        assert!(file_with(&plate_carree("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
         assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
     }
@@ -265,9 +267,9 @@ mod tests {
         let bits: &[(&str, &str)] = &[("BITPIX", "8")];
         let data = [1, 2, 3, 4];
         assert!(read(b"GIF89a", false, &full_range()).is_err_and(|(_, w)| w.contains("not FITS")));
-        assert!(read(&block(SIMPLE, &[bits])[..2000], false, &full_range()).is_err_and(|(_, w)| w.contains("no image")));
+        assert!(read(&header_block(SIMPLE, &[bits])[..2000], false, &full_range()).is_err_and(|(_, w)| w.contains("no image")));
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
-        let cut = block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
+        let cut = header_block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
         assert!(read(&cut, false, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
         for (from, to, card, expected) in [
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
@@ -296,8 +298,8 @@ mod tests {
         );
         let nothing: Vec<u8> = [f32::NAN; 4].iter().flat_map(|v| v.to_be_bytes()).collect();
         assert!(why(&[&[("BITPIX", "-32")], SIZE, TAN], &nothing).1.contains("the image has no finite value"));
-        let mut packed = block(SIMPLE, &[bits, &[("NAXIS", "0")]]);
-        packed.extend(block("XTENSION= 'BINTABLE'", &[bits, SIZE, &[("PCOUNT", "0"), ("GCOUNT", "1"), ("ZIMAGE", "T")]]));
+        let mut packed = header_block(SIMPLE, &[bits, &[("NAXIS", "0")]]);
+        packed.extend(header_block("XTENSION= 'BINTABLE'", &[bits, SIZE, &[("PCOUNT", "0"), ("GCOUNT", "1"), ("ZIMAGE", "T")]]));
         packed.extend([0; BLOCK]);
         assert!(read(&packed, false, &full_range()).is_err_and(|(_, w)| w.contains("funpack")));
     }

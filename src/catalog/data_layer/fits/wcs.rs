@@ -1,7 +1,8 @@
 //! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
-//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or no coordinates and twice as wide as
-//! high). Always: an image with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong place.
+//! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or an image without coordinates that is
+//! twice as wide as high). Always: an image with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong
+//! place.
 
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
@@ -34,8 +35,8 @@ pub enum ImageWcs {
 }
 
 /// The error of a card whose value is not supported.
-fn refused(header: &Header, keyword: &str, why: &str) -> WrongCard {
-    (header.card(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
+fn unsupported_card(header: &Header, keyword: &str, why: &str) -> WrongCard {
+    (header.card_number(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
 }
 
 /// Degrees per pixel: the CD matrix, or PC or CROTA2 with CDELT.
@@ -46,7 +47,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
         Ok([[element("1_1")?, element("1_2")?], [element("2_1")?, element("2_2")?]])
     };
     let cd = matrix_cards("CD")?;
-    let found = if cd.iter().flatten().any(Option::is_some) {
+    let deg_per_px = if cd.iter().flatten().any(Option::is_some) {
         cd.map(|row| row.map(|v| v.unwrap_or(0.0)))
     } else {
         let [Some(dx), Some(dy)] = [number("CDELT1")?, number("CDELT2")?] else {
@@ -61,42 +62,45 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
             [[dx * cos, -dy * sin], [dx * sin, dy * cos]]
         }
     };
-    let [[a, b], [c, d]] = found;
+    let [[a, b], [c, d]] = deg_per_px;
     let area = (a * d - b * c).abs();
-    // From 1e-9 square arcseconds to a quarter of the sky.
+    // The limits are 1e-9 square arcseconds and 10,000 square degrees, about a quarter of the sky.
     if !(1e-10 * 1e-3 / 1296.0..=1e4).contains(&area) {
-        return Err((header.card("CDELT1").max(header.card("CD1_1")), format!("a pixel of {area:.1e} square degrees cannot be placed")));
+        return Err((
+            header.card_number("CDELT1").max(header.card_number("CD1_1")),
+            format!("a pixel of {area:.1e} square degrees cannot be placed"),
+        ));
     }
-    Ok(found)
+    Ok(deg_per_px)
 }
 
 /// The tangent plane of an image of the sky.
 pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
-        let unsupported = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
-        return Err(refused(header, unsupported, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
+        let keyword = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
+        return Err(unsupported_card(header, keyword, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
     }
     for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
         if !header.text(keyword).is_empty() {
-            return Err(refused(header, keyword, "distorted images are not drawn"));
+            return Err(unsupported_card(header, keyword, "distorted images are not drawn"));
         }
     }
     if !matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") || !matches!(header.number("EQUINOX")?, None | Some(2000.0)) {
         let keyword = if matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") { "EQUINOX" } else { "RADESYS" };
-        return Err(refused(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
+        return Err(unsupported_card(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
     }
     if !matches!(header.number("LONPOLE")?, None | Some(180.0)) {
-        return Err(refused(header, "LONPOLE", "only 180 is supported"));
+        return Err(unsupported_card(header, "LONPOLE", "only 180 is supported"));
     }
     for keyword in ["CUNIT1", "CUNIT2"] {
         if !matches!(header.text(keyword), "" | "deg") {
-            return Err(refused(header, keyword, "only degrees (deg) are supported"));
+            return Err(unsupported_card(header, keyword, "only degrees (deg) are supported"));
         }
     }
     let required = |keyword: &str, limit: f64| match header.number(keyword)? {
         Some(v) if v.abs() <= limit => Ok(v),
-        Some(v) => Err((header.card(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
+        Some(v) => Err((header.card_number(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
         None => Err((1, format!("{keyword} is missing"))),
     };
     Ok(ImageWcs::Tangent {
@@ -113,22 +117,29 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
     let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
-    // Maps of solar system bodies have `??LN` and `??LT`; GLON and RA belong to the sky.
+    // Axes of a body's map are named ??LN and ??LT; GLON and RA are coordinates of the sky.
     let has_longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
     let has_latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
     if !(has_longitude && has_latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
-        return Err(refused(
+        return Err(unsupported_card(
             header,
             "CTYPE1",
             "on a body a plate carree (xxLN-CAR, xxLT-CAR) is drawn, or a map of the whole globe without CTYPE, twice as wide as high",
         ));
     }
     if header.number("CRVAL2")?.unwrap_or(0.0) != 0.0 {
-        return Err(refused(header, "CRVAL2", "only a plate carree with CRVAL2 = 0 is supported: any other value means a rotated map"));
+        return Err(unsupported_card(
+            header,
+            "CRVAL2",
+            "only a plate carree with CRVAL2 = 0 is supported: any other value means a rotated map",
+        ));
     }
     let [[dx, b], [c, dy]] = matrix(header)?;
     if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
-        return Err((header.card("CDELT2"), "a rotated map, or one whose rows run from north to south, is not supported".to_owned()));
+        return Err((
+            header.card_number("CDELT2"),
+            "a rotated map, or one whose rows run from north to south, is not supported".to_owned(),
+        ));
     }
     let required = |keyword: &str| header.number(keyword)?.ok_or_else(|| (1, format!("{keyword} is missing")));
     let [x, y, lon] = [required("CRPIX1")?, required("CRPIX2")?, required("CRVAL1")?];
@@ -136,10 +147,10 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
     // Rounding may place an edge slightly beyond a pole or the date line.
-    let slack = 1e-6;
-    if east_deg - west_deg > 360.0 + slack || west_deg.abs() > 360.0 || south_deg < -90.0 - slack || north_deg > 90.0 + slack {
+    let slack_deg = 1e-6;
+    if east_deg - west_deg > 360.0 + slack_deg || west_deg.abs() > 360.0 || south_deg < -90.0 - slack_deg || north_deg > 90.0 + slack_deg {
         return Err((
-            header.card("CRPIX1"),
+            header.card_number("CRPIX1"),
             format!("longitudes {west_deg} to {east_deg} and latitudes {south_deg} to {north_deg} do not fit on a globe"),
         ));
     }

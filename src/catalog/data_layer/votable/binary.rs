@@ -1,8 +1,8 @@
 //! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without gaps.
 //!
 //! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text.
-//! Always: a length stated in a row is compared with the bytes that remain before it is used. Skipped: values that no point needs (bits, complex
-//! numbers). Rejected: streams in other files, and compressed streams.
+//! Always: a length stated in a row is compared with the bytes that remain before it is used. Skipped: values that no point needs (booleans, bits,
+//! complex numbers). Rejected: streams in other files, and compressed streams.
 
 use crate::wording::echo_within;
 use base64::Engine;
@@ -45,7 +45,7 @@ impl DataType {
         })
     }
 
-    /// Number of bytes of `count` values; bits are padded to full bytes.
+    /// Number of bytes of `count` values; bits are padded to full bytes. `None` on overflow.
     fn bytes_of(self, count: usize) -> Option<usize> {
         let bytes_per_value = match self {
             Self::Bit => return Some(count.div_ceil(8)),
@@ -175,6 +175,7 @@ impl<'a> Rows<'a> {
                 }
             };
             let bytes = column.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(cut_off)?;
+            // The flag of column 0 is the highest bit of the first byte.
             let is_null = flags.get(k / 8).is_some_and(|byte| byte & (0x80 >> (k % 8)) != 0);
             row.push(if is_null { String::new() } else { column.text(bytes) });
         }

@@ -12,6 +12,7 @@ use super::layer::Content;
 use super::xml::{Element, ElementHandler, walk};
 use crate::wording::echo_within;
 
+/// A FIELD element: the description of a column.
 struct Field {
     name: String,
     ucd: String,
@@ -23,6 +24,7 @@ struct Field {
     line: usize,
 }
 
+/// The first TABLE, as far as it has been read.
 #[derive(Default)]
 struct Table {
     on_body: bool,
@@ -34,8 +36,8 @@ struct Table {
     has_ended: bool,
 }
 
-/// The column name of [`Columns`] for a UCD.
-fn by_ucd(ucd: &str) -> Option<&'static str> {
+/// The name that [`Columns`] expects for a column with this UCD (Unified Content Descriptor).
+fn column_name_of_ucd(ucd: &str) -> Option<&'static str> {
     let ucd = ucd.to_lowercase();
     let first = ucd.split(';').next().unwrap_or_default().trim();
     match first {
@@ -50,14 +52,14 @@ fn by_ucd(ucd: &str) -> Option<&'static str> {
 impl Table {
     fn choose_columns(&mut self) -> Result<(), String> {
         let names: Vec<String> = self.fields.iter().map(|f| f.name.clone()).collect();
-        let by_ucds = || -> Vec<String> {
-            let known = self.fields.iter().zip(&names);
-            known.map(|(f, name)| by_ucd(&f.ucd).map_or_else(|| name.clone(), str::to_owned)).collect()
+        let names_by_ucd = || -> Vec<String> {
+            let name = |f: &Field| column_name_of_ucd(&f.ucd).map_or_else(|| f.name.clone(), str::to_owned);
+            self.fields.iter().map(name).collect()
         };
         let columns = Columns::of(&names, self.on_body)
-            .or_else(|_| Columns::of(&by_ucds(), self.on_body))
+            .or_else(|_| Columns::of(&names_by_ucd(), self.on_body))
             .map_err(|why| format!("the TABLE {why}, nor by UCD"))?;
-        for field in columns.coordinate_columns().filter_map(|at| self.fields.get(at)) {
+        for field in columns.coordinate_columns().filter_map(|index| self.fields.get(index)) {
             if let Some(unit) = field.unit.as_deref().filter(|unit| !matches!(*unit, "" | "deg" | "degree" | "degrees")) {
                 return Err(format!(
                     "field {} (line {}): the unit `{}` is not deg",
@@ -73,17 +75,17 @@ impl Table {
 
     fn read_stream(&mut self, text: &str, has_null_flags: bool) -> Result<(), String> {
         let columns = self.columns.as_ref().ok_or("a STREAM outside of BINARY")?;
-        let cell = |f: &Field| {
+        let column = |f: &Field| {
             Column::new(&f.data_type, &f.arraysize, f.null.as_deref())
                 .map_err(|why| format!("field {} (line {}): {why}", echo_within(&f.name, 40), f.line))
         };
-        let cells = self.fields.iter().map(cell).collect::<Result<Vec<_>, _>>()?;
-        let mut rows = Rows::new(&cells, text, has_null_flags)?;
+        let binary_columns = self.fields.iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        let mut rows = Rows::new(&binary_columns, text, has_null_flags)?;
         let mut count = 0_usize;
         while let Some(row) = rows.next_row()? {
             count += 1;
             let point = columns.point(&row).map_err(|why| format!("row {count}: {why}"))?;
-            self.content.count(1)?;
+            self.content.count_positions(1)?;
             self.content.points.push(point);
         }
         Ok(())
@@ -139,7 +141,7 @@ impl ElementHandler for Table {
             "TR" => {
                 let columns = self.columns.as_ref().ok_or("a row outside of TABLEDATA")?;
                 let point = columns.point(&self.row)?;
-                self.content.count(1)?;
+                self.content.count_positions(1)?;
                 self.content.points.push(point);
             }
             "TABLE" => self.has_ended = true,
@@ -152,13 +154,15 @@ impl ElementHandler for Table {
     }
 }
 
-/// The points of a document, or the wrong line and the reason.
+/// The points of a document. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut table = Table { on_body, ..Table::default() };
     walk(text, &mut table)?;
-    match () {
-        () if !table.has_ended => Err((1, "no TABLE in it: not a VOTable".to_owned())),
-        () if !table.has_rows => Err((1, "its TABLE has neither TABLEDATA nor BINARY".to_owned())),
-        () => Ok(table.content),
+    if !table.has_ended {
+        Err((1, "no TABLE in it: not a VOTable".to_owned()))
+    } else if !table.has_rows {
+        Err((1, "its TABLE has neither TABLEDATA nor BINARY".to_owned()))
+    } else {
+        Ok(table.content)
     }
 }

@@ -1,4 +1,4 @@
-//! Binds a program to kernels: instructions become runs of kernel calls, with control-flow and texture steps between them.
+//! Binds a program to SIMD kernels: instructions become runs of kernel calls, with control-flow and texture steps between them.
 //!
 //! In: a program and a kernel class. Out: [`BoundProgram`]. Always: every offset lies inside the arena that the executor allocates for the program.
 //! Not here: running the program.
@@ -42,7 +42,7 @@ pub(crate) struct UniformLoad {
 
 /// The location of the mask of lanes for which a texture is read.
 #[derive(Clone, Copy)]
-pub(crate) enum Mask {
+pub(crate) enum MaskLocation {
     Slot(u32),
     Register(usize),
 }
@@ -65,10 +65,10 @@ pub(crate) struct TextureRead {
     /// Which of the four channels are read later.
     pub outputs_used: [bool; 4],
     pub args: [TextureArg; 7],
-    pub mask: Mask,
+    pub mask: MaskLocation,
 }
 
-/// One step of a bound program.
+/// One step of a bound program. `target`: the index of the step to which a jump goes.
 pub(crate) enum BoundStep {
     /// Runs the kernels `from..to` in order; together they count as `instructions` instructions.
     Kernels {
@@ -86,7 +86,7 @@ pub(crate) enum BoundStep {
         from: u32,
         to: u32,
     },
-    /// Words of the uniform block, chosen by the index in each lane.
+    /// Reads words of the uniform block, each lane at its own index.
     Gather {
         dst: u32,
         index: u32,
@@ -100,10 +100,12 @@ pub(crate) enum BoundStep {
         axis: u8,
         level: usize,
     },
+    /// Jumps if no lane of the mask in `slot` is set.
     SkipIfNoLane {
         slot: u32,
         target: u32,
     },
+    /// Jumps if the boolean in `register` equals `when`.
     JumpIf {
         register: usize,
         when: bool,
@@ -133,9 +135,9 @@ pub struct BoundProgram<R> {
     pub(super) discarded: Option<u32>,
 }
 
-/// Number of scratch slots after the program's own slots. The first ones receive broadcast operands of kernels that accept only lanes, the last two
-/// receive intermediate results of a chain.
-pub(crate) const SCRATCH: u32 = 8;
+/// Number of scratch slots after the program's own slots. The first ones hold registers that are broadcast for kernels that accept only lanes, the last
+/// two the intermediate results of a chain.
+pub(crate) const SCRATCH_SLOTS: u32 = 8;
 
 impl<R: Real> BoundProgram<R> {
     /// Binds a program to the kernels of a class, which must be available on this machine.
@@ -159,7 +161,7 @@ impl<R: Real> BoundProgram<R> {
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             read_inputs: (0..program.inputs.len()).map(|k| is_read_from(program, 0, k as u16)).collect(),
-            first_register: (program.slots + SCRATCH) as usize,
+            first_register: (program.slots + SCRATCH_SLOTS) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
@@ -173,7 +175,7 @@ impl<R: Real> BoundProgram<R> {
     }
 }
 
-/// A program's binding, kept from frame to frame: those of a frame of the Earth with clouds take a hundredth of its instructions.
+/// A program's binding, kept from frame to frame, because binding all programs takes a hundredth of a frame's instructions (the Earth with clouds).
 #[derive(Debug, Default)]
 pub(crate) struct KeptBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 
@@ -189,7 +191,7 @@ impl KeptBinding {
             return Ok(bound);
         }
         let bound = Arc::new(BoundProgram::new(program, class)?);
-        // A renderer has one class and one precision: another one is bound anew each time.
+        // Only the first binding is kept: a renderer has one class and one precision.
         let _ = self.0.set((class, Arc::clone(&bound) as _));
         Ok(bound)
     }
@@ -198,7 +200,7 @@ impl KeptBinding {
 /// Binds the instructions of a program. `unbound`: the bound program without its steps.
 fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
     let register_offset = unbound.first_register * LANES;
-    let mut binder = Binder { bound: unbound, class, scratch: program.slots, register_offset, can_extend_run: false };
+    let mut binder = Binder { bound: unbound, class, first_scratch_slot: program.slots, register_offset, can_extend_run: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;
@@ -222,7 +224,7 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
 }
 
 /// Whether the value that a slot has before the instruction `from` is read before the next write, in tape order. Tape order suffices: a value that the
-/// next iteration of a loop needs is copied to another slot before the loop's end, and a lane whose write is skipped does not use a later read.
+/// next iteration of a loop needs is copied to another slot before the loop's end, and if a jump skips the next write, no lane uses what is read after it.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
     for instr in &program.lane_tape[from..] {
@@ -244,8 +246,7 @@ fn is_per_lane(o: &Operand) -> bool {
 struct Binder<R> {
     bound: BoundProgram<R>,
     class: KernelClass,
-    /// First scratch slot.
-    scratch: u32,
+    first_scratch_slot: u32,
     /// Element offset of register 0.
     register_offset: usize,
     /// The last step is a run of kernels, of operations on registers or of loads, to which further ones may be appended.
@@ -304,15 +305,16 @@ impl<R: Real> Binder<R> {
         self.can_extend_run = false;
     }
 
-    /// The slot of an operand whose kernel accepts only lanes; a register is broadcast to scratch slot number `scratch_used`.
+    /// The slot of an operand whose kernel accepts only lanes; a register is broadcast to the next scratch slot. `scratch_used`: number of scratch slots in
+    /// use.
     fn slot_of(&mut self, o: &Operand, scratch_used: &mut u32) -> Result<u32, String> {
         if let Operand::Slot(s) = *o {
             return Ok(u32::from(s));
         }
-        let slot = self.scratch + *scratch_used;
+        let slot = self.first_scratch_slot + *scratch_used;
         *scratch_used += 1;
-        if *scratch_used > SCRATCH {
-            return Err(format!("more than {SCRATCH} operands"));
+        if *scratch_used > SCRATCH_SLOTS {
+            return Err(format!("more than {SCRATCH_SLOTS} operands"));
         }
         let from = self.offset(o);
         match R::specialised(self.class, Op::Copy, [false; 3]) {
@@ -361,7 +363,7 @@ impl<R: Real> Binder<R> {
                 operands.insert(usize::from(fused_op.chained_operand), result);
             }
             rest = later_operands;
-            let intermediate = self.scratch + SCRATCH - 1 - k as u32 % 2;
+            let intermediate = self.first_scratch_slot + SCRATCH_SLOTS - 1 - k as u32 % 2;
             let result_offset = if k + 1 == ops.len() { dst } else { Self::slot_offset(intermediate) };
             self.bind_operation(fused_op.op, result_offset, &operands)?;
             result = Some(Operand::Slot(intermediate as u16));
@@ -376,6 +378,7 @@ impl<R: Real> Binder<R> {
     /// Binds one instruction. `is_read`: whether the value that the instruction writes into a slot is read.
     fn bind(&mut self, instr: &Instr, is_read: impl Fn(u16) -> bool) -> Result<(), String> {
         let mut scratch_used = 0;
+        // `Program::check` has verified that these operands are registers.
         let register = |o: &Operand| match *o {
             Operand::Reg(r) => usize::from(r),
             Operand::Slot(_) => 0,
@@ -400,7 +403,7 @@ impl<R: Real> Binder<R> {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
-                        // A load of single texels accepts one row and one level for all lanes, a filtered read one number of taps.
+                        // A texel load accepts one y and one level for all lanes, a filtered read one maximum number of taps.
                         Operand::Reg(_) if (*op == TextureOp::Load && k > 0) || (*op == TextureOp::Filtered && k == 6) => {
                             TextureArg { offset: self.offset(o), len: 1 }
                         }
@@ -408,8 +411,8 @@ impl<R: Real> Binder<R> {
                     };
                 }
                 let mask = match mask {
-                    Operand::Slot(s) => Mask::Slot(u32::from(*s)),
-                    Operand::Reg(r) => Mask::Register(usize::from(*r)),
+                    Operand::Slot(s) => MaskLocation::Slot(u32::from(*s)),
+                    Operand::Reg(r) => MaskLocation::Register(usize::from(*r)),
                 };
                 let (outputs_used, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
                 let read = TextureRead { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask };

@@ -15,13 +15,13 @@ use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
 pub(crate) use bind::KeptBinding;
-use bind::{BoundStep, KernelStep, Mask, ScalarStep, TextureRead, UniformLoad};
+use bind::{BoundStep, KernelStep, MaskLocation, ScalarStep, TextureRead, UniformLoad};
 use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
 
 /// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame.
-const MAX_LOOP_ITERATIONS: u32 = 1 << 20;
+const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// Instructions, each over all lanes, after which a batch is stopped at its next backward jump, because the iterations of a loop may be long. The
 /// most expensive shipped module runs some 10^4 instructions; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
@@ -32,7 +32,7 @@ const INSTRUCTIONS_PER_READ: u32 = 64;
 pub type LaneMask = u128;
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
-/// The 32 single bits. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
+/// Bit k, for each k below 32. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
 pub(crate) const LANE_BITS: [u32; 32] = {
     let mut bits = [0; 32];
     let mut k = 0;
@@ -58,7 +58,7 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that a scalar instruction writes, and its new value; `read` gives a register's value.
+/// The register that a scalar instruction writes, and its new value. `fused`: whether multiply-adds round once; `read`: the value of a register.
 fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
@@ -165,7 +165,7 @@ impl<R: Real> Executor<R> {
         if active == 0 || prepared.registers.len() != self.program.register_count {
             return 0;
         }
-        // The slot after the inputs.
+        // The mask of active lanes is in the slot after the inputs.
         let mask = &mut self.arena[self.program.read_inputs.len()].0;
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
@@ -251,7 +251,7 @@ impl<R: Real> Executor<R> {
 
     /// Runs all steps; false if a loop reached its limit.
     fn run_steps(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
-        // Steps change the arena while the program is read.
+        // Another handle to the program, because `interpret` changes `self` while it reads the program.
         let program = Arc::clone(&self.program);
         self.interpret(&program, prepared, textures)
     }
@@ -299,7 +299,7 @@ impl<R: Real> Executor<R> {
 
     fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
-        let mut iterations = 0u32;
+        let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
             next_step += 1;
             let target = match step {
@@ -338,9 +338,9 @@ impl<R: Real> Executor<R> {
                 BoundStep::SkipIfNoLane { .. } | BoundStep::JumpIf { .. } => continue,
             } as usize;
             if target < next_step {
-                iterations += 1;
+                backward_jumps += 1;
                 let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
-                if iterations > MAX_LOOP_ITERATIONS || cost > MAX_LOOP_INSTRUCTIONS {
+                if backward_jumps > MAX_BACKWARD_JUMPS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
             }
@@ -351,9 +351,9 @@ impl<R: Real> Executor<R> {
 
     fn read_texture(&mut self, read: &TextureRead, textures: &dyn TextureUnit<R>) {
         let active = match read.mask {
-            Mask::Slot(s) => self.mask_of(s),
-            Mask::Register(r) if self.register(r).mask() => LaneMask::MAX,
-            Mask::Register(_) => 0,
+            MaskLocation::Slot(s) => self.mask_of(s),
+            MaskLocation::Register(r) if self.register(r).mask() => LaneMask::MAX,
+            MaskLocation::Register(_) => 0,
         };
         let base = self.arena.as_mut_ptr().cast::<R>();
         let output = |k: usize| -> &mut [R] {

@@ -11,7 +11,7 @@ pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
         __m256i, _mm256_and_si256, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_set1_epi32, _mm256_setzero_si256,
         _mm256_testc_si256,
     };
-    // Usually all bits of all lanes are set.
+    // Usually every bit is set, because all lanes are active.
     let mut all = _mm256_set1_epi32(-1);
     for lanes in lanes.as_chunks::<8>().0 {
         // SAFETY: an array and a register have eight words each.
@@ -29,7 +29,7 @@ pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     !LaneMask::from_le_bytes(zeros)
 }
 
-/// Whether a bit is set in any lane. Usually one of the first lanes has one, and the others are not read.
+/// Whether a bit is set in any lane. Usually one of the first 32 lanes has one, and the others are not read.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
@@ -59,7 +59,7 @@ pub trait TextureUnit<R: Real> {
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// Between the texels of the finest level at (x, y), given in texels, as in shaders/lib/texels_between.wesl.
+    /// Bilinear interpolation between the texels of the finest level at (x, y), given in texels, as in shaders/lib/texels_between.wesl.
     fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
     /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
     /// lanes. Every lane of `out` is written.

@@ -1,7 +1,7 @@
 //! Reads words of a uniform block: one, or one per lane where the index differs between lanes.
 //!
-//! In: the words, an element's index, and the position of the words in the block ([`UniformElements`]). Out: values. Always: an index beyond the last element reads
-//! the last one, and a word beyond the block reads as 0. Not here: the layout of the block (`shader::layout`).
+//! In: the block's words, an element's index, and the position of the elements in the block ([`UniformElements`]). Out: values. Always: an index beyond
+//! the last element reads the last one, and a word beyond the block reads as 0. Not here: the layout of the block (`shader::layout`).
 
 use super::LANES;
 use crate::render::software::math::Real;
@@ -34,7 +34,8 @@ impl UniformElements {
         self.value(words.get(word).copied().unwrap_or(0))
     }
 
-    /// The words from the first element's to the last one's, and the number of words from one element to the next; `None` if the block ends before the last element.
+    /// The words from the first element's to the last one's, and the number of words from one element to the next; `None` if the block ends before the last
+    /// element's, or if offset or stride are not whole words.
     fn span(self, words: &[u32]) -> Option<(&[u32], u32)> {
         let (first, step) = (self.offset as usize / 4, self.stride / 4);
         let last = (self.last_index() as usize).checked_mul(step as usize)?;
@@ -66,9 +67,9 @@ impl UniformElements {
     }
 }
 
-/// As [`UniformElements::gather`]: in f32 a word has the same bits as its value, whatever its kind.
+/// [`UniformElements::gather`] for f32, where a value has the same bits as its word, whatever its kind.
 /// # Safety
-/// AVX2 is available; `span` has more than `last_index * step` words, a number below 2^31; both slices of lanes have as many values.
+/// AVX2 is available; `span` has more than `last_index * step` words, a number below 2^31; `indices` and `out` have the same length, a multiple of 8.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32], out: &mut [f32]) {
@@ -76,7 +77,7 @@ unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32],
     let last = _mm256_set1_epi32(last_index.cast_signed());
     let step = _mm256_set1_epi32(step.cast_signed());
     for (out, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(indices.as_chunks::<8>().0) {
-        // SAFETY: an array and a register have eight words each; every index of a word is at most the last one's.
+        // SAFETY: an array and a register have eight words each; no word index is greater than that of the last element.
         unsafe {
             let index = _mm256_min_epu32(std::mem::transmute::<[f32; 8], __m256i>(*indices), last);
             let words = _mm256_i32gather_epi32::<4>(span.as_ptr().cast(), _mm256_mullo_epi32(index, step));
@@ -89,8 +90,8 @@ unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32],
 mod tests {
     use super::*;
 
-    /// Each lane by itself, for indices inside and beyond the array.
-    fn gathers_what_single_reads_return<R: Real>(elements: UniformElements, words: &[u32]) {
+    /// Compares each lane with a single read, for indices inside and beyond the array.
+    fn assert_gather_equals_single_reads<R: Real>(elements: UniformElements, words: &[u32]) {
         let indices: [R; LANES] = std::array::from_fn(|lane| match lane {
             0 => R::from_lane_bits(u32::MAX),
             1 => R::from_lane_bits(1 << 31),
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn lanes_read_what_single_reads_return() {
+    fn gather_returns_in_each_lane_what_a_single_read_returns() {
         let words: Vec<u32> = (0..40).map(|k| (1.5 * k as f32).to_bits()).collect();
         let of = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
         let inside =
@@ -119,8 +120,8 @@ mod tests {
         ];
         for (elements, has_span) in inside.map(|e| (e, true)).into_iter().chain(beyond.map(|e| (e, false))) {
             assert_eq!(elements.span(&words).is_some(), has_span);
-            gathers_what_single_reads_return::<f32>(elements, &words);
-            gathers_what_single_reads_return::<f64>(elements, &words);
+            assert_gather_equals_single_reads::<f32>(elements, &words);
+            assert_gather_equals_single_reads::<f64>(elements, &words);
         }
     }
 }

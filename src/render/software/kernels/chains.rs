@@ -1,9 +1,11 @@
-//! Chains of operations in one kernel: each operation uses the result of the previous one without a store and a load in between.
+//! Chains of operations in one SIMD kernel: each operation uses the result of the previous one without a store and a load in between.
 //!
 //! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
 //! from single kernels run in order, because each operation still rounds separately. The table contains the chains that occur most often in the
-//! atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table.
+//! atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table
+//! and single operations.
 
+use super::class::UNROLLED_LANES;
 use super::input::{Input, reference};
 use super::ops::Eval;
 use crate::render::software::math::Real;
@@ -29,7 +31,7 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 }
 
 /// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
-/// operands. In products and sums, which commute, the previous result is the second operand.
+/// operands. Where the first two operands commute, as in products and sums, position 1 stands for both.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
@@ -429,15 +431,11 @@ pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
     lookup(&INDEX, ops, kinds)
 }
 
-/// Lanes of a kernel's inner loop. The compiler unrolls a loop over this many lanes even where a kernel has many operations. It does not unroll such a loop over
-/// all lanes of a batch, which then executes three more instructions for each vector. A loop over fewer lanes it may unroll before it vectorises.
-pub(super) const UNROLLED: usize = 64;
-
 /// A chain as a type, with the function that evaluates it on one lane.
 pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;
-    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
+    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
@@ -448,20 +446,20 @@ pub(crate) struct Then<P, B, const AT: usize>(P, B);
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         // Arguments beyond the arity are ignored; any operand can stand in for them.
         let last = A::ARITY - 1;
-        A::eval::<R, FMA>(x[0].at(lane), x[if last < 1 { last } else { 1 }].at(lane), x[last].at(lane))
+        A::eval::<R, FMA>(inputs[0].at(lane), inputs[if last < 1 { last } else { 1 }].at(lane), inputs[last].at(lane))
     }
 }
 
 impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const FMA: bool>(x: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
-        let chained = P::eval::<R, N, FMA>(x, lane);
-        let next = if B::ARITY > 1 { x[P::OPERANDS].at(lane) } else { chained };
-        let last = if B::ARITY > 2 { x[P::OPERANDS + 1].at(lane) } else { chained };
+    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+        let chained = P::eval::<R, N, FMA>(inputs, lane);
+        let next = if B::ARITY > 1 { inputs[P::OPERANDS].at(lane) } else { chained };
+        let last = if B::ARITY > 2 { inputs[P::OPERANDS + 1].at(lane) } else { chained };
         match AT {
             0 => B::eval::<R, FMA>(chained, next, last),
             1 => B::eval::<R, FMA>(next, chained, last),
@@ -488,11 +486,11 @@ pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KI
             unsafe { Input::<R, N>::new(base.add(*reference(offsets.add(k)) as usize), KINDS >> k & 1 == 1) }
         }};
     }
-    let x = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
-    const { assert!(N.is_multiple_of(UNROLLED)) };
-    for (k, part) in dst.chunks_exact_mut(UNROLLED).enumerate() {
+    let inputs = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
+    const { assert!(N.is_multiple_of(UNROLLED_LANES)) };
+    for (k, part) in dst.chunks_exact_mut(UNROLLED_LANES).enumerate() {
         for (lane, result) in part.iter_mut().enumerate() {
-            *result = C::eval::<R, N, FMA>(&x, k * UNROLLED + lane);
+            *result = C::eval::<R, N, FMA>(&inputs, k * UNROLLED_LANES + lane);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Kernel classes (instruction sets), and the trait that supplies the kernels of an element type.
+//! Classes of SIMD kernels (instruction sets), and the trait that supplies the kernels of an element type.
 
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
@@ -10,7 +10,11 @@ pub const CHUNK: usize = 32;
 /// L1 cache overflows.
 pub const LANES: usize = 128;
 
-/// A kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
+/// Lanes of a kernel's inner loop. The compiler unrolls a loop of this length even if the kernel has many operations. It does not unroll a loop over all
+/// [`LANES`], which then executes three more instructions per vector; a shorter loop it may unroll before it can vectorise it.
+pub(super) const UNROLLED_LANES: usize = 64;
+
+/// A SIMD kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
 /// compiled for fixed operand kinds (lane array or one value). A kernel of one operation reads three offsets even if it has fewer operands; a
 /// chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
@@ -34,6 +38,7 @@ impl KernelClass {
         {
             let has_avx2_fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
             let avx512 = ["avx512f", "avx512dq", "avx512vl", "avx512bw"];
+            // The macro accepts only literals.
             let has_feature = |f: &str| match f {
                 "avx512f" => is_x86_feature_detected!("avx512f"),
                 "avx512dq" => is_x86_feature_detected!("avx512dq"),
@@ -85,9 +90,9 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 
 /// The kernels of an element type.
 ///
-/// These are methods of f32 and f64, because generic functions (6,500 kernels) would be compiled again in every program that uses this library.
+/// These are methods of f32 and f64, because generic functions (some 2,000 kernels) would be compiled again in every program that uses this library.
 pub trait Kernels: Sized + 'static {
-    /// One operation on single values, for constant folding and the per-draw tape.
+    /// One operation on single values, for constant folding and operations on registers. `fused`: whether multiply-adds round once.
     fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;
     /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
     /// on machines where the class is in [`KernelClass::available`].

@@ -2,7 +2,8 @@
 
 use crate::render::software::math::Real;
 
-/// The value at a pointer. Debug builds check each dereferenced pointer, which takes a fifth of a kernel's instructions; they do not check this.
+/// The value at a pointer. Debug builds check each dereferenced pointer, which takes a fifth of a kernel's instructions; they do not check a
+/// transmuted one.
 /// # Safety
 /// `pointer` is aligned, and valid for reads during the lifetime of the result.
 #[inline(always)]
@@ -23,17 +24,17 @@ pub(crate) struct Input<'a, R, const N: usize> {
 
 impl<R: Real, const N: usize> Input<'_, R, N> {
     /// # Safety
-    /// `values` is valid for `N` reads, or for one if `lanes` is false, during the lifetime of the result.
+    /// `values` is valid for `N` reads, or for one if `is_per_lane` is false, during the lifetime of the result.
     #[inline(always)]
-    pub(crate) unsafe fn new(values: *const R, lanes: bool) -> Self {
+    pub(crate) unsafe fn new(values: *const R, is_per_lane: bool) -> Self {
         // SAFETY: the caller guarantees it.
-        unsafe { Self { lanes: if lanes { Some(reference(values.cast())) } else { None }, shared: *reference(values) } }
+        unsafe { Self { lanes: if is_per_lane { Some(reference(values.cast())) } else { None }, shared: *reference(values) } }
     }
 
     #[inline(always)]
-    pub(crate) fn at(&self, i: usize) -> R {
+    pub(crate) fn at(&self, lane: usize) -> R {
         match self.lanes {
-            Some(values) => values[i],
+            Some(values) => values[lane],
             None => self.shared,
         }
     }

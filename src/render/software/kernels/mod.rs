@@ -1,4 +1,4 @@
-//! Vector kernels: one generic source, compiled once per instruction set and chosen at run time.
+//! SIMD kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
 //! In: operands, each an array of lanes or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one specialised kernel per
 //! combination of operand kinds; each other operation has one generic kernel, which accepts only lanes and processes [`CHUNK`] lanes at a time.
@@ -11,6 +11,7 @@ mod ops;
 
 use super::math::Real;
 use super::tape::{Op, with_ops};
+use class::UNROLLED_LANES;
 pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
 use input::{Input, reference};
 pub(crate) use ops::Eval;
@@ -27,7 +28,7 @@ fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
     with_ops!(arms)
 }
 
-/// Computes one operation on single values.
+/// Computes one operation on single values. `fused`: whether multiply-adds round once.
 pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
     R::scalar(op, fused)(a, b, c)
 }
@@ -44,9 +45,9 @@ unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bo
 ) {
     // SAFETY: the caller guarantees validity.
     let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
-    for (k, part) in dst.chunks_mut(chains::UNROLLED).enumerate() {
+    for (k, part) in dst.chunks_mut(UNROLLED_LANES).enumerate() {
         for (i, d) in part.iter_mut().enumerate() {
-            let lane = k * chains::UNROLLED + i;
+            let lane = k * UNROLLED_LANES + i;
             *d = O::eval::<R, FMA>(a.at(lane), b.at(lane), c.at(lane));
         }
     }

@@ -1,4 +1,4 @@
-//! The only definition of what each operation computes on one lane. Constant folding, the per-draw tape and the vector kernels share it.
+//! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it.
 
 use crate::render::software::math::Real;
 use crate::render::software::tape::Op;
@@ -60,9 +60,10 @@ fn to_half(x: f32) -> u32 {
     let sign = (bits >> 16) & 0x8000;
     let a = bits & 0x7fff_ffff;
     // Adding 0.5 aligns the ten kept bits of a subnormal half with the float's lowest bits, rounding on the way.
-    let small = (f32::from_bits(a) + 0.5).to_bits().wrapping_sub(0x3f00_0000);
+    let subnormal = (f32::from_bits(a) + 0.5).to_bits().wrapping_sub(0x3f00_0000);
+    // 0xc8000000 changes the exponent's bias from 127 to 15; 0xfff and the lowest kept bit round to nearest, ties to even.
     let normal = a.wrapping_add(0xc800_0fff).wrapping_add((a >> 13) & 1) >> 13;
-    let finite = if a < 0x3880_0000 { small } else { normal };
+    let finite = if a < 0x3880_0000 { subnormal } else { normal };
     let nan_or_infinity = if a > 0x7f80_0000 { 0x7e00 } else { 0x7c00 };
     sign | if a >= 0x4780_0000 { nan_or_infinity } else { finite }
 }
@@ -70,10 +71,10 @@ fn to_half(x: f32) -> u32 {
 #[inline(always)]
 fn from_half(h: u32) -> f32 {
     let sign = (h & 0x8000) << 16;
-    let m = h & 0x7fff;
-    let scaled = f32::from_bits(m << 13) * 5.192_296_9e33; // 2^112
-    let special = f32::from_bits((m << 13) | 0x7f80_0000);
-    let y = if m >= 0x7c00 { special } else { scaled };
+    let magnitude = h & 0x7fff;
+    let finite = f32::from_bits(magnitude << 13) * 5.192_296_9e33; // 2^112, the difference of the biases
+    let nan_or_infinity = f32::from_bits((magnitude << 13) | 0x7f80_0000);
+    let y = if magnitude >= 0x7c00 { nan_or_infinity } else { finite };
     f32::from_bits(y.to_bits() | sign)
 }
 

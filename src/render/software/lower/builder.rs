@@ -13,17 +13,17 @@ use rustc_hash::FxHashMap as HashMap;
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Computation {
     Op(Op, SsaValues),
-    /// Offset, count, whether it is an integer, index.
-    Uniform(u32, u32, bool, Option<SsaValue>),
-    /// Texture, axis, level.
-    Size(u16, u8, SsaValue),
+    Uniform { offset: u32, count: u32, is_integer: bool, index: Option<SsaValue> },
+    TextureSize { texture: u16, axis: u8, level: SsaValue },
 }
 
 #[derive(Default)]
 pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
     constant_index: HashMap<(u8, u64), u32>,
+    /// Steps of the draw tape.
     pub draw: Vec<SsaStep>,
+    /// Steps of the lane tape.
     pub code: Vec<SsaStep>,
     last_value: u32,
     last_label: JumpLabel,
@@ -200,7 +200,7 @@ impl SsaBuilder {
     }
 
     fn simplify(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
-        let is_constant = |b: &Self, v: SsaValue, c: Constant| b.known_constant(v) == Some(c);
+        let is_constant = |this: &Self, v: SsaValue, c: Constant| this.known_constant(v) == Some(c);
         let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
         match (op, args) {
             (Op::Mul, &[a, b]) if is_constant(self, b, one) => Some(a),
@@ -238,8 +238,8 @@ impl SsaBuilder {
                 if a == b {
                     return Some(a);
                 }
-                // Nested conditions that keep the same value need one select: the inner one is eliminated if nothing else reads it. Where the outer condition
-                // does not hold, the inner one may have any bits.
+                // select(c, select(inner, new, old), old) needs one select: dead-code elimination removes the inner one if nothing else reads it. Where `c`
+                // does not hold, `inner` may have any bits.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
                     && old == b
                 {
@@ -268,7 +268,7 @@ impl SsaBuilder {
                     SsaStep::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
                     _ => None,
                 };
-                // Valid because a negation is written only once; only the targets of `Assign` are written more often.
+                // `a` has this one writer, because only targets of `Assign` are written more than once. The search is bounded to limit its cost.
                 self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(negated_operand)
             }
             _ => None,
@@ -283,7 +283,7 @@ impl SsaBuilder {
             },
             None => (None, 1),
         };
-        let key = Computation::Uniform(offset, count, kind == WordKind::Int, index);
+        let key = Computation::Uniform { offset, count, is_integer: kind == WordKind::Int, index };
         if let Some(v) = self.find(&key) {
             return v;
         }
@@ -302,7 +302,7 @@ impl SsaBuilder {
         if matches!(level, SsaValue::Lane(_)) {
             return None;
         }
-        let key = Computation::Size(texture, axis, level);
+        let key = Computation::TextureSize { texture, axis, level };
         if let Some(v) = self.find(&key) {
             return Some(v);
         }

@@ -9,12 +9,14 @@ use naga::{Expression, Function, Handle, Statement};
 use rustc_hash::FxHashMap as HashMap;
 
 impl<'m> Lowerer<'m> {
+    /// Lowers the function of an entry point; returns the scalars of its result.
     pub(crate) fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<SsaValue>>) -> Result<Vec<SsaValue>> {
         self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }
 
     /// Inlines a call; returns the scalars of its result.
     pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<SsaValue>> {
+        // For the time of the call, `env` has the flag of `return`, the result and the local variables at its end.
         let base = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);

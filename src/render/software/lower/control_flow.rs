@@ -76,7 +76,7 @@ impl<'m> Lowerer<'m> {
         self.conditional_or_jump(cond, None, body)
     }
 
-    /// As [`Lowerer::conditional`]; if no lane satisfies the condition, the jump is to `elsewhere`.
+    /// As [`Lowerer::conditional`], but if `cond` is a lane value, the jump goes to `elsewhere`, if it is given, instead of past the body.
     pub(super) fn conditional_or_jump(
         &mut self,
         cond: SsaValue,
@@ -206,8 +206,8 @@ impl<'m> Lowerer<'m> {
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
         let base = self.env.len();
-        self.env.push(no);
-        self.env.push(no);
+        // The flags of `break` and `continue`.
+        self.env.extend([no, no]);
         let start_env = self.env.clone();
         let start_code = self.builder.code.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);

@@ -18,7 +18,7 @@ impl<'m> Lowerer<'m> {
     }
 
     fn uses_derivatives(&self, statement: &Statement) -> bool {
-        let of_block = |block: &Block| block.iter().any(|s| self.uses_derivatives(s));
+        let block_uses_derivatives = |block: &Block| block.iter().any(|s| self.uses_derivatives(s));
         match statement {
             Statement::Emit(range) => range.clone().any(|handle| {
                 matches!(
@@ -30,10 +30,10 @@ impl<'m> Lowerer<'m> {
                 let derivatives = UniformityRequirements::DERIVATIVE | UniformityRequirements::IMPLICIT_LEVEL;
                 self.info[*function].uniformity.requirements.intersects(derivatives)
             }
-            Statement::Block(block) => of_block(block),
-            Statement::If { accept, reject, .. } => of_block(accept) || of_block(reject),
-            Statement::Switch { cases, .. } => cases.iter().any(|c| of_block(&c.body)),
-            Statement::Loop { body, continuing, .. } => of_block(body) || of_block(continuing),
+            Statement::Block(block) => block_uses_derivatives(block),
+            Statement::If { accept, reject, .. } => block_uses_derivatives(accept) || block_uses_derivatives(reject),
+            Statement::Switch { cases, .. } => cases.iter().any(|c| block_uses_derivatives(&c.body)),
+            Statement::Loop { body, continuing, .. } => block_uses_derivatives(body) || block_uses_derivatives(continuing),
             _ => false,
         }
     }

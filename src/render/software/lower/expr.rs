@@ -129,9 +129,9 @@ impl<'m> Lowerer<'m> {
                 }
             }
             Expression::Unary { op, expr } => {
-                let float = self.kind_of_any(*expr)? == ScalarKind::Float;
+                let is_float = self.kind_of_any(*expr)? == ScalarKind::Float;
                 let op = match op {
-                    UnaryOperator::Negate if float => Op::Neg,
+                    UnaryOperator::Negate if is_float => Op::Neg,
                     UnaryOperator::Negate => Op::INeg,
                     UnaryOperator::LogicalNot => Op::BNot,
                     UnaryOperator::BitwiseNot => Op::INot,
@@ -260,8 +260,16 @@ impl<'m> Lowerer<'m> {
         Ok(selected)
     }
 
-    pub(crate) fn dot(&mut self, a: &[SsaValue], b: &[SsaValue], float: bool) -> SsaValue {
-        let (mul, add) = if float { (Op::Mul, Op::Add) } else { (Op::IMul, Op::IAdd) };
+    /// Dot product of vectors of floats.
+    pub(crate) fn dot(&mut self, a: &[SsaValue], b: &[SsaValue]) -> SsaValue {
+        self.sum_of_products(a, b, Op::Mul, Op::Add)
+    }
+
+    pub(crate) fn integer_dot(&mut self, a: &[SsaValue], b: &[SsaValue]) -> SsaValue {
+        self.sum_of_products(a, b, Op::IMul, Op::IAdd)
+    }
+
+    fn sum_of_products(&mut self, a: &[SsaValue], b: &[SsaValue], mul: Op, add: Op) -> SsaValue {
         let mut sum = self.builder.bin(mul, a[0], b[0]);
         for (x, y) in a.iter().zip(b).skip(1) {
             let product = self.builder.bin(mul, *x, *y);
@@ -278,7 +286,7 @@ impl<'m> Lowerer<'m> {
             match (left_type, right_type) {
                 (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times(&a, &b, *rows as usize)),
                 (TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }) => {
-                    return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column, true)).collect());
+                    return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column)).collect());
                 }
                 (TypeInner::Matrix { rows, .. }, TypeInner::Matrix { rows: inner, .. }) => {
                     return Ok(b.chunks(*inner as usize).flat_map(|column| self.matrix_times(&a, column, *rows as usize)).collect());
@@ -295,7 +303,7 @@ impl<'m> Lowerer<'m> {
         (0..rows)
             .map(|r| {
                 let row: Vec<SsaValue> = m.chunks(rows).map(|column| column[r]).collect();
-                self.dot(&row, v, true)
+                self.dot(&row, v)
             })
             .collect()
     }

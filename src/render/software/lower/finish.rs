@@ -18,12 +18,13 @@ pub(crate) struct FinishedTapes {
     pub slots: u32,
 }
 
-/// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order.
-fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[SsaValue]) {
+/// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order. Also removes jumps to the
+/// next step.
+fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut live: HashSet<SsaValue> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
-        for step in b.code.iter().rev().chain(b.draw.iter().rev()) {
+        for step in builder.code.iter().rev().chain(builder.draw.iter().rev()) {
             let written = writes(step);
             if written.is_empty() || written.iter().any(|v| live.contains(v)) {
                 live.extend(reads(step));
@@ -37,11 +38,10 @@ fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[SsaValue]) {
         let written = writes(s);
         written.is_empty() || written.iter().any(|v| live.contains(v))
     };
-    b.code.retain(keep);
-    b.draw.retain(keep);
-    // Remove jumps to the next step.
+    builder.code.retain(keep);
+    builder.draw.retain(keep);
     loop {
-        let jump_to_next = b.code.windows(2).position(|pair| {
+        let jump_to_next = builder.code.windows(2).position(|pair| {
             let (SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label }) = &pair[0] else {
                 return false;
             };
@@ -49,7 +49,7 @@ fn eliminate_dead_code(b: &mut SsaBuilder, outputs: &[SsaValue]) {
         });
         match jump_to_next {
             Some(i) => {
-                b.code.remove(i);
+                builder.code.remove(i);
             }
             None => break,
         }
@@ -66,9 +66,9 @@ struct Product {
 }
 
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
-fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[SsaValue]) {
+fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut uses: HashMap<SsaValue, u32> = HashMap::default();
-    for v in b.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
+    for v in builder.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
@@ -78,8 +78,8 @@ fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[SsaValue]) {
     // The region before each jump whose label has not been reached, with that label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
     let mut last_region = 0u32;
-    for i in 0..b.code.len() {
-        match &b.code[i] {
+    for i in 0..builder.code.len() {
+        match &builder.code[i] {
             SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } => {
                 open_jumps.push((region, *label));
                 last_region += 1;
@@ -109,13 +109,13 @@ fn fuse_multiply_add(b: &mut SsaBuilder, outputs: &[SsaValue]) {
                 };
                 let dst = *dst;
                 removed.insert(product.index);
-                b.code[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
+                builder.code[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
             }
             _ => {}
         }
     }
     let mut i = 0;
-    b.code.retain(|_| {
+    builder.code.retain(|_| {
         i += 1;
         !removed.contains(&(i - 1))
     });
@@ -163,6 +163,7 @@ impl NumberPool {
             return Ok(s);
         }
         self.count += 1;
+        // The limit of `Program::check`: numbers are u16.
         if self.count >= 60_000 {
             return Err(LowerError::new("more than 60000 values are live at one time".into(), naga::Span::UNDEFINED));
         }
@@ -171,43 +172,48 @@ impl NumberPool {
 }
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
-/// `chains`: whether to fuse operations into chains.
-pub(crate) fn finish(mut b: SsaBuilder, inputs: &[SsaValue], outputs: &[SsaValue], chains: bool) -> Result<FinishedTapes, LowerError> {
-    eliminate_dead_code(&mut b, outputs);
-    fuse_multiply_add(&mut b, outputs);
-    super::loops::merge_jumps(&mut b.code);
-    super::loops::hoist(&mut b.code);
-    eliminate_dead_code(&mut b, outputs);
-    if chains {
-        super::chains::fuse_chains(&mut b.code, outputs);
+/// `fuse_chains`: whether to fuse operations into chains.
+pub(crate) fn finish(
+    mut builder: SsaBuilder,
+    inputs: &[SsaValue],
+    outputs: &[SsaValue],
+    fuse_chains: bool,
+) -> Result<FinishedTapes, LowerError> {
+    eliminate_dead_code(&mut builder, outputs);
+    fuse_multiply_add(&mut builder, outputs);
+    super::loops::merge_jumps(&mut builder.code);
+    super::loops::hoist(&mut builder.code);
+    eliminate_dead_code(&mut builder, outputs);
+    if fuse_chains {
+        super::chains::fuse_chains(&mut builder.code, outputs);
     }
-    let live_ranges = live_ranges(&b.code, inputs, outputs);
+    let live_ranges = live_ranges(&builder.code, inputs, outputs);
     let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
-    let mut registers = NumberPool { free: Vec::new(), count: b.constants.len() as u32 };
+    let mut registers = NumberPool { free: Vec::new(), count: builder.constants.len() as u32 };
     let mut slots = NumberPool { free: Vec::new(), count: inputs.len() as u32 };
-    for i in 0..b.constants.len() {
+    for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
     // Per step, the slots whose value is last used by it.
-    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); b.code.len() + 1];
+    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.code.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
         let last = live_ranges.get(v).map_or(0, |l| l.1);
         freed_after[last].push(k as u16);
     }
-    for step in &b.draw {
+    for step in &builder.draw {
         for v in writes(step) {
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
     let operand_of = |allocation: &HashMap<SsaValue, Operand>, v: SsaValue| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
     let mut draw_tape = Vec::new();
-    for step in &b.draw {
+    for step in &builder.draw {
         draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v)));
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut target_of: HashMap<JumpLabel, u32> = HashMap::default();
-    for (i, step) in b.code.iter().enumerate() {
+    for (i, step) in builder.code.iter().enumerate() {
         for v in writes(step) {
             if allocation.contains_key(&v) {
                 continue;

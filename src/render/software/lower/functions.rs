@@ -17,7 +17,7 @@ impl Lowerer<'_> {
         v.iter().map(|x| self.builder.bin(Op::Mul, *x, s)).collect()
     }
 
-    fn clamp01(&mut self, x: SsaValue) -> SsaValue {
+    fn saturate(&mut self, x: SsaValue) -> SsaValue {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let x = self.builder.bin(Op::Max, x, zero);
         self.builder.bin(Op::Min, x, one)
@@ -65,7 +65,7 @@ impl Lowerer<'_> {
                 let raised = self.map_pairs(by_kind(Op::Max, Op::IMax, Op::UMax), &a, &b);
                 self.map_pairs(by_kind(Op::Min, Op::IMin, Op::UMin), &raised, &c)
             }
-            M::Saturate => a.iter().map(|x| self.clamp01(*x)).collect(),
+            M::Saturate => a.iter().map(|x| self.saturate(*x)).collect(),
             M::Cos => map_each(self, Op::Cos),
             M::Cosh => map_each(self, Op::Cosh),
             M::Sin => map_each(self, Op::Sin),
@@ -102,7 +102,7 @@ impl Lowerer<'_> {
             M::Log => map_each(self, Op::Log),
             M::Log2 => map_each(self, Op::Log2),
             M::Pow => self.map_pairs(Op::Pow, &a, &b),
-            M::Dot => vec![self.dot(&a, &b, is_float)],
+            M::Dot => vec![if is_float { self.dot(&a, &b) } else { self.integer_dot(&a, &b) }],
             M::Outer => b.iter().flat_map(|y| self.scale(&a, *y)).collect(),
             M::Cross => {
                 let mut all = Vec::new();
@@ -119,20 +119,20 @@ impl Lowerer<'_> {
             }
             M::Length => vec![self.length(&a)],
             M::Normalize => {
-                let square = self.dot(&a, &a, true);
+                let square = self.dot(&a, &a);
                 let inverse = self.builder.un(Op::InverseSqrt, square);
                 self.scale(&a, inverse)
             }
             M::FaceForward => {
                 // a if dot(b, c) < 0, else -a.
-                let side = self.dot(&b, &c, true);
+                let side = self.dot(&b, &c);
                 let zero = self.builder.float(0.0);
                 let keep = self.builder.bin(Op::FLt, side, zero);
                 let negated = map_each(self, Op::Neg);
                 a.iter().zip(negated).map(|(x, n)| self.builder.select(keep, *x, n)).collect()
             }
             M::Reflect => {
-                let normal_component = self.dot(&b, &a, true);
+                let normal_component = self.dot(&b, &a);
                 let minus_two = self.builder.float(-2.0);
                 let normal_factor = self.builder.bin(Op::Mul, minus_two, normal_component);
                 (0..a.len()).map(|i| self.fma(normal_factor, b[i], a[i])).collect()
@@ -164,7 +164,7 @@ impl Lowerer<'_> {
                 let t = self.map_pairs(Op::Div, &above, &span);
                 let mut all = Vec::new();
                 for x in t {
-                    let x = self.clamp01(x);
+                    let x = self.saturate(x);
                     let square = self.builder.bin(Op::Mul, x, x);
                     let rest = self.fma(minus_two, x, three);
                     all.push(self.builder.bin(Op::Mul, square, rest));
@@ -224,14 +224,14 @@ impl Lowerer<'_> {
         if let [x] = v {
             return self.builder.un(Op::Abs, *x);
         }
-        let square = self.dot(v, v, true);
+        let square = self.dot(v, v);
         self.builder.un(Op::Sqrt, square)
     }
 
     /// WGSL `refract`: zero for total internal reflection.
     fn refract(&mut self, incident: &[SsaValue], normal: &[SsaValue], eta: SsaValue) -> Vec<SsaValue> {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
-        let cosine = self.dot(normal, incident, true);
+        let cosine = self.dot(normal, incident);
         let cosine_squared = self.builder.bin(Op::Mul, cosine, cosine);
         let sine_squared = self.builder.bin(Op::Sub, one, cosine_squared);
         let eta_squared = self.builder.bin(Op::Mul, eta, eta);

@@ -1,8 +1,8 @@
 //! Loop optimisations that leave every result bit-identical: loop-invariant code motion, and merging of jumps.
 //!
-//! In: the steps after dead-code elimination and fused multiply-add. Out: the same steps, with loop-invariant steps moved before their loop, and
-//! with one jump instead of two at exits from loops. Only steps that every iteration runs are moved. A step that may be skipped is not moved, since
-//! running it once for every loop may cost more than running it only when it is needed.
+//! In: the steps after dead-code elimination and multiply-add fusion. Out: the same steps, with loop-invariant steps moved before their loop, and
+//! with one jump instead of two at exits from loops. Only steps that every complete iteration runs are moved. A step that may be skipped is not moved:
+//! running it once before the loop may cost more than running it only where it is needed.
 
 use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
 use crate::render::software::tape::Op;
@@ -26,8 +26,10 @@ pub(crate) fn hoist(code: &mut [SsaStep]) {
     }
 }
 
-/// Hoists steps out of the loop that begins at `start` and ends at `end`. They are placed directly before the loop, so `end` does not change.
+/// Hoists steps out of the loop whose `LoopStart` is at `start` and whose `LoopEnd` is at `end`. They are placed directly before `LoopStart`, so `end`
+/// does not change.
 fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
+    // Values that the loop's remaining steps write.
     let mut changing: HashSet<SsaValue> = code[start..end].iter().flat_map(writes).collect();
     let labels_inside: HashSet<JumpLabel> =
         code[start..end].iter().filter_map(|step| if let SsaStep::Label(l) = step { Some(*l) } else { None }).collect();
@@ -71,16 +73,17 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
             _ => None,
         })
         .collect();
+    // The target of an `Assign` may change between the negation and the jump.
     let assigned: HashSet<SsaValue> =
         code.iter().filter_map(|step| if let SsaStep::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
     for step in code.iter_mut() {
         if let SsaStep::JumpIf { cond, when, .. } = step
-            && let Some(negated) = operand_of_not.get(cond).filter(|v| !assigned.contains(v))
+            && let Some(operand) = operand_of_not.get(cond).filter(|v| !assigned.contains(v))
         {
-            (*cond, *when) = (*negated, !*when);
+            (*cond, *when) = (*operand, !*when);
         }
     }
-    let is_jump_over_jump = |w: &[SsaStep]| match w {
+    let is_jump_over_jump = |steps: &[SsaStep]| match steps {
         [SsaStep::JumpIf { label, .. }, SsaStep::Jump { .. }, SsaStep::Label(next)] => label == next,
         _ => false,
     };

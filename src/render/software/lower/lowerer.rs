@@ -1,7 +1,7 @@
 //! The state of the lowering of one entry point: values of variables, the functions and loops being lowered, the textures that the program reads.
 //!
-//! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. Not here: the lowering of statements and
-//! expressions, which changes `env`.
+//! Variables have no memory: `env` maps each scalar of every variable in scope to its current SSA value. The other files lower statements and
+//! expressions, and change `env`.
 
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
@@ -17,7 +17,9 @@ pub(crate) struct CallFrame<'m> {
     pub function: &'m Function,
     pub info: &'m FunctionInfo,
     pub arguments: Vec<Value>,
+    /// Values of emitted expressions and of call results.
     pub values: HashMap<Handle<Expression>, Value>,
+    /// Index in `env` of the first scalar of each local variable.
     pub locals: HashMap<Handle<naga::LocalVariable>, usize>,
     /// Index in `env` of the flag that is set by `return`.
     pub return_flag: usize,
@@ -37,11 +39,11 @@ pub(crate) struct LoopFlags {
 /// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
-    /// For each scalar that changes in the loop: its index in the environment, and the variable that carries it from one iteration to the next.
+    /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, SsaValue)>,
-    /// The environment at each exit by jump.
+    /// `env` at each exit by jump.
     pub exit_envs: Vec<Vec<SsaValue>>,
-    /// The environment at the start of an iteration, and the depth of the conditions there.
+    /// `env` and [`Lowerer::condition_depth`] at the start of an iteration.
     pub iteration_start: (Vec<SsaValue>, usize),
 }
 
@@ -49,9 +51,12 @@ pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
     pub builder: SsaBuilder,
+    /// The environment: the current value of each scalar of every variable in scope, and the flags of exits.
     pub env: Vec<SsaValue>,
+    /// The callers, and last the function being lowered.
     pub frames: Vec<CallFrame<'m>>,
     pub textures: Vec<TextureUse>,
+    /// Size of the uniform block in bytes; 0 if there is none.
     pub uniform_size: u32,
     /// Source position of the statement or expression being lowered.
     pub span: Span,
@@ -65,11 +70,11 @@ pub(crate) struct Lowerer<'m> {
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::watch::NamedValueCapture>,
-    /// Statements so far, weighted by the size of the environment; at most [`MAX_STATEMENTS`].
+    /// Statements so far, weighted by the length of `env`; at most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each function with the name of a built-in operation, such as `filtered_map`: whether its body is the one that the operation was proven equal to.
+    /// For each called function named like a native operation, such as `filtered_map`: whether its body equals the shipped fragment's (`native.rs`).
     pub matches_native: HashMap<Handle<Function>, bool>,
 }
 
@@ -102,20 +107,21 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Runs `inside`, which lowers the content of a nested block.
+    /// Runs `lower_content`, which lowers the content of a nested block.
     ///
     /// # Errors
-    /// The errors of `inside`, or nesting deeper than the limit.
-    pub(super) fn in_block(&mut self, inside: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+    /// The errors of `lower_content`, or nesting deeper than the limit.
+    pub(super) fn in_block(&mut self, lower_content: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
             return Err(self.unsupported(format!("more than {MAX_NESTING} blocks and calls are nested in each other")));
         }
-        inside(self)?;
+        lower_content(self)?;
         self.nesting -= 1;
         Ok(())
     }
 
+    /// `active`: the mask of the lanes that are active at the start.
     pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: SsaValue) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {

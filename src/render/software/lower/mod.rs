@@ -1,7 +1,7 @@
 //! Lowers a validated naga module to one [`Program`] per entry point.
 //!
-//! In: a module that naga has validated, and the name of an entry point. Out: a tape for all lanes of a batch, or the first construct that the
-//! software renderer does not support, with its position in the source.
+//! In: a module that naga has validated, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the software
+//! renderer does not support, with its position in the source.
 //!
 //! Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of
 //! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
@@ -48,15 +48,16 @@ use watch::NamedValueCapture;
 /// # Errors
 /// The first construct that the software renderer does not support, with its position.
 pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Program> {
-    lower_with(module, info, entry, true)
+    let fuse_chains = true;
+    lower_with(module, info, entry, fuse_chains)
 }
 
-/// Like [`lower`], but fuses operations into chains only if `chains`. The results have the same bits either way.
+/// Like [`lower`], but fuses operations into chains only if `fuse_chains`. The program computes the same bits either way.
 ///
 /// # Errors
 /// As [`lower`].
-pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, chains: bool) -> Result<Program> {
-    lower_entry_point(module, info, entry, chains, None).map(|(program, _)| program)
+pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, fuse_chains: bool) -> Result<Program> {
+    lower_entry_point(module, info, entry, fuse_chains, None).map(|(program, _)| program)
 }
 
 /// A program with its named values as additional outputs, after its own outputs.
@@ -71,12 +72,13 @@ pub(crate) struct InspectableProgram {
 /// # Errors
 /// As [`lower`].
 pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
-    let (program, named_values) = lower_entry_point(module, info, entry, true, Some(NamedValueCapture::default()))?;
+    let fuse_chains = true;
+    let (program, named_values) = lower_entry_point(module, info, entry, fuse_chains, Some(NamedValueCapture::default()))?;
     let captured = named_values.map(|n| n.captured).unwrap_or_default();
-    let mut next_output = program.outputs.len() - captured.iter().map(|c| c.lanes.len()).sum::<usize>();
+    let mut next_output = program.outputs.len() - captured.iter().map(|c| c.scalars.len()).sum::<usize>();
     let names = captured.into_iter().map(|c| {
         let first = next_output;
-        next_output += c.lanes.len();
+        next_output += c.scalars.len();
         (c.name, first..next_output)
     });
     Ok(InspectableProgram { names: names.collect(), program })
@@ -87,7 +89,7 @@ fn lower_entry_point(
     module: &naga::Module,
     info: &ModuleInfo,
     entry: &str,
-    chains: bool,
+    fuse_chains: bool,
     named_values: Option<NamedValueCapture>,
 ) -> Result<(Program, Option<NamedValueCapture>)> {
     let position = module.entry_points.iter().position(|e| e.name == entry);
@@ -108,10 +110,10 @@ fn lower_entry_point(
     if let Some(named_values) = &named_values {
         named_values.initialise(&mut builder);
         interface.outputs.extend(named_values.outputs());
-        outputs.extend(named_values.lanes());
+        outputs.extend(named_values.scalars());
     }
     outputs.extend(discarded_mask);
-    // Each output must be a separate lane value, so inputs, values common to all lanes, and repeated outputs are copied.
+    // Each output must be a lane value of its own, so inputs, values common to all lanes, and repeated outputs are copied.
     let mut seen = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
         if !matches!(v, SsaValue::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
@@ -121,7 +123,7 @@ fn lower_entry_point(
         }
     }
     let constants = builder.constants.clone();
-    let finished = finish::finish(builder, &interface.input_values, &outputs, chains)?;
+    let finished = finish::finish(builder, &interface.input_values, &outputs, fuse_chains)?;
     let mut output_operands = finished.outputs;
     let discarded = if discarded_mask.is_some() { output_operands.pop() } else { None };
     let uses_derivatives =
@@ -207,7 +209,7 @@ fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
 
 struct EntryPointInterface {
     inputs: Vec<LaneInput>,
-    /// The value of each input, in order.
+    /// The value of each input, in order; `lower_entry_point` appends the mask of active lanes.
     input_values: Vec<SsaValue>,
     outputs: Vec<LaneOutput>,
 }
@@ -246,11 +248,12 @@ impl EntryPointInterface {
         Ok((interface, arguments))
     }
 
+    /// Adds an argument or a member of one, with all its members if it is a struct; returns its scalars.
     fn add_input(
         &mut self,
         module: &naga::Module,
         stage: ShaderStage,
-        b: &mut SsaBuilder,
+        builder: &mut SsaBuilder,
         ty: naga::Handle<naga::Type>,
         binding: Option<&Binding>,
         name: &Option<String>,
@@ -260,7 +263,7 @@ impl EntryPointInterface {
         if let (TypeInner::Struct { members, .. }, None) = (inner, binding) {
             let mut all = Vec::new();
             for m in members {
-                all.extend(self.add_input(module, stage, b, m.ty, m.binding.as_ref(), &m.name)?);
+                all.extend(self.add_input(module, stage, builder, m.ty, m.binding.as_ref(), &m.name)?);
             }
             return Ok(all);
         }
@@ -281,7 +284,7 @@ impl EntryPointInterface {
                 Some(Binding::BuiltIn(other)) => return Err(unsupported(&format!("builtin {other:?} is not supported"))),
                 None => return Err(unsupported("has no binding")),
             };
-            let v = b.fresh_lane();
+            let v = builder.fresh_lane();
             self.inputs.push(input);
             self.input_values.push(v);
             all.push(v);

@@ -1,9 +1,9 @@
 //! Adds named intermediate values to the outputs of a program, for inspecting a pixel.
 //!
 //! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are each `let`, and
-//! each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; a second call in the same
-//! caller has the prefix `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is NaN.
-//! Programs that draw images have none of these outputs.
+//! each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; in its second call by the
+//! same caller the prefix is `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is
+//! NaN. Programs that draw images have none of these outputs.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -13,10 +13,11 @@ use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 
-/// Values with more scalars than this are not output; nor are arrays.
-const MAX_SCALARS: usize = 16;
+/// Values with more scalars than a 4x4 matrix are not output; nor are arrays.
+const MAX_NAMED_SCALARS: usize = 16;
 
 impl<'m> Lowerer<'m> {
+    /// Appends a call to the path that prefixes names.
     pub(crate) fn enter_named_call(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(named_values) = &mut self.named_values else { return };
         let callee = callee.unwrap_or("?").to_owned();
@@ -45,7 +46,7 @@ impl<'m> Lowerer<'m> {
         self.capture_value(name.clone(), &inner, scalars)
     }
 
-    /// Captures the variables of a function when it returns.
+    /// Captures the variables of the innermost function, which is about to return.
     pub(crate) fn capture_variables(&mut self) -> Result<()> {
         if self.named_values.is_none() {
             return Ok(());
@@ -60,22 +61,23 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
+    /// Assigns a value to its output variables, converted to floats; members of a struct are captured one by one.
     fn capture_value(&mut self, name: String, inner: &TypeInner, scalars: &[SsaValue]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut member_start = 0;
             for m in members {
-                let of_member = &self.module.types[m.ty].inner;
-                let count = self.scalar_count(of_member)?;
+                let member_type = &self.module.types[m.ty].inner;
+                let count = self.scalar_count(member_type)?;
                 self.capture_value(
                     format!("{name}.{}", m.name.as_deref().unwrap_or("?")),
-                    of_member,
+                    member_type,
                     &scalars[member_start..member_start + count],
                 )?;
                 member_start += count;
             }
             return Ok(());
         }
-        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_SCALARS) else { return Ok(()) };
+        let Some(kind) = inner.scalar_kind().filter(|_| scalars.len() <= MAX_NAMED_SCALARS) else { return Ok(()) };
         let (one, zero) = (self.builder.float(1.0), self.builder.float(0.0));
         let numbers: Vec<SsaValue> = scalars
             .iter()
@@ -86,15 +88,15 @@ impl<'m> Lowerer<'m> {
                 _ => *v,
             })
             .collect();
-        let fresh: Vec<SsaValue> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
+        let new_scalars: Vec<SsaValue> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
         let Some(named_values) = &mut self.named_values else { return Ok(()) };
         let name = named_values.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
         let index = *named_values.index_of.entry(name.clone()).or_insert_with(|| {
-            named_values.captured.push(CapturedValue { name, lanes: fresh });
+            named_values.captured.push(CapturedValue { name, scalars: new_scalars });
             named_values.captured.len() - 1
         });
-        let lanes = named_values.captured[index].lanes.clone();
-        for (dst, v) in lanes.into_iter().zip(numbers) {
+        let captured = named_values.captured[index].scalars.clone();
+        for (dst, v) in captured.into_iter().zip(numbers) {
             // Inactive lanes keep their earlier value.
             let from = self.builder.select(self.active_mask, v, dst);
             self.builder.code.push(SsaStep::Assign { dst, from });

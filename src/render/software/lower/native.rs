@@ -1,7 +1,7 @@
 //! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
 //! shaders/lib/texels_between.wesl by [`TextureOp::Between`].
 //!
-//! In: a call. Out: the operation, if the callee is equal to the shipped fragment; otherwise `None`, and the call is lowered like any other, so that
+//! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that
 //! an edited fragment runs as edited. tests/software/filtered.rs and between.rs check that the operations and the shipped fragments agree.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
@@ -52,9 +52,9 @@ struct Body {
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own. `constants` are numbered first, so that equal steps refer to equal constants. `resources`: the function's textures
-/// and samplers, in the order of its parameters.
-fn body(
+/// Lowers a function on its own. `constants` get the first numbers, so that equal bodies number their constants alike. `resources`: the function's
+/// textures and samplers, in the order of its parameters.
+fn lower_body(
     module: &Module,
     info: &ModuleInfo,
     function: Handle<Function>,
@@ -100,24 +100,24 @@ impl NativeFunction {
         let module = naga::front::wgsl::parse_str(&format!("{}{RESOURCES}", self.shipped_source)).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
-        body(&module, &info, find_function(&module, self.name)?, &[], &resources).ok()
+        lower_body(&module, &info, find_function(&module, self.name)?, &[], &resources).ok()
     }
 }
 
 /// A body with the constants that its steps refer to.
 type ShippedBody = (Body, Vec<Constant>);
 
-/// That of each native function, in the order of [`NATIVE_FUNCTIONS`].
+/// The shipped body of each native function, in the order of [`NATIVE_FUNCTIONS`]; lowered at the first call.
 static SHIPPED: [OnceLock<Option<ShippedBody>>; NATIVE_FUNCTIONS.len()] = [const { OnceLock::new() }; NATIVE_FUNCTIONS.len()];
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
     pub(crate) fn native_call(&mut self, function: Handle<Function>, arguments: &[Handle<Expression>]) -> Result<Option<Vec<SsaValue>>> {
         let name = self.module.functions[function].name.as_deref();
-        let Some(k) = NATIVE_FUNCTIONS.iter().position(|native| Some(native.name) == name) else { return Ok(None) };
-        let NativeFunction { op, has_sampler, .. } = NATIVE_FUNCTIONS[k];
+        let Some(index) = NATIVE_FUNCTIONS.iter().position(|native| Some(native.name) == name) else { return Ok(None) };
+        let NativeFunction { op, has_sampler, .. } = NATIVE_FUNCTIONS[index];
         let resource_count = 1 + usize::from(has_sampler);
-        if arguments.len() <= resource_count || !self.is_shipped(k, function, &arguments[..resource_count])? {
+        if arguments.len() <= resource_count || !self.is_shipped(index, function, &arguments[..resource_count])? {
             return Ok(None);
         }
         let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
@@ -128,15 +128,15 @@ impl Lowerer<'_> {
         Ok(Some(self.builder.texture(op, texture, &args, self.active_mask).to_vec()))
     }
 
-    /// Whether a function has the body of the native function number `k`. `resources`: the texture and the sampler of a call.
-    fn is_shipped(&mut self, k: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
+    /// Whether a function has the shipped body of the native function `index`. `resources`: the texture and, if there is one, the sampler of a call.
+    fn is_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
         if let Some(known) = self.matches_native.get(&function) {
             return Ok(*known);
         }
         let resources = resources.iter().map(|r| self.value_of(*r)).collect::<Result<Vec<_>>>()?;
-        let shipped = SHIPPED[k].get_or_init(|| NATIVE_FUNCTIONS[k].lower_shipped());
+        let shipped = SHIPPED[index].get_or_init(|| NATIVE_FUNCTIONS[index].lower_shipped());
         let is_equal = shipped.as_ref().is_some_and(|(shipped, constants)| {
-            let lowered: std::result::Result<_, LowerError> = body(self.module, self.info, function, constants, &resources);
+            let lowered: std::result::Result<_, LowerError> = lower_body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
         self.matches_native.insert(function, is_equal);

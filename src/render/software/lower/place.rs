@@ -12,6 +12,7 @@ pub(crate) fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind
     supported(scalar, span)
 }
 
+/// The kind of a scalar of 32 bits or a boolean; an error for other widths.
 pub(crate) fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
     match (scalar.kind, scalar.width) {
         (ScalarKind::Float | ScalarKind::Sint | ScalarKind::Uint, 4) | (ScalarKind::Bool, _) => Ok(scalar.kind),
@@ -69,6 +70,7 @@ impl Lowerer<'_> {
         })
     }
 
+    /// Number of children of a composite type.
     pub(crate) fn children(&self, inner: &TypeInner) -> Result<u32> {
         Ok(match inner {
             TypeInner::Vector { size, .. } => *size as u32,
@@ -79,6 +81,7 @@ impl Lowerer<'_> {
         })
     }
 
+    /// The place of child `index` of a place.
     pub(crate) fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
         let (child, scalars, bytes) = self.child(place.inner(), index)?;
         Ok(match place.clone() {
@@ -87,11 +90,13 @@ impl Lowerer<'_> {
         })
     }
 
+    /// The place of the child at a computed index.
     pub(crate) fn place_indexed(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
         let count = self.children(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
         }
+        // All children have the same type, so the offset of child 1 is the stride.
         let (child, scalars, bytes) = self.child(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
@@ -121,10 +126,11 @@ impl Lowerer<'_> {
             Place::Uniform { offset, dynamic, inner } => {
                 let mut leaves = Vec::new();
                 self.leaves(inner, 0, &mut leaves)?;
+                // A word index from here is clamped to the end of the uniform block.
                 let words_to_end = self.uniform_size.saturating_sub(*offset) / 4;
                 let mut all = Vec::new();
                 for (leaf_offset, kind) in leaves {
-                    let index = dynamic.map(|d| (d, words_to_end.saturating_sub(leaf_offset / 4)));
+                    let index = dynamic.map(|word_index| (word_index, words_to_end.saturating_sub(leaf_offset / 4)));
                     let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
                     all.push(self.builder.uniform(word, offset + leaf_offset, index));
                 }
@@ -133,6 +139,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Loads `n` scalars; each index selects among all elements. An index out of range selects the last element.
     fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<SsaValue>> {
         let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
@@ -161,6 +168,7 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Stores scalars in the lanes where `when` holds; an index out of range stores nothing.
     fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], when: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
@@ -189,6 +197,7 @@ impl Lowerer<'_> {
         Ok(())
     }
 
+    /// The scalars of the zero value of a type.
     pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<SsaValue>> {
         let n = self.scalar_count(inner)?;
         let mut zeros = Vec::with_capacity(n);

@@ -1,7 +1,8 @@
 //! Lowers the statements of a block in order.
 //!
 //! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it were inside
-//! `if (!flag)`. Therefore stores need no guards, and the rest is skipped when no lane is active any more.
+//! `if (!flag)`. Therefore stores need no guards, and the rest is skipped when no lane is active any more. An exit from a loop that all lanes take
+//! together may be a jump instead (`control_flow.rs`).
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
@@ -10,7 +11,7 @@ use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// The mask of the lanes that have exited from the block being lowered.
+    /// The mask of the lanes that have exited from the block being lowered by `return`, `break` or `continue`.
     pub(super) fn exited(&mut self) -> SsaValue {
         let frame = self.frame();
         let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
@@ -42,7 +43,7 @@ impl<'m> Lowerer<'m> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
             self.count_statement()?;
-            let discarded = self.env[DISCARDED];
+            let discarded_before = self.env[DISCARDED];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
             let may_exit = matches!(
@@ -59,7 +60,7 @@ impl<'m> Lowerer<'m> {
             match self.builder.known_bool(exited) {
                 Some(true) => return Ok(()),
                 Some(false) => {
-                    if self.env[DISCARDED] != discarded && self.can_skip_discarded(rest) {
+                    if self.env[DISCARDED] != discarded_before && self.can_skip_discarded(rest) {
                         let remaining = self.builder.not(self.env[DISCARDED]);
                         return self.conditional(remaining, |this| this.statements(rest));
                     }

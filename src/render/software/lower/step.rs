@@ -8,10 +8,11 @@ use smallvec::{SmallVec, smallvec};
 pub(crate) enum SsaValue {
     /// Index into the constants.
     Const(u32),
-    /// Computed once per draw.
+    /// Computed once per draw. This number, and that of `Uniform` and `Lane`, only identifies the value.
     Draw(u32),
     /// One value for all lanes, computed on the lane tape.
     Uniform(u32),
+    /// One value per lane.
     Lane(u32),
 }
 
@@ -20,7 +21,7 @@ pub(crate) type JumpLabel = u32;
 /// Values of one step. Up to four are stored inline, because with heap vectors allocation took most of the lowering time.
 pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
-/// One step before slots and registers are assigned. The rate of `dst` (see `builder.rs`) determines how often the step runs.
+/// One step, before slots and registers are allocated. The rate of `dst` (see `builder.rs`) determines how often the step runs.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaStep {
     Op {
@@ -34,11 +35,12 @@ pub(crate) enum SsaStep {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Assigns a loop variable its next value. No other step has a `dst` that may be written more than once.
+    /// Copies a value. Only loop variables and captured named values are written more than once, and their later writes are `Assign`.
     Assign {
         dst: SsaValue,
         from: SsaValue,
     },
+    /// As `Instr::LoadUniform`: `offset` and `stride` in bytes.
     LoadUniform {
         dst: SsaValue,
         kind: WordKind,
@@ -73,6 +75,7 @@ pub(crate) enum SsaStep {
         label: JumpLabel,
     },
     Label(JumpLabel),
+    /// Marks the start of a loop for the optimisation passes, as `LoopEnd` does its end; neither becomes an instruction.
     LoopStart,
     LoopEnd,
 }

@@ -19,7 +19,7 @@ pub enum Place {
     /// Scalar `base` of the environment, plus each index times its stride. A load with an index out of range reads the last element; a store
     /// with an index out of range has no effect.
     Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
-    /// Byte `offset` of the uniform block plus `dynamic` scalars.
+    /// Byte `offset` of the uniform block plus `dynamic` words of 4 bytes.
     Uniform { offset: u32, dynamic: Option<SsaValue>, inner: TypeInner },
 }
 

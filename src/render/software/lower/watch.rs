@@ -13,7 +13,8 @@ pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
     pub name: String,
-    pub lanes: Vec<SsaValue>,
+    /// A lane value for each of its scalars, reassigned wherever the name is bound.
+    pub scalars: Vec<SsaValue>,
 }
 
 /// The named values captured so far.
@@ -22,8 +23,8 @@ pub(crate) struct NamedValueCapture {
     pub captured: Vec<CapturedValue>,
     /// Index in `captured` by name.
     pub index_of: HashMap<String, usize>,
-    /// Addresses of call statements by the caller's call path and the callee, in order of first appearance. They identify a call if a loop around it
-    /// is lowered several times.
+    /// For each call path of a caller and each callee, the addresses of the call statements in order of first appearance. An address identifies a call
+    /// even if a loop around it is lowered several times.
     pub calls: HashMap<(String, String), Vec<usize>>,
     /// Names of the functions being inlined, outermost first.
     pub call_path: Vec<String>,
@@ -31,16 +32,16 @@ pub(crate) struct NamedValueCapture {
 
 impl NamedValueCapture {
     /// Initialises every captured value with NaN.
-    pub(crate) fn initialise(&self, b: &mut SsaBuilder) {
-        let nan = b.float(f64::NAN);
-        let copies = self.lanes().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
-        b.code.splice(0..0, copies);
+    pub(crate) fn initialise(&self, builder: &mut SsaBuilder) {
+        let nan = builder.float(f64::NAN);
+        let copies = self.scalars().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        builder.code.splice(0..0, copies);
     }
-    /// The lanes of all named values.
-    pub(crate) fn lanes(&self) -> impl Iterator<Item = SsaValue> {
-        self.captured.iter().flat_map(|c| c.lanes.iter().copied())
+    /// The scalars of all named values, in the order of their outputs.
+    pub(crate) fn scalars(&self) -> impl Iterator<Item = SsaValue> {
+        self.captured.iter().flat_map(|c| c.scalars.iter().copied())
     }
     pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
-        (0..self.lanes().count()).map(|k| LaneOutput::Location { index: FIRST_NAMED_LOCATION + k as u32, component: 0, flat: false })
+        (0..self.scalars().count()).map(|k| LaneOutput::Location { index: FIRST_NAMED_LOCATION + k as u32, component: 0, flat: false })
     }
 }

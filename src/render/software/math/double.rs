@@ -1,5 +1,5 @@
 //! Elementary functions of f64. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, and the
-//! splitting in pow).
+//! split of log2 into a high and a low part).
 
 use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
@@ -29,7 +29,7 @@ fn exp2_int(n: i64) -> f64 {
     f64::from_bits((n.wrapping_add(1023) as u64) << 52)
 }
 
-/// x * 2^n in three exact steps, so that rounding occurs only if the result is below the normal range.
+/// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn scale(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
@@ -37,7 +37,7 @@ pub(crate) fn scale(x: f64, n: i32) -> f64 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// y * 2^n in two steps.
+/// y * 2^n in two steps, for -1078 <= n <= 1026, where 2^n itself may be out of range.
 #[inline(always)]
 fn scale_in_two_steps(y: f64, n: i64) -> f64 {
     let half = n >> 1;
@@ -56,38 +56,38 @@ fn exp_of_reduced<const FMA: bool>(r: f64) -> f64 {
 /// The nearest integer, as a float and as an integer.
 #[inline(always)]
 fn round_to_int(t: f64) -> (f64, i64) {
-    let m = t + ROUNDER;
-    (m - ROUNDER, (m.to_bits() as i64).wrapping_sub(ROUNDER.to_bits() as i64))
+    let sum = t + ROUNDER;
+    (sum - ROUNDER, (sum.to_bits() as i64).wrapping_sub(ROUNDER.to_bits() as i64))
 }
 
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f64) -> f64 {
-    // Beyond these ends the result overflows or is 0.
+    // Beyond these bounds the result overflows or is 0.
     let clamped = bounded(x, -747.0, 711.0);
     let (k, n) = round_to_int(clamped * LOG2_E);
-    // ln 2 is the sum of two parts, of which the first has so few bits that its product with k is exact.
+    // ln 2 is the sum of two parts; the greater has so few bits that its product with k is exact.
     let r = fma::<FMA>(k, -1.428_606_820_309_417_2e-6, fma::<FMA>(k, -6.931_457_519_531_25e-1, clamped));
     scale_in_two_steps(exp_of_reduced::<FMA>(r), n)
 }
 
 #[inline(always)]
 pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
-    // Beyond these ends the result overflows or is 0.
+    // Beyond these bounds the result overflows or is 0.
     let clamped = bounded(x, -1077.0, 1026.0);
     let (k, n) = round_to_int(clamped);
     scale_in_two_steps(exp_of_reduced::<FMA>((clamped - k) * LN_2), n)
 }
 
-/// Reduces a logarithm's argument: f = mantissa - 1, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
+/// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
-    // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
+    // Scaling makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
     let is_scaled = x < f64::MIN_POSITIVE;
     let scaled = if is_scaled { x * TWO_POW_54 } else { x };
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
-    // instruction below AVX-512. Of x < 0 and NaN, whose results the callers replace, it is meaningless.
+    // The exponent as a float: with a bias of 2048, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has
+    // no vector instruction below AVX-512. For x < 0 and NaN the exponent is meaningless; the callers replace the result.
     let exponent_bits = (bits >> 52) ^ 0x800;
     let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
     let exponent = if is_scaled { exponent - 54.0 } else { exponent };
@@ -110,6 +110,7 @@ fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     (f, exponent, half_square, s * (half_square + r))
 }
 
+/// Replaces the logarithm `y` for special arguments: 0 gives -inf, a negative number or NaN gives NaN, inf gives inf.
 #[inline(always)]
 fn log_special_cases(x: f64, y: f64) -> f64 {
     let y = if x == f64::INFINITY { x } else { y };
@@ -120,24 +121,25 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
-    // ln 2 is the sum of two parts; the product of the first with the exponent is exact.
+    // ln 2 is the sum of two parts; the product of the greater with the exponent is exact.
     let low = fma::<FMA>(exponent, 1.908_214_929_270_587_7e-10, tail);
     log_special_cases(x, fma::<FMA>(exponent, 6.931_471_803_691_238e-1, f - (half_square - low)))
 }
 
-/// log2 of a positive finite x as an unevaluated sum of two numbers. The measured error of `pow`, which uses it, is at most 5 ulp.
+/// log2 of a positive finite x as an unevaluated sum of two numbers. tests/software/math.rs bounds the error of `pow`, which uses it, by 6 ulp.
 #[inline(always)]
 fn log2_pair<const FMA: bool>(x: f64) -> (f64, f64) {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
     let hi = high_bits(f - half_square);
     let lo = ((f - hi) - half_square) + tail;
     // log2(e) is the sum of two parts.
-    let a = hi * 1.442_695_040_721_446_3;
-    let b = fma::<FMA>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
-    let w = exponent + a;
-    (w, b + ((exponent - w) + a))
+    let product_hi = hi * 1.442_695_040_721_446_3;
+    let product_lo = fma::<FMA>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
+    let sum = exponent + product_hi;
+    (sum, product_lo + ((exponent - sum) + product_hi))
 }
 
+/// x without its low 27 bits. The remaining mantissa has 26 bits, so that the product of two such numbers is exact.
 #[inline(always)]
 fn high_bits(x: f64) -> f64 {
     f64::from_bits(x.to_bits() & 0xffff_ffff_f800_0000)
@@ -149,8 +151,8 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
     log_special_cases(x, hi + lo)
 }
 
-/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of quarter turns. Accurate to 1e-16 relative for
-/// |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits); for greater |x| the remainder is clamped to
+/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of quarter turns. The remainder's relative error is
+/// below 3e-16 for |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits). For greater |x| it is only clamped to
 /// [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
 #[inline(always)]
 pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
@@ -160,6 +162,7 @@ pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
     (if x.abs() == f64::INFINITY { f64::NAN } else { r }, n)
 }
 
+/// Sine and cosine of |r| <= 0.786.
 #[inline(always)]
 fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
     let z = r * r;
@@ -189,6 +192,7 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
     (fma::<FMA>(s * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
 }
 
+/// sin, or cos if `COS`.
 #[inline(always)]
 pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
@@ -205,6 +209,7 @@ pub(crate) fn tan<const FMA: bool>(x: f64) -> f64 {
     if n & 1 != 0 { -c / s } else { s / c }
 }
 
+/// The arcsine of s for z = s^2 <= 1/4.
 #[inline(always)]
 fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
     let p = z * horner::<f64, FMA, 6>(
@@ -225,7 +230,7 @@ fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
     fma::<FMA>(p / q, s, s)
 }
 
-/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), half the arccosine of a. Otherwise false, and the arcsine of `small`, which is a or x.
+/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), which is half the arccosine of a. Otherwise: false, and the arcsine of `small` (a or x).
 #[inline(always)]
 fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
@@ -245,17 +250,18 @@ pub(crate) fn asin<const FMA: bool>(x: f64) -> f64 {
 pub(crate) fn acos<const FMA: bool>(x: f64) -> f64 {
     let (is_large, y) = asin_reduced::<FMA>(x.abs(), x);
     let outer = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
-    // The second number is what FRAC_PI_2 lacks of pi / 2.
+    // 6.1e-17 is pi / 2 - FRAC_PI_2, the rounding error of that constant.
     if is_large { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
 }
 
+/// The angle in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
-    // From tan(pi / 8) on, the quotient is replaced by the tangent of the angle from the diagonal.
+    // Above tan(pi/8), the angle is computed relative to the diagonal.
     let near_diagonal = small > 0.414_213_562_373_095 * large;
     let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
@@ -300,6 +306,7 @@ pub(crate) fn sinh<const FMA: bool>(x: f64) -> f64 {
     );
     let q = horner::<f64, FMA, 4>(z, [1.0, -2.777_110_814_206_028e2, 3.615_782_798_344_32e4, -2.110_529_788_848_908_4e6]);
     let small = fma::<FMA>(a * z, p / q, a);
+    // e^(a/2), because e^a may overflow where sinh does not.
     let e = exp::<FMA>(0.5 * a);
     let large = (0.5 * e) * e - 0.5 / e / e;
     (if a < 1.0 { small } else { large }).copysign(x)
@@ -356,15 +363,15 @@ pub(crate) fn atanh<const FMA: bool>(x: f64) -> f64 {
     (if a > 1.0 { f64::NAN } else { y }).copysign(x)
 }
 
-/// x^y. WGSL does not specify negative x; the result is NaN here, except for y = 0: x^0 = 1 and 1^y = 1, unless x or y is NaN.
+/// x^y. NaN if x or y is NaN; otherwise x^0 = 1 for any x, and 1^y = 1. WGSL does not specify negative x; here the result is NaN unless y = 0.
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
-    let (w, low) = log2_pair::<FMA>(x);
+    let (log, log_lo) = log2_pair::<FMA>(x);
     // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the products finite.
     let bounded_y = bounded(y, -1e20, 1e20);
-    let (w_high, bounded_y_high) = (high_bits(w), high_bits(bounded_y));
-    let product_high = w_high * bounded_y_high;
-    let product_low = (bounded_y - bounded_y_high) * w_high + bounded_y * ((w - w_high) + low);
+    let (log_high, bounded_y_high) = (high_bits(log), high_bits(bounded_y));
+    let product_high = log_high * bounded_y_high;
+    let product_low = (bounded_y - bounded_y_high) * log_high + bounded_y * ((log - log_high) + log_lo);
     let sum = product_high + product_low;
     let (k, n) = round_to_int(bounded(sum, -1077.0, 1026.0));
     let rest = ((product_high - k) + product_low) * LN_2;

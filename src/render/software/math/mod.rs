@@ -1,6 +1,6 @@
 //! Elementary functions for lanes, branch-free so that the compiler turns a loop over lanes into vector code.
 //!
-//! Every function is generic over `FMA`: true uses fused multiply-add, false rounds product and sum separately. All kernel classes with the same
+//! The functions are generic over `FMA`: true uses fused multiply-add, false rounds product and sum separately. All kernel classes with the same
 //! `FMA` give the same bits, because the functions use only basic IEEE 754 operations. tests/software/math.rs measures the errors.
 //!
 //! f32 `sin` and `cos` reduce the argument in f64. f32 `pow` evaluates f64 polynomials whose length suffices for an f32 result. The less
@@ -55,14 +55,15 @@ pub trait Real:
     fn to_u32(self) -> u32;
     fn from_i32(i: i32) -> Self;
     fn from_u32(u: u32) -> Self;
+    /// self * b + c, fused if `FMA`.
     fn fma<const FMA: bool>(self, b: Self, c: Self) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     /// Magnitude of self, sign of `s`.
     fn with_sign(self, s: Self) -> Self;
-    /// Nearest integer, ties to even.
+    /// Nearest integer, ties to even, without a rounding instruction.
     fn round(self) -> Self;
-    /// Nearest integer (ties to even), floor and truncation. Each is one instruction on machines that have it, and a library call on others.
+    /// Nearest integer (ties to even), floor and truncation, each by one instruction on machines that have it and by a library call on others.
     fn round_native(self) -> Self;
     fn floor_native(self) -> Self;
     fn trunc_native(self) -> Self;
@@ -96,7 +97,7 @@ pub trait Real:
     fn pow<const FMA: bool>(self, y: Self) -> Self;
 }
 
-macro_rules! common {
+macro_rules! methods_of_float {
     ($t:ty, $bits:ty, $module:ident, $two_to_mantissa_bits:expr) => {
         const ZERO: Self = 0.0;
         const ONE: Self = 1.0;
@@ -298,7 +299,7 @@ macro_rules! common {
 }
 
 impl Real for f32 {
-    common!(f32, u32, single, 8_388_608.0);
+    methods_of_float!(f32, u32, single, 8_388_608.0);
     #[inline(always)]
     fn log2_from_one<const FMA: bool>(self) -> Self {
         single::log2_from_one::<FMA>(self)
@@ -318,7 +319,7 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
-    common!(f64, u64, double, 4_503_599_627_370_496.0);
+    methods_of_float!(f64, u64, double, 4_503_599_627_370_496.0);
     #[inline(always)]
     fn as_f32(_: &[Self]) -> Option<&[f32]> {
         None

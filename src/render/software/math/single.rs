@@ -16,7 +16,7 @@ fn exp2_int(n: i32) -> f32 {
     f32::from_bits((n.wrapping_add(127) as u32) << 23)
 }
 
-/// x * 2^n in three exact steps, so that rounding occurs only if the result is below the normal range.
+/// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn scale(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
@@ -37,10 +37,12 @@ fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
 /// 2^-125.5 saves the second scale factor that the full range would need.
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
+    // Beyond these bounds, which keep n in -126..=128, the result overflows or is 0.
     let clamped = if x > 88.9 { 88.9 } else { x };
     let clamped = if clamped < -87.5 { -87.5 } else { clamped };
     let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
     let k = t - ROUNDER;
+    // ln 2 = 0.693359375 - 2.12e-4; the product of the first part with k is exact.
     let r = fma::<FMA>(k, 2.121_944_4e-4, fma::<FMA>(k, -0.693_359_375, clamped));
     exp_of_reduced::<FMA>(r, t)
 }
@@ -48,6 +50,7 @@ pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
 /// 2^x. Results below 2^-125.5 are zero, for the same reason as in [`exp`].
 #[inline(always)]
 pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
+    // As in `exp`.
     let clamped = if x > 128.25 { 128.25 } else { x };
     let clamped = if clamped < -126.25 { -126.25 } else { clamped };
     let t = clamped + ROUNDER;
@@ -58,14 +61,14 @@ pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
 /// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, and f^3 P(f) - f^2/2.
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
-    // True for subnormal x, which it makes normal; also for x <= 0, where the callers replace the result.
+    // Scaling by 2^23 makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
     let is_scaled = x < f32::MIN_POSITIVE;
     let scaled = if is_scaled { x * 8_388_608.0 } else { x };
     let (f, exponent, rest) = log_parts_of_normal::<FMA>(scaled);
     (f, exponent - if is_scaled { 23.0 } else { 0.0 }, rest)
 }
 
-/// The same for a positive normal number.
+/// As [`log_parts`], for a positive normal number.
 #[inline(always)]
 fn log_parts_of_normal<const FMA: bool>(x: f32) -> (f32, f32, f32) {
     // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
@@ -118,7 +121,7 @@ pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
 
 #[inline(always)]
 fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
-    // log2(e) = 1 + 0.4427. The product with 1 is exact, so that adding it rounds only once more.
+    // The products with log2(e) = 1 + 0.4427 are computed in two parts, because those with 1 are exact.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
     (small + f) + exponent
@@ -137,6 +140,7 @@ pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
     f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))
 }
 
+/// The arcsine of s for z = s^2 <= 1/4.
 #[inline(always)]
 fn asin_core<const FMA: bool>(z: f32, s: f32) -> f32 {
     let p = horner::<f32, FMA, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
@@ -166,6 +170,7 @@ pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let root = half.sqrt();
     let y = asin_core::<FMA>(z, if is_large { root } else { x });
     let outer = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
+    // 4.4e-8 is FRAC_PI_2 - pi / 2, the rounding error of that constant.
     if is_large { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
 }
 
@@ -191,8 +196,8 @@ pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
 
-/// x^y for x >= 0. WGSL does not specify negative x; the result is NaN here. x^0 = 1, 1^y = 1. Evaluates f64 polynomials, because y log2(x) must be
-/// accurate to 2^-32. Their length suffices for f32 (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
+/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x) must be accurate to 2^-32. Their length suffices for f32
+/// (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
@@ -228,6 +233,7 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     let bounded_y = if bounded_y > 1e20 { 1e20 } else { bounded_y };
     let bounded_y = if bounded_y < -1e20 { -1e20 } else { bounded_y };
     let exponent = log2 * bounded_y;
+    // Beyond these bounds the result overflows or is 0.
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
     let (nearest, n) = exponent.round_small();
@@ -257,6 +263,7 @@ mod tests {
 
     #[test]
     fn log2_from_one_gives_the_bits_of_log2() {
+        // The step is a prime, so that the low bits vary.
         let mut numbers = (0..).map(|k| f32::from_bits(1.0_f32.to_bits() + k * 7919)).take_while(|x| x.is_finite());
         assert!(numbers.all(|x| {
             log2::<true>(x).to_bits() == log2_from_one::<true>(x).to_bits()

@@ -6,7 +6,7 @@
 
 /// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 pixels wide.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, relative to the triangle's greatest w; points with smaller w project beyond the guard band.
+/// Smallest w that is kept, relative to the triangle's greatest w, so that coordinates can be divided by w.
 const MIN_W: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
@@ -39,6 +39,7 @@ impl ClipVertex {
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
     corners: [ClipVertex; 12],
+    /// Number of corners, at most ten.
     count: usize,
     /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
     pub is_clipped: bool,

@@ -47,7 +47,7 @@ pub(crate) fn block_position(block: usize) -> [u32; 2] {
     quad_position(block * BLOCK_QUADS as usize)
 }
 
-/// The block of a tile whose top-left pixel is at `x`, `y`.
+/// The block whose top-left pixel is at `x`, `y` inside its tile; `None` if there is none.
 pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
     let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
     is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
@@ -148,13 +148,15 @@ struct CoveredQuads {
 struct QuadSamples<const N: usize> {
     /// Per edge, the values at the samples.
     edge_values: [[i64; N]; 3],
+    /// Per edge, the greatest of these values.
     max_at_samples: [i64; 3],
-    /// Differences to the next quad in x and in y.
+    /// Per edge, the differences to the next quad in x and in y.
     step: [[i64; 2]; 3],
 }
 
 impl<const N: usize> QuadSamples<N> {
-    /// For a small triangle this takes as long as the coverage tests that follow: no multiplication per sample of a pixel, and built where it is used.
+    /// For a small triangle this takes as long as the coverage tests that follow. Therefore it multiplies once per sample position instead of once per
+    /// sample, and is inlined, so that the result is not copied.
     #[inline(always)]
     fn new(triangle: &RasterTriangle) -> Self {
         let positions = sample_positions((N / 4) as u8);

@@ -128,7 +128,7 @@ impl RasterGeometry {
     }
 }
 
-/// How many triangles before its use each kind of data is prefetched: raster triangles, source triangles, planes and flat values.
+/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
@@ -143,7 +143,7 @@ impl RasterGeometry {
                 use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
                 let first = items.as_ptr().wrapping_add(index).cast::<i8>();
                 for line in (0..size_of::<T>()).step_by(64) {
-                    // SAFETY: a prefetch reads nothing; any address is allowed.
+                    // SAFETY: a prefetch is only a hint; any address is allowed.
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }
                 }
             }
@@ -158,7 +158,7 @@ impl RasterGeometry {
                 && let Some(source) = self.source_triangles.get(triangle.source_triangle as usize)
             {
                 fetch(&self.planes, source.first_plane);
-                // The next cache line.
+                // Usually in the next cache line.
                 fetch(&self.planes, source.first_plane + 2);
                 fetch(&self.flat_values, source.first_flat_value);
             }
@@ -188,14 +188,11 @@ fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
     EdgeFunction { a: -dy, b: dx, c: dy * from[0] - dx * from[1] - i64::from(!top_left) }
 }
 
-fn raster_triangle(
-    mut p: [[i64; 2]; 3],
-    front_clockwise: bool,
-    raster_state: &RasterState,
-    source_triangle: u32,
-) -> Option<RasterTriangle> {
+/// A part of a source triangle; `None` if it lies outside the scissor rectangle, or if snapping has collapsed it or reversed its winding.
+/// `is_clockwise`: the winding of the source triangle on the screen.
+fn raster_triangle(mut p: [[i64; 2]; 3], is_clockwise: bool, raster_state: &RasterState, source_triangle: u32) -> Option<RasterTriangle> {
     let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
-    if area == 0 || (area > 0) != front_clockwise {
+    if area == 0 || (area > 0) != is_clockwise {
         return None;
     }
     if area < 0 {
@@ -357,7 +354,7 @@ mod tests {
         assert_eq!(parts.clipped, whole.clipped);
         assert!(
             (1..4).contains(&whole.clipped),
-            "the first triangle is not clipped, the last extends behind the viewer: {}",
+            "the first triangle is not clipped, the last extends behind the camera: {}",
             whole.clipped
         );
     }

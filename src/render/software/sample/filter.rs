@@ -32,7 +32,7 @@ fn chunk<T>(values: &[T], start: usize) -> &[T; CHUNK] {
     }
 }
 
-/// The two texels beside a coordinate along one axis, the second to the right or below the first, and its fractional position between them.
+/// The two texels beside each coordinate along one axis, the second to the right of the first or below it, and the coordinate's fraction between them.
 struct TexelPair<R> {
     first: [u32; CHUNK],
     second: [u32; CHUNK],
@@ -44,13 +44,13 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
     let n = R::from_u32(size);
     let last = size as i32 - 1;
     let repeats = mode == AddressMode::Repeat;
-    // The texels that stand for those before the first and after the last.
+    // The texels that are read in place of those before the first and after the last.
     let (before, after) = if repeats { (last, 0) } else { (0, last) };
     let mut out = TexelPair { first: [0; CHUNK], second: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
     for i in 0..CHUNK {
         let c = coordinate[i];
         let x = if repeats { c - floor(c) } else { c } * n - R::from_f64(0.5);
-        // Written so that NaN becomes the first texel.
+        // Written so that NaN becomes -1 and is then clamped or wrapped like any other position.
         let x = if x > -R::ONE { x } else { -R::ONE };
         let x = if x < n { x } else { n };
         let (rounded, k) = x.round_small();
@@ -114,7 +114,7 @@ fn bilinear<R: Real, D: Decode>(
     out
 }
 
-/// Channel `K`, interpolated bilinearly between the four texels of each lane: top left, top right, bottom left, bottom right. `x`, `y`: fractions.
+/// Channel `K`, interpolated bilinearly between the four texels of each lane (top left, top right, bottom left, bottom right) by the fractions `x` and `y`.
 #[inline(always)]
 fn interpolate<R: Real, D: Decode, const K: usize>(
     decode: D,
@@ -249,7 +249,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         return unsafe { registers::filter(decode, levels, &request, state, active, out) };
     }
     let coarsest_level = R::from_u32(levels.len() as u32 - 1);
-    // Without linear filtering the nearest level is read.
+    // Without linear filtering the nearest level is read: adding 0.5 rounds the level to it.
     let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
     for i in 0..BATCH {
@@ -264,7 +264,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
-    // Arrays that are not needed are not zeroed, because together they are as large as all other data of a batch.
+    // Arrays that are not needed are not zeroed: together they are as large as all other data of a batch.
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_length) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));

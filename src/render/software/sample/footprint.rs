@@ -2,10 +2,10 @@
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
 //! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
-//! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. Where their number is no integer, the taps in the
-//! middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of a plain sampler is log2 of the longer
-//! gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are vectorised. Gradients that are not finite give an
-//! unspecified valid level and length.
+//! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. Where the major axis is not a whole number of taps
+//! long, the taps in the middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of isotropic filtering is
+//! log2 of the longer gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are vectorised. Gradients that are not
+//! finite give an unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -24,7 +24,8 @@ pub(crate) struct Footprint<R> {
     pub step: [R; 2],
 }
 
-/// A tap of a footprint of the given length: its offset from the middle, in taps, and its weight. The weights of all taps add up to the length.
+/// Tap number `index` of a footprint: its offset from the middle and its weight. The offset and `length` are in taps. The weights of all taps add up to
+/// the length.
 #[inline(always)]
 pub(super) fn tap<R: Real>(index: usize, length: R) -> (R, R) {
     let half = R::from_f64(0.5);
@@ -87,13 +88,13 @@ fn longest_sq<R: Real>(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> R {
     if dx_sq > dy_sq { dx_sq } else { dy_sq }
 }
 
-/// NaN becomes 1 as well.
+/// The greater of x and 1; NaN becomes 1.
 #[inline(always)]
 fn at_least_one<R: Real>(x: R) -> R {
     if x > R::ONE { x } else { R::ONE }
 }
 
-/// The level whose texels have this width, squared, of at least 1.
+/// The level whose texels have the given width in texels of level 0. `width_sq`: its square, at least 1.
 #[inline(always)]
 fn level_of<R: Real>(width_sq: R) -> R {
     R::from_f64(0.5) * width_sq.log2_from_one::<false>()
@@ -140,8 +141,8 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             }
             return;
         };
-        // The sum of the squares of both axes is at least that of the major axis. Where it is at most 1, `anisotropic` gives level 0 and one tap, in spite of rounding,
-        // because it shortens the footprint by 0.01.
+        // The sum of the squares of both axes is at least the square of the major axis. Where it is at most 1, `anisotropic` gives level 0 and one tap, in
+        // spite of rounding, because it shortens the footprint by 0.01.
         let mut sums_sq = [R::ZERO; BATCH];
         for i in 0..BATCH {
             let (ux, vx, uy, vy) = (g[0][i] * size[0], g[1][i] * size[1], g[2][i] * size[0], g[3][i] * size[1]);

@@ -1,7 +1,7 @@
 //! The lanes of a batch in the order in which they are filtered: by mip level, then from many taps to few.
 //!
-//! In: a key and the active lanes. Out: the order by a counting sort, and values in that order or back in their lanes. Not here: what is filtered
-//! (`filter`).
+//! In: a key for each lane and the active lanes. Out: their order, by a counting sort; values in that order, or back in their lanes. Not here: the
+//! filtering (`filter`).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -9,9 +9,9 @@
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
-/// Lanes of a batch.
+/// Number of lanes in a batch.
 pub(crate) const BATCH: usize = 128;
-/// Lanes that are fetched and interpolated together.
+/// Number of lanes that are fetched and interpolated together.
 pub(super) const CHUNK: usize = 32;
 /// Length of arrays that are read in chunks from any lane on. The padding is needed because the last chunk may extend beyond the batch.
 pub(super) const PADDED: usize = BATCH + CHUNK;
@@ -35,13 +35,14 @@ impl<R> LazyArray<R> {
 
 /// The active lanes sorted by mip level, then from many taps to few.
 pub(super) struct LaneOrder {
-    /// The active lanes in sorted order; `count` entries are valid.
-    lane: [u8; BATCH],
+    /// The active lanes in sorted order; `count` entries are valid. Not filled if `is_identity`.
+    sorted_lanes: [u8; BATCH],
     pub(super) count: usize,
-    /// All lanes are active and have the same key, so that the order is that of the batch.
+    /// Whether all lanes are active and have the same key, so that the order is that of the batch.
     pub(super) is_identity: bool,
     /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
     pub(super) starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
+    /// From the finest to the coarsest level of a lane, active or not.
     pub(super) levels: std::ops::Range<usize>,
     /// Whether some lane, active or not, has more than one tap.
     pub(super) has_several_taps: bool,
@@ -51,7 +52,7 @@ impl LaneOrder {
     #[inline(always)]
     pub(super) fn new(key: &[u16; BATCH], active: LaneMask) -> Self {
         let count = active.count_ones() as usize;
-        let mut order = Self { lane: [0; BATCH], count, is_identity: false, starts: [0; _], levels: 0..0, has_several_taps: false };
+        let mut order = Self { sorted_lanes: [0; BATCH], count, is_identity: false, starts: [0; _], levels: 0..0, has_several_taps: false };
         let (mut min_key, mut max_key, mut inverted_keys) = (u16::MAX, 0, 0);
         for k in key {
             min_key = min_key.min(*k);
@@ -82,7 +83,7 @@ impl LaneOrder {
             let lane = remaining.trailing_zeros() as usize;
             remaining &= remaining - 1;
             let position = &mut next_position[usize::from(key[lane])];
-            order.lane[usize::from(*position)] = lane as u8;
+            order.sorted_lanes[usize::from(*position)] = lane as u8;
             *position += 1;
         }
         order
@@ -95,8 +96,9 @@ impl LaneOrder {
             return values;
         }
         let buffer = buffer.0.insert([R::ZERO; PADDED]);
+        // Here and below, `& 127` shows the compiler that the index is in range.
         for i in 0..BATCH {
-            buffer[i] = values[usize::from(self.lane[i] & 127)];
+            buffer[i] = values[usize::from(self.sorted_lanes[i] & 127)];
         }
         buffer
     }
@@ -112,7 +114,7 @@ impl LaneOrder {
             }
             return;
         }
-        let lanes = self.lane.get(start..(start + count).min(start + N)).unwrap_or_default();
+        let lanes = self.sorted_lanes.get(start..(start + count).min(start + N)).unwrap_or_default();
         for (out, value) in out.iter_mut().zip(value) {
             let Some(out) = out else { continue };
             for (lane, value) in lanes.iter().zip(value) {
@@ -134,7 +136,7 @@ impl LaneOrder {
             out.copy_from_slice(&sorted[..BATCH]);
         } else {
             for i in 0..self.count.min(BATCH) {
-                out[usize::from(self.lane[i] & 127)] = sorted[i];
+                out[usize::from(self.sorted_lanes[i] & 127)] = sorted[i];
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Texture sampling for the executor, batch by batch.
+//! Samples textures for the executor, batch by batch.
 //!
 //! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads
 //! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
@@ -59,11 +59,13 @@ struct Request<'a, R> {
     active: LaneMask,
 }
 
+/// What determines the mip level of each lane.
 #[derive(Clone, Copy)]
 enum LevelSource<'a, R> {
     Explicit(&'a [R]),
+    /// The longer gradient.
     Isotropic(Gradients<'a, R>),
-    /// With the maximum number of taps, per lane or one for all lanes.
+    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
@@ -78,6 +80,7 @@ fn full_batch<'a, R: Real>(values: &'a [R], buffer: &'a mut Option<[R; BATCH]>) 
     buffer
 }
 
+/// Filters a batch: prepares its levels and footprints, then calls [`filter::sample`].
 #[inline(always)]
 fn filter_batch<R: Real, D: Decode>(
     decode: D,
@@ -129,7 +132,8 @@ fn write_batch<R: Real>(out: [&mut [R]; 4], fill: impl FnOnce(Channels<'_, R>)) 
     }
 }
 
-macro_rules! class {
+/// The sampling functions, compiled for one kernel class. The expression `$decoder` makes the class's decoder from the format's (`$decode`).
+macro_rules! functions_of_class {
     ($name:ident, $decode:ident => $decoder:expr, $(#[$feature:meta])*) => {
         mod $name {
             use super::*;
@@ -164,19 +168,19 @@ macro_rules! class {
     };
 }
 
-class!(plain, decode => decode,);
+functions_of_class!(plain, decode => decode,);
 #[cfg(target_arch = "x86_64")]
-class!(avx2, decode => {
+functions_of_class!(avx2, decode => {
     // SAFETY: functions of this class are called only on machines with AVX2.
     unsafe { decode.avx2() }
 }, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
-class!(avx512, decode => {
+functions_of_class!(avx512, decode => {
     // SAFETY: as above.
     unsafe { decode.avx2() }
 }, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
 #[cfg(target_arch = "aarch64")]
-class!(neon, decode => decode, #[target_feature(enable = "neon")]);
+functions_of_class!(neon, decode => decode, #[target_feature(enable = "neon")]);
 
 /// The variant of a function that is compiled for a kernel class; [`Textures::new`] has checked that the machine can run it.
 macro_rules! for_class {

@@ -20,7 +20,7 @@ use std::arch::x86_64::{
 };
 use std::mem::transmute;
 
-/// Lanes of a register.
+/// Number of lanes in a register.
 pub(super) const EIGHT: usize = 8;
 
 /// A [`FilterRequest`] of f32.
@@ -59,7 +59,7 @@ pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
     unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
 }
 
-/// A whole number in every lane.
+/// `n` in every lane.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -169,7 +169,7 @@ pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     }
 }
 
-/// The same for a map coordinate.
+/// As [`texels_beside`], for a map coordinate.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -227,6 +227,7 @@ struct Lanes<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
     fraction: __m256,
+    /// As [`RegisterRequest::footprints`].
     footprints: Option<[&'a [f32; BATCH]; 3]>,
     group: usize,
 }

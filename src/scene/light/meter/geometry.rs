@@ -29,16 +29,16 @@ pub(crate) struct RayHit {
 
 pub(crate) fn intersect(placement: &Placement, direction: DVec3) -> RayHit {
     let origin = placement.camera_in_unit_sphere();
-    let w = placement.direction_in_unit_sphere(direction).normalize();
-    let (along, cross) = (-origin.dot(w), origin.cross(w).length());
-    let limb = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
-    let point = (origin + w * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();
-    RayHit { inside_rad: limb - cross.atan2(along), point }
+    let ray = placement.direction_in_unit_sphere(direction).normalize();
+    let (along, cross) = (-origin.dot(ray), origin.cross(ray).length());
+    let limb_rad = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
+    let point = (origin + ray * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();
+    RayHit { inside_rad: limb_rad - cross.atan2(along), point }
 }
 
-/// Area of a body's outline in pixels, not clipped to the frame; of an open outline that of the frame, beside and behind the frame 0.
-pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
-    match p.outline {
+/// Area of a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside or behind it as 0.
+pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+    match placed.outline {
         Outline::Ellipse { area_px, .. } => area_px,
         Outline::Open => f64::from(camera.width) * f64::from(camera.height),
         Outline::Behind | Outline::Beside => 0.0,
@@ -46,8 +46,8 @@ pub(crate) fn area_px(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
 }
 
 /// Approximate fraction of a body's outline that is in the frame, from its bounding box, times the weight of its position.
-pub(crate) fn weighted_in_frame_fraction(camera: &Camera, p: &PlacedBody<'_>) -> f64 {
-    let Outline::Ellipse { bounds, .. } = p.outline else { return 0.0 };
+pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+    let Outline::Ellipse { bounds, .. } = placed.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
     // A point's sprite is two pixels wide.
     let size = size.max(2.0 / camera.half_size());

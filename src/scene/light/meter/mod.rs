@@ -1,10 +1,10 @@
 //! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
-//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the frame,
-//! and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo,
+//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
+//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo,
 //! including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously
-//! with position, time, field of view and phase, because every share of the frame has soft edges. Left out: maps other than city lights (a sea is as bright
-//! as a desert), relief, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]). Left out: maps other than
+//! city lights (a sea is as bright as a desert), relief, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod refracted_limb;
@@ -61,7 +61,7 @@ const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays per side over the rectangle of a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
-/// Range in which the corona is metered, solar radii.
+/// Range in which the corona is metered, solar radii. It is not metered by a camera within 5 radii of the Sun's centre.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 
 /// One kind of subject in the frame.
@@ -91,7 +91,7 @@ struct LogMean {
 }
 
 impl LogMean {
-    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers its contrast.
+    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers contrast.
     fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + foreground_radiance);
@@ -119,8 +119,8 @@ pub(crate) struct Meter<'m, 'a> {
     pub reflectors: &'m [Reflector<'m>],
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
-    /// Weight of city lights relative to other ground: 0 by day.
-    pub night_lights: f64,
+    /// Weight of city lights relative to other ground; 0 if the exposure without them would not overexpose them.
+    pub night_light_weight: f64,
 }
 
 /// Factor on the level at which surroundings of a given radiance are shown, because a photograph of dusk exposed as bright as noon looks like day. The
@@ -135,7 +135,7 @@ struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
     glare: Option<VeilingGlare>,
     /// Radiance of the sky around the camera.
-    sky: f64,
+    sky_radiance: f64,
     /// Bodies that may hide others.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
@@ -150,8 +150,8 @@ impl Meter<'_, '_> {
         let glare =
             VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glare) != Some(false));
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = MeteredFrame { meter: self, glare, sky: 0.0, resolved_bodies };
-        let frame = MeteredFrame { sky: frame.skylight(), ..frame };
+        let frame = MeteredFrame { meter: self, glare, sky_radiance: 0.0, resolved_bodies };
+        let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
@@ -177,7 +177,7 @@ impl Meter<'_, '_> {
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
-            sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky, 0.0);
+            sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky_radiance, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // The sky and ground around the camera are darkened in dusk.
             metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
@@ -206,7 +206,7 @@ struct Ground<'g> {
     /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
     secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
-    sky: f64,
+    sky_radiance: f64,
     /// Ring-shine, and the ground's radiance per unit of ring-shine.
     ring_shine: Option<(Arc<RingShine>, f64)>,
 }
@@ -223,11 +223,11 @@ impl Ground<'_> {
             _ => 1.0,
         };
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let lit = night_lights::lit(normal.dot(self.sun)) * self.night_light_weight;
+        let lit = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo_scale * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
-            + body.geometric_albedo * self.sky
+            + body.geometric_albedo * self.sky_radiance
             + night_lights
             + ring_shine
     }
@@ -238,7 +238,7 @@ impl MeteredFrame<'_, '_> {
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
-        glare + if is_behind_sky { self.sky } else { 0.0 }
+        glare + if is_behind_sky { self.sky_radiance } else { 0.0 }
     }
 
     /// Fraction of a body's disc that nearer bodies, other than `except`, leave visible.
@@ -251,7 +251,7 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
-    fn skylight(&self) -> f64 {
+    fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
@@ -297,25 +297,25 @@ impl MeteredFrame<'_, '_> {
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
         if diameter_px < 1.0 && !is_target {
-            // A point: all its light, spread over its sprite.
-            let pixel = camera.pixel_tangent().powi(2);
-            let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel * point_peak();
+            // A point: all of the body's light, spread over a sprite.
+            let pixel_sr = camera.pixel_tangent().powi(2);
+            let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
             tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
             return (tally, 0.0);
         }
         let secondary_lights = self.shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_lights > 0.0);
+        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
-            night_light_weight: self.meter.night_lights,
+            night_light_weight: self.meter.night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo_scale: p.radiance_scale().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
             sun: to_body_frame(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
-            sky: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky),
+            sky_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut near_share = 0.0;
@@ -337,7 +337,7 @@ impl MeteredFrame<'_, '_> {
         (tally, share * far_weight + near_share)
     }
 
-    /// Samples the disc of a distant body: calls `add` with a fraction of the disc's area and its radiance. The grid in luminance longitude and latitude
+    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in luminance longitude and latitude
     /// covers the lit and the dark part separately, so that even the thinnest crescent is sampled.
     fn sum_disc(
         &self,
@@ -348,11 +348,11 @@ impl MeteredFrame<'_, '_> {
         mut add: impl FnMut(f64, f64),
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
-        let alpha = crate::ephemeris::angle_rad(viewer, ground.sun);
+        let phase_angle = crate::ephemeris::angle_rad(viewer, ground.sun);
         let perpendicular =
             (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(perpendicular);
-        let terminator = alpha - FRAC_PI_2;
+        let terminator = phase_angle - FRAC_PI_2;
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
             for k in 0..columns * rows {
@@ -425,7 +425,7 @@ impl MeteredFrame<'_, '_> {
         tally.add(
             share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * spread * transmittance,
-            self.sky,
+            self.sky_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
         let found = tally.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;

@@ -40,8 +40,8 @@ impl MeteredFrame<'_, '_> {
             camera: self.meter.camera,
             placement: &p.placement,
             sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
-            sun_km: p.sun_from_body_km.length(),
-            alpha: p.phase_angle,
+            sun_distance_km: p.sun_from_body_km.length(),
+            phase_angle: p.phase_angle,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
@@ -68,13 +68,13 @@ impl MeteredFrame<'_, '_> {
         if (size * camera.half_size()).max_element() < 4.0 {
             return tally;
         }
-        let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_km;
+        let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
         let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
-        let polar = p.body.radii_km.z / unit_km;
-        // All rays come from the camera's side of the plane.
+        let polar_radius = p.body.radii_km.z / unit_km;
+        // The camera is on one side of the ring plane; the sunlight on that side comes first.
         let [sunward, averted] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [averted, sunward] } else { [sunward, averted] };
         let mut sums = RadialSums::new(&intervals, sunlight);
@@ -82,30 +82,30 @@ impl MeteredFrame<'_, '_> {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
-            let along = (p.placement.body_from_icrf * direction).normalize();
-            let distance = -origin.z / along.z;
+            let ray = (p.placement.body_from_icrf * direction).normalize();
+            let distance = -origin.z / ray.z;
             if !(distance > 0.0 && distance.is_finite()) {
                 continue;
             }
-            let ring_point = origin + along * distance;
+            let ring_point = origin + ray * distance;
             let radius = ring_point.truncate().length();
-            let cos_emission = along.z.abs().max(phase::MIN_COSINE);
-            let radial = (along.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
-            let half_width = 0.5 * (distance * spacing * (1.0 + radial)).max(1e-6);
+            let cos_emission = ray.z.abs().max(phase::MIN_COSINE);
+            let radial_stretch = (ray.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
+            let half_width = 0.5 * (distance * spacing * (1.0 + radial_stretch)).max(1e-6);
             if radius - half_width > outer {
                 continue;
             }
-            let cos_phase = (-along.dot(sun)).clamp(-1.0, 1.0);
+            let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
             let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = large_phase * large + dust_phase * dust;
             // The ring gets no light in the globe's shadow, and is hidden behind the globe.
-            let stretch = DVec3::new(1.0, 1.0, 1.0 / polar);
+            let stretch = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
             let sunlit = if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
             let globe = intersect(&p.placement, direction);
-            let behind = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar)).length();
-            let not_hidden = if behind { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
+            let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
+            let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * not_hidden * self.ray_visibility(p, direction, spacing);

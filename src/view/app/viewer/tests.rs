@@ -1,6 +1,6 @@
 use super::*;
 
-/// The Sun at the origin, bodies on the x axis, all with the same orientation.
+/// The Sun at the origin, bodies on the x axis. All have the same orientation.
 struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
@@ -14,7 +14,7 @@ impl BodyPositions for CollinearBodies {
         };
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
-    /// This test ephemeris ignores light time.
+    /// Light time is ignored.
     fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         Some(self.between_km(body, camera_body, time)? + offset_km)
     }
@@ -45,127 +45,160 @@ fn viewer() -> Viewer {
     Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
-fn apply(v: &mut Viewer, action: Action) {
-    v.apply(action, 800.0, &CollinearBodies);
+fn apply(viewer: &mut Viewer, action: Action) {
+    viewer.apply(action, 800.0, &CollinearBodies);
 }
 
 #[test]
 fn a_flight_ends_at_the_lit_side_and_back_returns() {
-    let mut v = viewer();
-    let home = v.view.clone();
-    apply(&mut v, Action::FlyTo(SATURN));
-    assert!(v.is_flying() && v.is_animating());
-    v.advance(0.5);
-    assert!(matches!(v.view.eye, CameraPose::Free { body: SATURN, .. }));
+    let mut viewer = viewer();
+    let home = viewer.view.clone();
+    apply(&mut viewer, Action::FlyTo(SATURN));
+    assert!(viewer.is_flying() && viewer.is_animating());
+    viewer.advance(0.5);
+    assert!(matches!(viewer.view.eye, CameraPose::Free { body: SATURN, .. }));
     for _ in 0..20 {
-        v.advance(0.2);
+        viewer.advance(0.2);
     }
-    assert!(!v.is_flying());
-    let CameraPose::Orbit { body, distance_radii, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
-    assert_eq!((body, v.view.target, v.selected), (SATURN, SATURN, SATURN));
+    assert!(!viewer.is_flying());
+    let CameraPose::Orbit { body, distance_radii, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
+    assert_eq!((body, viewer.view.target, viewer.selected), (SATURN, SATURN, SATURN));
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
-    let pose = v.pose_from(SATURN, &CollinearBodies).expect("a place");
+    let pose = viewer.pose_from(SATURN, &CollinearBodies).expect("a place");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the camera is on the lit side");
-    apply(&mut v, Action::PreviousView);
-    assert_eq!((v.view.eye, v.view.target), (home.eye, home.target));
-    apply(&mut v, Action::NextView);
-    assert_eq!(v.view.target, SATURN);
-    assert!(!v.has_next_view() && v.has_previous_view());
+    apply(&mut viewer, Action::PreviousView);
+    assert_eq!((viewer.view.eye, viewer.view.target), (home.eye, home.target));
+    apply(&mut viewer, Action::NextView);
+    assert_eq!(viewer.view.target, SATURN);
+    assert!(!viewer.has_next_view() && viewer.has_previous_view());
 }
 
 #[test]
 fn a_drag_ends_a_flight() {
-    let mut v = viewer();
-    apply(&mut v, Action::FlyTo(NaifId::MOON));
-    v.advance(0.1);
-    apply(&mut v, Action::Turn(10.0, 0.0));
-    assert!(!v.is_flying() && matches!(v.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::FlyTo(NaifId::MOON));
+    viewer.advance(0.1);
+    apply(&mut viewer, Action::Turn(10.0, 0.0));
+    assert!(!viewer.is_flying() && matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
 }
 
 #[test]
 fn changing_the_frame_keeps_the_camera_in_place() {
-    let mut v = viewer();
-    v.view.tdb_s = 4321.0;
-    apply(&mut v, Action::Turn(133.0, 57.0));
-    let before = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
-    apply(&mut v, Action::RotateWithBody(true));
-    let after = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let mut viewer = viewer();
+    viewer.view.tdb_s = 4321.0;
+    apply(&mut viewer, Action::Turn(133.0, 57.0));
+    let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    apply(&mut viewer, Action::RotateWithBody(true));
+    let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
-    // Later the frame has rotated, and the camera with it.
-    v.view.tdb_s += 1000.0;
-    let later = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    // In 1000 s the body has turned by 0.1 rad, and the camera with it.
+    viewer.view.tdb_s += 1000.0;
+    let later = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
     assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
 }
 
 #[test]
-fn names_complete_from_their_beginning_first() {
-    let v = viewer();
-    let found = |text: &str| v.completions(text, 5).iter().map(|s| s.name.clone()).collect::<Vec<_>>();
+fn changing_the_frame_keeps_the_direction_of_view() {
+    let mut viewer = viewer();
+    if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut viewer.view.eye {
+        (*yaw_deg, *pitch_deg) = (60.0, -10.0);
+    }
+    let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let towards_earth = -before.offset_km.normalize();
+    assert!(before.forward.dot(towards_earth) < 0.6, "the camera has turned away from the Earth");
+    for make_fixed in [true, false] {
+        apply(&mut viewer, Action::RotateWithBody(make_fixed));
+        let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        assert!(before.forward.distance(after.forward) < 1e-9 && before.up.distance(after.up) < 1e-9, "{make_fixed}: {after:?}");
+    }
+}
+
+/// A flight starts with the direction of view that the last image had: here from an orbit about the Earth whose camera tracks the Moon.
+#[test]
+fn a_flight_starts_in_the_direction_of_the_tracked_body() {
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::LookAt(NaifId::MOON));
+    assert!(viewer.view.tracks && viewer.view.eye.body() == NaifId::EARTH);
+    let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let moon_km = CollinearBodies.between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
+    assert!(pose.forward.distance((moon_km - pose.offset_km).normalize()) < 1e-9, "{pose:?}");
+    // With a roll and without tracking, the image's up direction is rolled.
+    let mut rolled = self::viewer();
+    let level = rolled.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    rolled.view.roll_deg = 90.0;
+    let pose = rolled.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    assert!(pose.up.dot(level.up).abs() < 1e-9 && pose.forward.distance(level.forward) < 1e-9, "{pose:?}");
+}
+
+#[test]
+fn completions_begin_with_names_that_start_with_the_text() {
+    let viewer = viewer();
+    let found = |text: &str| viewer.completions(text, 5).iter().map(|s| s.name.clone()).collect::<Vec<_>>();
     assert_eq!(found("s"), ["Sun", "Saturn"]);
     assert_eq!(found("RTH"), ["Earth"]);
     assert!(found(" ").is_empty() && found("planet nine").is_empty());
 }
 
 #[test]
-fn time_can_be_stepped_set_and_run() {
-    let mut v = viewer();
-    apply(&mut v, Action::Step(-60.0));
-    assert_eq!(v.view.tdb_s, -60.0);
-    apply(&mut v, Action::Faster);
-    v.advance(0.1);
-    assert!((v.view.tdb_s + 59.0).abs() < 1e-9);
-    apply(&mut v, Action::Now);
-    assert!((v.view.time().jd_tdb() - 2_460_000.5).abs() < 1e-9);
-    assert_eq!(v.frame_interval_s(), Some(1.0));
-    apply(&mut v, Action::TogglePause);
-    assert_eq!(v.frame_interval_s(), None);
+fn time_can_be_stepped_run_set_to_now_and_paused() {
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::Step(-60.0));
+    assert_eq!(viewer.view.tdb_s, -60.0);
+    apply(&mut viewer, Action::Faster);
+    viewer.advance(0.1);
+    assert!((viewer.view.tdb_s + 59.0).abs() < 1e-9);
+    apply(&mut viewer, Action::Now);
+    assert!((viewer.view.time().jd_tdb() - 2_460_000.5).abs() < 1e-9);
+    assert_eq!(viewer.frame_interval_s(), Some(1.0));
+    apply(&mut viewer, Action::TogglePause);
+    assert_eq!(viewer.frame_interval_s(), None);
 }
 
 #[test]
 fn on_the_ground_drags_look_around_and_zoom_changes_the_field_of_view() {
-    let mut v = viewer();
-    apply(&mut v, Action::StandOn(95.0, 190.0));
-    let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::StandOn(95.0, 190.0));
+    let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
     assert_eq!((latitude_deg, longitude_deg, azimuth_deg), (90.0, -170.0, 180.0));
-    let fov = v.view.fov_deg;
-    apply(&mut v, Action::Zoom(3.0));
-    assert!(v.view.fov_deg < fov);
-    apply(&mut v, Action::Turn(80.0, 0.0));
-    let CameraPose::Ground { azimuth_deg, .. } = v.view.eye else { panic!("{:?}", v.view.eye) };
+    let fov = viewer.view.fov_deg;
+    apply(&mut viewer, Action::Zoom(3.0));
+    assert!(viewer.view.fov_deg < fov);
+    apply(&mut viewer, Action::Turn(80.0, 0.0));
+    let CameraPose::Ground { azimuth_deg, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
     assert!(azimuth_deg < 180.0);
 }
 
 #[test]
 fn zoom_on_the_ground_changes_the_angle_that_the_projection_shows() {
     use crate::scene::request::Projection;
-    let mut v = viewer();
-    apply(&mut v, Action::StandOn(10.0, 20.0));
-    let before = v.view.fov_deg;
-    v.view.composition.projection = Projection::Fisheye;
-    apply(&mut v, Action::Zoom(3.0));
-    assert!(v.view.composition.fisheye_deg < 180.0 && v.view.fov_deg == before);
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::StandOn(10.0, 20.0));
+    let before = viewer.view.fov_deg;
+    viewer.view.composition.projection = Projection::Fisheye;
+    apply(&mut viewer, Action::Zoom(3.0));
+    assert!(viewer.view.composition.fisheye_deg < 180.0 && viewer.view.fov_deg == before);
     for (notches, angle_deg) in [(-1e4, 360.0), (1e4, 1.0)] {
-        apply(&mut v, Action::ChangeFov(notches));
-        assert_eq!((v.view.composition.fisheye_deg, v.view.image_fov_deg()), (angle_deg, angle_deg));
+        apply(&mut viewer, Action::ChangeFov(notches));
+        assert_eq!((viewer.view.composition.fisheye_deg, viewer.view.image_fov_deg()), (angle_deg, angle_deg));
     }
-    v.view.composition.projection = Projection::Equirectangular;
-    apply(&mut v, Action::Zoom(3.0));
-    assert_eq!((v.view.fov_deg, v.view.composition.fisheye_deg, v.view.image_fov_deg()), (before, 1.0, 180.0));
+    viewer.view.composition.projection = Projection::Equirectangular;
+    apply(&mut viewer, Action::Zoom(3.0));
+    assert_eq!((viewer.view.fov_deg, viewer.view.composition.fisheye_deg, viewer.view.image_fov_deg()), (before, 1.0, 180.0));
 }
 
 #[test]
 fn extreme_zooms_keep_the_camera_finite() {
-    let mut v = viewer();
+    let mut viewer = viewer();
     for notches in [1e4, -1e4, 5.0] {
-        apply(&mut v, Action::Zoom(notches));
-        apply(&mut v, Action::ChangeFov(notches));
-        let pose = v.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        apply(&mut viewer, Action::Zoom(notches));
+        apply(&mut viewer, Action::ChangeFov(notches));
+        let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
-        assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&v.view.fov_deg));
+        assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&viewer.view.fov_deg));
     }
-    apply(&mut v, Action::FlyTo(NaifId(12345)));
-    apply(&mut v, Action::SelectNext(-3));
-    assert!(v.subject(v.selected).is_some());
+    apply(&mut viewer, Action::FlyTo(NaifId(12345)));
+    apply(&mut viewer, Action::SelectNext(-3));
+    assert!(viewer.subject(viewer.selected).is_some());
 }

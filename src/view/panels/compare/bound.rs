@@ -1,4 +1,4 @@
-//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound has its own colour.
+//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound, up to 32 levels, has its own colour.
 //!
 //! In: a request. Out: an image of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
 //! computed on the query worker and only while they are shown; while the view moves the last computed bounds stay visible.
@@ -14,7 +14,7 @@ use crate::view::panels::render_loop::colour_image;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// Largest bound of each colour in levels of 255, and the colour: from dark to bright, so that colour-blind users can tell them apart.
+/// Largest bound of each colour in 8-bit levels, and the colour: from dark to bright, so that colour-blind users can tell them apart.
 const COLOUR_STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
@@ -30,8 +30,8 @@ fn colour_index(levels: u8) -> usize {
     COLOUR_STEPS.iter().position(|(max, _)| levels <= *max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
-/// The label of a colour.
-fn name_of(colour_index: usize) -> String {
+/// The range of bounds of a colour, such as `3 to 4`.
+fn range_text(colour_index: usize) -> String {
     match (colour_index, COLOUR_STEPS[colour_index].0) {
         (0, max) => text!("bound-up-to", max = max),
         (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].0),
@@ -39,10 +39,11 @@ fn name_of(colour_index: usize) -> String {
     }
 }
 
-/// Error bounds of an image, in levels of 255.
+/// Error bounds of an image, in 8-bit levels.
 pub(crate) struct ErrorBounds {
     width: u32,
     height: u32,
+    /// The colour of each pixel's bound.
     rgba: Vec<[u8; 4]>,
     /// Fraction of the pixels with each colour.
     fractions: [f64; COLOUR_STEPS.len()],
@@ -51,10 +52,10 @@ pub(crate) struct ErrorBounds {
 }
 
 impl ErrorBounds {
-    /// Uses the largest bound of the three channels of each pixel.
-    fn of(width: u32, height: u32, display: &[[u8; 4]]) -> Self {
+    /// `bounds`: of each channel of each pixel; the largest of red, green and blue counts.
+    fn of(width: u32, height: u32, bounds: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
-        let rgba = display.iter().map(|pixel| {
+        let rgba = bounds.iter().map(|pixel| {
             let worst = pixel[..3].iter().copied().max().unwrap_or(0);
             counts[colour_index(worst)] += 1;
             sum += f64::from(worst);
@@ -62,7 +63,7 @@ impl ErrorBounds {
             COLOUR_STEPS[colour_index(worst)].1.to_array()
         });
         let rgba = rgba.collect();
-        let pixels = display.len().max(1) as f64;
+        let pixels = bounds.len().max(1) as f64;
         Self { width, height, rgba, fractions: counts.map(|n| n as f64 / pixels), mean: sum / pixels, max }
     }
 }
@@ -76,7 +77,7 @@ pub(crate) struct BoundView {
 }
 
 impl BoundView {
-    /// Starts the computation for another request, unless a computation is running.
+    /// Starts the computation for a new request, unless a computation is running.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         if self.pending.is_some() || self.requested.as_ref() == Some(request) {
             return;
@@ -89,8 +90,8 @@ impl BoundView {
         }));
     }
 
-    /// Shows the last computed bounds. `name`: of the image.
-    pub(crate) fn show(&mut self, ui: &mut Ui, name: &str) {
+    /// Shows the last computed bounds. `image_name`: the name of the image that they belong to.
+    pub(crate) fn show(&mut self, ui: &mut Ui, image_name: &str) {
         if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
             self.displayed = Some(done.map(|bounds| {
@@ -109,7 +110,7 @@ impl BoundView {
             Some(Ok((bounds, texture))) => {
                 legend(ui, bounds);
                 let size = Vec2::new(bounds.width as f32, bounds.height as f32);
-                pair::image(ui, texture.id(), size, &text!("bound-image", name = name));
+                pair::image(ui, texture.id(), size, &text!("bound-image", name = image_name));
                 ui.label(text!("bound-statistics", mean = decimal(bounds.mean, 1), max = bounds.max));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
@@ -125,7 +126,7 @@ fn legend(ui: &mut Ui, bounds: &ErrorBounds) {
         for (k, (_, colour)) in COLOUR_STEPS.iter().enumerate() {
             let (rect, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
             ui.painter().rect_filled(rect, 2.0, *colour);
-            ui.label(text!("bound-fraction", range = name_of(k), percent = decimal(100.0 * bounds.fractions[k], 1)));
+            ui.label(text!("bound-fraction", range = range_text(k), percent = decimal(100.0 * bounds.fractions[k], 1)));
         }
     });
 }
@@ -137,7 +138,7 @@ mod tests {
     #[test]
     fn bounds_double_from_colour_to_colour_up_to_32_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
-        assert_eq!([0, 2, 6].map(name_of), ["up to 1", "3 to 4", "over 32"]);
+        assert_eq!([0, 2, 6].map(range_text), ["up to 1", "3 to 4", "over 32"]);
         let bounds = ErrorBounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);
         assert!((bounds.fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!((bounds.fractions[0], bounds.max, bounds.mean), (0.5, 40, 12.75));

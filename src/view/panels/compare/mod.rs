@@ -1,7 +1,7 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics. Always: both are drawn on the query worker from one
-//! request, except for what the variants change; while the view moves the last pair stays visible.
+//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker from the same
+//! request, except for what the variants change; while the view moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -47,7 +47,7 @@ impl Renderer {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Variant {
     quality: Quality,
-    /// Typed overrides in the syntax of `--effects`, applied after the overrides of the view.
+    /// Overrides as typed, in the syntax of `--effects`; they apply after the overrides of the view.
     effects: String,
     pixels: PixelView,
     renderer: Renderer,
@@ -62,7 +62,7 @@ struct ComparisonInput {
 }
 
 impl ComparisonInput {
-    /// The request of the variant with an index.
+    /// The request of a variant. `variant`: its index.
     fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
         let variant = &self.variants[variant];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
@@ -91,7 +91,7 @@ pub(crate) struct ComparePanel {
     bound: BoundView,
 }
 
-/// The initial variants: the view itself, and draft quality; reference quality if the view itself is a draft.
+/// The initial variants: the view itself, and the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
     let as_seen = Variant { quality: view.quality, pixels: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
@@ -141,7 +141,7 @@ impl ComparePanel {
         } else {
             self.ask(interface, ui, worker, &variants);
         }
-        let names = [name_of(&variants[0]), name_of(&variants[1])];
+        let names = [variant_text(&variants[0]), variant_text(&variants[1])];
         self.variants = Some(variants);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => {
@@ -173,7 +173,7 @@ impl ComparePanel {
         }
         self.input = Some(input.clone());
         self.pending = Some(ask(worker, move |session| {
-            let [left, right] = [0, 1].map(|side| draw(session, &input.request_of(side)?, &input.variants[side]));
+            let [left, right] = [0, 1].map(|k| draw(session, &input.request_of(k)?, &input.variants[k]));
             Pair::of(left, right)
         }));
         // A worker that runs tasks inline, as in tests, has finished already.
@@ -223,7 +223,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
 }
 
 /// A short description of a variant, such as `draft normal`.
-fn name_of(variant: &Variant) -> String {
+fn variant_text(variant: &Variant) -> String {
     let mut words = vec![named("quality", variant.quality.name())];
     words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view(variant.pixels)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
@@ -231,19 +231,21 @@ fn name_of(variant: &Variant) -> String {
     words.join(" ")
 }
 
+/// Draws a variant and measures the time that drawing takes.
 fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
     let failed = |e: crate::session::SessionError| fault_text(&e);
-    // Planning loads modules and maps, so that the measured time does not include loading.
+    // This first plan loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
-    let double = if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| fault_text(&e))?) } else { None };
+    let double_renderer =
+        if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| fault_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(failed)?;
-        let renderer = double.as_ref().unwrap_or(session.background_renderer());
+        let renderer = double_renderer.as_ref().unwrap_or(session.background_renderer());
         (renderer.render(&plan, session.library(), false).map_err(|e| fault_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;

@@ -1,7 +1,7 @@
-//! Display of two images of one size: side by side, split by a line, or as their difference, with statistics.
+//! Display of two images of the same size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn images. Out: egui shapes. Always: everything shown belongs to one pair; differences are between display bytes, as in
-//! `orrery compare`.
+//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are between display bytes,
+//! as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::faults::fault_text;
@@ -21,12 +21,14 @@ pub(crate) struct ComparedImage {
 
 /// Two images and their difference.
 pub(crate) struct Pair {
-    pub halves: [ComparedImage; 2],
+    pub images: [ComparedImage; 2],
     pub statistics: image::Difference,
     pub difference: DisplayImage,
 }
 
 impl Pair {
+    /// Compares two drawn images.
+    ///
     /// # Errors
     /// If an image could not be drawn, or the sizes differ.
     pub(crate) fn of(left: Result<ComparedImage, String>, right: Result<ComparedImage, String>) -> Result<Self, String> {
@@ -34,17 +36,18 @@ impl Pair {
         let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
         let statistics = left.image.difference(&right.image).map_err(|e| fault_text(&e))?;
         let difference = left.image.difference_image(&right.image).map_err(|e| fault_text(&e))?;
-        Ok(Self { halves: [left, right], statistics, difference })
+        Ok(Self { images: [left, right], statistics, difference })
     }
 }
 
-/// Display modes of a pair.
+/// How a pair is displayed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum DisplayMode {
     #[default]
     Split,
     SideBySide,
     Difference,
+    /// The error bounds of the left image.
     Bound,
 }
 
@@ -57,7 +60,7 @@ impl DisplayMode {
     ];
 }
 
-/// Function that shows the error bounds of the image with a name.
+/// A function that shows the error bounds of an image; its argument is the image's name.
 pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
 /// State of the display of a pair.
@@ -72,9 +75,9 @@ pub(crate) struct PairView {
     split: Option<f32>,
 }
 
-/// Height of the buttons above and the statistics below an image.
+/// Height of the buttons above and the statistics below an image, points.
 const CONTROLS_POINTS: f32 = 70.0;
-/// Height that an image may always have, even if the panel must then scroll.
+/// Height that an image may always have, points, even if the panel must then scroll.
 const MIN_POINTS: f32 = 330.0;
 /// Texture coordinates of the entire image.
 const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
@@ -85,7 +88,7 @@ impl PairView {
         self.mode == DisplayMode::Bound
     }
 
-    /// `names`: of the left and the right image; `bound`: shows the error bounds of the left image, if available.
+    /// Shows a pair. `names`: of the left and the right image. `bound`: shows the error bounds of the left image, if they are available.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
@@ -100,20 +103,20 @@ impl PairView {
         });
         let [left, right] = names;
         let size = Vec2::new(pair.difference.width as f32, pair.difference.height as f32);
-        let [a, b, d] = &self.textures[..] else { return };
-        let (a, b, d) = (a.id(), b.id(), d.id());
+        let [left_texture, right_texture, difference] = &self.textures[..] else { return };
+        let (textures, difference) = ([left_texture.id(), right_texture.id()], difference.id());
         match self.mode {
-            DisplayMode::Split => self.show_split(ui, size, [a, b], names),
+            DisplayMode::Split => self.show_split(ui, size, textures, names),
             DisplayMode::SideBySide => {
                 ui.columns(2, |columns| {
-                    for ((ui, texture), name) in columns.iter_mut().zip([a, b]).zip([left, right]) {
+                    for ((ui, texture), name) in columns.iter_mut().zip(textures).zip([left, right]) {
                         image(ui, texture, size, name);
                         ui.weak(name);
                     }
                 });
             }
             DisplayMode::Bound => return bound.map_or((), |show| show(ui, left)),
-            DisplayMode::Difference => image(ui, d, size, &text!("pair-difference-of", left = left, right = right)),
+            DisplayMode::Difference => image(ui, difference, size, &text!("pair-difference-of", left = left, right = right)),
         }
         statistics(ui, pair);
     }
@@ -122,8 +125,10 @@ impl PairView {
         if self.loaded.as_ref().is_some_and(|loaded| Arc::ptr_eq(loaded, pair)) {
             return;
         }
-        let load = |p: &DisplayImage| ctx.load_texture("pair", colour_image(p.width, p.height, p.rgba.clone()), TextureOptions::LINEAR);
-        let [left, right] = &pair.halves;
+        let load = |image: &DisplayImage| {
+            ctx.load_texture("pair", colour_image(image.width, image.height, image.rgba.clone()), TextureOptions::LINEAR)
+        };
+        let [left, right] = &pair.images;
         self.textures = vec![load(&left.image), load(&right.image), load(&pair.difference)];
         self.loaded = Some(Arc::clone(pair));
     }
@@ -137,6 +142,7 @@ impl PairView {
         }
         let split = self.split.unwrap_or(0.5);
         let x = rect.left() + split * rect.width();
+        // The rectangle, and the texture coordinates, of the part between two fractions of the width.
         let strip = |from: f32, to: f32| {
             let place = Rect::from_min_max(
                 pos2(rect.left() + from * rect.width(), rect.top()),
@@ -179,11 +185,11 @@ pub(crate) fn image(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, nam
 
 /// The statistics as two lines.
 pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
-    let psnr = pair.statistics.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
-    let d = &pair.statistics;
-    let [left, right] = &pair.halves;
+    let statistics = &pair.statistics;
+    let psnr = statistics.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
+    let [left, right] = &pair.images;
     [
-        text!("pair-statistics", mean = decimal(d.mean, 4), p999 = d.p999, max = d.max, psnr = psnr),
+        text!("pair-statistics", mean = decimal(statistics.mean, 4), p999 = statistics.p999, max = statistics.max, psnr = psnr),
         text!(
             "pair-times",
             width = pair.difference.width,

@@ -10,9 +10,10 @@ use std::sync::Arc;
 
 /// Name of the font family.
 const FAMILY: &str = "icons";
-/// Size of a glyph, relative to the text beside it.
+/// Size of a glyph, relative to the size of the text beside it.
 const SIZE: f32 = 1.2;
 
+/// An icon, named after its use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Icon {
     Bodies,
@@ -112,7 +113,7 @@ pub(crate) fn fonts() -> FontDefinitions {
     fonts
 }
 
-/// The glyph, in the colour of the text. Until the font is loaded, which takes one frame, an empty space of the same size.
+/// The glyph, in the colour of the text. In the first frame, before the font is loaded, an empty space of the same size.
 fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
     Atom::paint(Vec2::splat(side), move |ui, place| {
@@ -124,8 +125,8 @@ fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
 }
 
 /// A button with an icon and text.
-pub(crate) fn button<'a>(ui: &Ui, icon: Icon, word: &'a str) -> Button<'a> {
-    Button::new((atom(ui, icon), word))
+pub(crate) fn button<'a>(ui: &Ui, icon: Icon, text: &'a str) -> Button<'a> {
+    Button::new((atom(ui, icon), text))
 }
 
 /// A button with only an icon; `name` is its accessible name.
@@ -135,14 +136,14 @@ pub(crate) fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
 }
 
 /// A button that stays pressed while `on`.
-pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, word: &str) -> Response {
-    let button = Button::selectable(on, (atom(ui, icon), word));
+pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, text: &str) -> Response {
+    let button = Button::selectable(on, (atom(ui, icon), text));
     ui.add(button)
 }
 
 /// A toggle button.
-pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, word: &str) -> Response {
-    let response = selectable(ui, icon, *on, word);
+pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, text: &str) -> Response {
+    let response = selectable(ui, icon, *on, text);
     if response.clicked() {
         *on = !*on;
     }
@@ -199,7 +200,7 @@ mod tests {
 
     /// The font contains each glyph, no two icons share a glyph, and the font does not contain letters.
     #[test]
-    fn every_icon_is_a_glyph_of_its_own() {
+    fn every_icon_has_a_glyph_of_its_own_in_the_font() {
         let ctx = egui::Context::default();
         ctx.set_fonts(fonts());
         let mut output = ctx.run_ui(Default::default(), |ui| {

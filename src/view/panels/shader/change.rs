@@ -1,6 +1,7 @@
-//! The difference between two keys: whether views can need them, the changed source lines by feature, cost, images.
+//! The difference between two keys: their sample images, their costs, and the changed source lines by feature. Also whether any view of the
+//! catalog's bodies can need the displayed key.
 
-use super::queries::{KeySwap, LoadedModule, ShaderQueries};
+use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
 use super::text::{feature_colour, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::scene::request::ViewRequest;
@@ -17,14 +18,15 @@ use std::sync::Arc;
 
 #[derive(Default)]
 pub(crate) struct ChangeView {
-    /// Show the current view with both keys.
-    in_view: bool,
-    pair: PairView,
-    /// The last pair of images, and the key in its second image.
-    last: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
+    /// Show the current view drawn with both keys.
+    shows_view: bool,
+    pair_view: PairView,
+    /// The last pair of images of the view, and the key in its second image.
+    last_pair: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
-/// The two compared keys and their labels.
+/// The two compared keys and their labels: the pinned keys; the displayed key in place of a missing pin; without pins, the drawn key and
+/// the displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
     let (drawn, key) = (inspected.drawn?, inspected.key()?);
     Some(match panel.pins {
@@ -35,7 +37,7 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
     })
 }
 
-/// Shows whether a view can need the key, and a short summary of the change.
+/// Shows whether any view can need the key, the pinned keys, and a summary of the change in one line.
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
@@ -60,13 +62,17 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    let Some((first, second)) = both_modules(&mut panel.queries, inspected.worker, &ids) else {
-        accessible::spinner(ui, text!("change-loading"));
-        return;
+    let (first, second) = match both_modules(&mut panel.queries, inspected.worker, &ids) {
+        Some(Ok(modules)) => modules,
+        Some(Err(failure)) => return super::show_failure(ui, &failure),
+        None => {
+            accessible::spinner(ui, text!("change-loading"));
+            return;
+        }
     };
     let lines = match panel.queries.difference(inspected.worker, &ids) {
         Some(Ok(by_feature)) => lines_text(&by_feature),
-        Some(Err(e)) => e,
+        Some(Err(why)) => why,
         None => String::new(),
     };
     let [a, b] = names;
@@ -74,19 +80,23 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
-        change(text!("change-registers"), registers),
+        change(text!("change-registers"), slots_and_registers),
     ];
     ui.label(RichText::new(text!("change-summary", a = a, b = b, lines = lines, costs = costs.join(", "))).strong());
 }
 
+/// Both modules once they have arrived, or the first failure.
 fn both_modules(
     queries: &mut ShaderQueries,
     worker: &dyn RenderWorker,
     ids: &[ModuleId; 2],
-) -> Option<(Arc<LoadedModule>, Arc<LoadedModule>)> {
+) -> Option<Result<(Arc<LoadedModule>, Arc<LoadedModule>), Arc<ModuleFailure>>> {
     // Request both before waiting for either.
-    let [first, second] = [queries.valid_module(worker, &ids[0]), queries.valid_module(worker, &ids[1])];
-    Some((first?, second?))
+    match [queries.module(worker, &ids[0]), queries.module(worker, &ids[1])] {
+        [Some(Err(failure)), _] | [_, Some(Err(failure))] => Some(Err(failure)),
+        [Some(Ok(first)), Some(Ok(second))] => Some(Ok((first, second))),
+        _ => None,
+    }
 }
 
 fn lines_text(by_feature: &[FeatureDiff]) -> String {
@@ -95,7 +105,7 @@ fn lines_text(by_feature: &[FeatureDiff]) -> String {
     text!("change-lines", features = by_feature.len(), gone = gone, new = new)
 }
 
-/// Text of two counts with the signed difference between them.
+/// Formats two counts with the signed difference between them.
 fn change_text(from: usize, to: usize) -> String {
     if from == to {
         text!("change-unchanged", to = to)
@@ -104,14 +114,14 @@ fn change_text(from: usize, to: usize) -> String {
     }
 }
 
-/// Number of lane operations in the software renderer's tapes.
-pub(crate) fn lane_operations(m: &LoadedModule) -> usize {
-    m.tapes.iter().flat_map(|t| t.operations.values()).sum()
+/// Number of operations per lane in the software renderer's tapes, of both stages.
+fn lane_operations(module: &LoadedModule) -> usize {
+    module.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
-/// Live values of the fragment stage: slots (one value per lane) and registers (one value for all lanes).
-pub(crate) fn registers(m: &LoadedModule) -> usize {
-    m.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
+/// Number of slots (one value per lane) and registers (one value for all lanes) of the fragment stage.
+fn slots_and_registers(module: &LoadedModule) -> usize {
+    module.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
 
 /// Shows images, cost and source of both keys.
@@ -121,21 +131,22 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    images(panel, ui, inspected, &keys, names);
-    in_view(panel, ui, inspected);
-    let Some((first, second)) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
+    samples(panel, ui, inspected, &keys, names);
+    pair_in_view(panel, ui, inspected);
+    let Some(Ok((first, second))) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
-        grid(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
+        cost_table(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
         timing(&mut panel.queries, ui, inspected.worker, &ids, names);
     });
     if let Some(Ok(by_feature)) = panel.queries.difference(inspected.worker, &ids) {
         CollapsingHeader::new(text!("change-source")).default_open(true).show(ui, |ui| {
-            by_feature.iter().for_each(|d| feature(ui, d));
+            by_feature.iter().for_each(|diff| changed_lines(ui, diff));
         });
     }
 }
 
-fn images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
+/// Shows the sample images of both keys.
+fn samples(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
@@ -147,33 +158,37 @@ fn images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>,
     });
 }
 
-/// Shows the current view with this key in place of the drawn key.
-fn in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+/// Shows the current view twice: with the drawn key, and with the key changed by hand in its place.
+fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
-    ui.checkbox(&mut panel.change.in_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
-    if !panel.change.in_view {
+    ui.checkbox(&mut panel.change.shows_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
+    if !panel.change.shows_view {
         return;
     }
-    let swap = KeySwap { body: draw.body, part: draw.part.name(), key, view: inspected.view };
+    let swap = KeySwap { body: draw.body, part: draw.part.name(), key, image_number: inspected.image_number };
     let request = reduced_request(&inspected.rendered.job.request);
     let change = &mut panel.change;
-    if let Some(drawn) = panel.queries.swap(inspected.worker, &swap, &request) {
-        change.last = Some((key, drawn));
+    if let Some(pair) = panel.queries.swap(inspected.worker, &swap, &request) {
+        change.last_pair = Some((key, pair));
     }
-    // The last image of this key stays until the next image arrives.
-    match change.last.as_ref().filter(|(last_key, _)| *last_key == key) {
-        Some((_, Ok(pair))) => change.pair.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
+    // The last pair of this key stays until the next one arrives.
+    match change.last_pair.as_ref().filter(|(last_key, _)| *last_key == key) {
+        Some((_, Ok(pair))) => change.pair_view.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::spinner(ui, text!("compare-coming"))),
     }
 }
 
-/// The request scaled down to a width of at most 480 pixels.
+/// Largest width of each image of the pair, pixels.
+const MAX_PAIR_WIDTH: u32 = 480;
+
+/// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH`] wide.
 fn reduced_request(request: &ViewRequest) -> ViewRequest {
-    let divisor = request.width.div_ceil(480).max(1);
+    let divisor = request.width.div_ceil(MAX_PAIR_WIDTH).max(1);
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 
+/// Shows a button that times both modules, and the results.
 fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
     if ui.button(text!("change-time")).on_hover_text(text!("change-time-hint")).clicked() {
         ids.iter().for_each(|id| queries.time(worker, id));
@@ -188,13 +203,14 @@ fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWor
     }
 }
 
-fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
+/// Shows the lines of one feature that only one of the two modules has.
+fn changed_lines(ui: &mut egui::Ui, diff: &FeatureDiff) {
     let dark = ui.visuals().dark_mode;
-    let title = text!("change-feature", feature = d.feature, gone = d.only_first.len(), new = d.only_second.len());
-    let title = RichText::new(title).color(feature_colour(&d.feature, dark));
-    CollapsingHeader::new(title).id_salt(&d.feature).default_open(false).show(ui, |ui| {
+    let title = text!("change-feature", feature = diff.feature, gone = diff.only_first.len(), new = diff.only_second.len());
+    let title = RichText::new(title).color(feature_colour(&diff.feature, dark));
+    CollapsingHeader::new(title).id_salt(&diff.feature).default_open(false).show(ui, |ui| {
         let font = TextStyle::Monospace.resolve(ui.style());
-        for (sign, lines) in [("-", &d.only_first), ("+", &d.only_second)] {
+        for (sign, lines) in [("-", &diff.only_first), ("+", &diff.only_second)] {
             for line in lines {
                 let shown = layout_job(0, &format!("{sign} {}", line.text), "", &font, dark);
                 ui.add(egui::Label::new(shown).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
@@ -203,13 +219,13 @@ fn feature(ui: &mut egui::Ui, d: &FeatureDiff) {
     });
 }
 
-/// A label, and the function that computes the count.
+/// The label of a count, and the function that computes it.
 type CostRow = (&'static str, fn(&LoadedModule) -> usize);
 
 /// The rows of the table of costs.
-pub(crate) fn cost_rows() -> [CostRow; 10] {
-    let fragment = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
-    let vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
+fn cost_rows() -> [CostRow; 10] {
+    let per_pixel = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "fragment").map_or(0, |t| t.operations.values().sum());
+    let per_vertex = |m: &LoadedModule| m.tapes.iter().find(|t| t.stage == "vertex").map_or(0, |t| t.operations.values().sum());
     [
         (text!("cost-lines"), |m| m.ir.lines as usize),
         (text!("cost-functions"), |m| m.ir.functions as usize),
@@ -217,21 +233,21 @@ pub(crate) fn cost_rows() -> [CostRow; 10] {
         (text!("cost-ir-operations"), |m| m.ir.operations.values().sum::<u32>() as usize),
         (text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
         (text!("cost-uniform-bytes"), |m| m.ir.uniform_bytes as usize),
-        (text!("cost-per-pixel"), fragment),
-        (text!("cost-per-vertex"), vertex),
+        (text!("cost-per-pixel"), per_pixel),
+        (text!("cost-per-vertex"), per_vertex),
         (text!("cost-per-draw"), |m| m.tapes.iter().map(|t| t.uniform_operations).sum()),
-        (text!("cost-slots"), registers),
+        (text!("cost-slots"), slots_and_registers),
     ]
 }
 
 /// Shows the costs of one module, or of two modules with their difference.
-pub(crate) fn grid(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
+pub(crate) fn cost_table(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
     Grid::new(id).num_columns(modules.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
         modules.iter().for_each(|(name, _)| drop(ui.strong(*name)));
         ui.end_row();
-        for (what, count) in cost_rows() {
-            ui.label(what);
+        for (label, count) in cost_rows() {
+            ui.label(label);
             let counts: Vec<usize> = modules.iter().map(|(_, m)| count(m)).collect();
             counts.iter().for_each(|n| drop(ui.monospace(n.to_string())));
             if let [from, to] = counts[..] {

@@ -1,6 +1,7 @@
-//! The Cost page: operations of the IR and of the software renderer's tapes, and the library's statistics.
+//! The Cost page: operations of the module's IR and of the software renderer's tapes, the module's origin, and statistics of the shader
+//! library.
 
-use super::change::grid;
+use super::change::cost_table;
 use super::{Inspected, ShaderPanel};
 use crate::shader::library::{CacheOutcome, Statistics};
 use crate::view::language::{decimal, text};
@@ -15,7 +16,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         return;
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        grid(ui, "cost", &[(text!("cost-count"), &module)]);
+        cost_table(ui, "cost", &[(text!("cost-count"), &module)]);
         if inspected.key().is_some() {
             ui.horizontal(|ui| {
                 if ui.button(text!("cost-time")).on_hover_text(text!("cost-time-hint")).clicked() {
@@ -45,11 +46,11 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         }
         statistics(ui, &inspected.rendered.library);
         ui.separator();
-        let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(k, n)| (k.as_str(), *n as usize)).collect();
-        kinds(ui, text!("cost-ir"), &operations);
+        let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(kind, count)| (kind.as_str(), *count as usize)).collect();
+        counts_by_kind(ui, text!("cost-ir"), &operations);
         for tape in &module.tapes {
-            let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(k, n)| (k.as_str(), *n)).collect();
-            kinds(ui, &text!("cost-tape", stage = tape.stage), &operations);
+            let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(kind, count)| (kind.as_str(), *count)).collect();
+            counts_by_kind(ui, &text!("cost-tape", stage = tape.stage), &operations);
             let line = text!(
                 "cost-tape-line",
                 stage = tape.stage,
@@ -64,37 +65,39 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// Shows the statistics of the library since the session was opened.
-fn statistics(ui: &mut egui::Ui, s: &Statistics) {
-    let each = |seconds: f64, n: u64| if n == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * seconds / n as f64, 2)) };
+/// Shows the library's counts since the session was opened, with the mean time of each kind of access.
+fn statistics(ui: &mut egui::Ui, library: &Statistics) {
+    let mean_time = |total_s: f64, count: u64| {
+        if count == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * total_s / count as f64, 2)) }
+    };
     Grid::new("library").num_columns(3).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         let rows = [
-            (text!("library-memory"), s.from_memory, String::new()),
-            (text!("library-disk"), s.from_disk, each(s.reading_s, s.from_disk)),
-            (text!("cost-compiled"), s.emitted, each(s.emitting_s, s.emitted)),
-            (text!("library-written"), s.written, each(s.writing_s, s.written)),
-            (text!("library-repaired"), s.repaired, String::new()),
+            (text!("library-memory"), library.from_memory, String::new()),
+            (text!("library-disk"), library.from_disk, mean_time(library.reading_s, library.from_disk)),
+            (text!("cost-compiled"), library.emitted, mean_time(library.emitting_s, library.emitted)),
+            (text!("library-written"), library.written, mean_time(library.writing_s, library.written)),
+            (text!("library-repaired"), library.repaired, String::new()),
         ];
-        for (what, n, took) in rows {
-            ui.label(what);
-            ui.monospace(n.to_string());
-            ui.label(took);
+        for (label, count, mean_time) in rows {
+            ui.label(label);
+            ui.monospace(count.to_string());
+            ui.label(mean_time);
             ui.end_row();
         }
     });
 }
 
 /// Shows counts by kind, largest first, three to a row.
-fn kinds(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
+fn counts_by_kind(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
     let mut all: Vec<_> = counts.iter().collect();
-    all.sort_by_key(|(name, n)| (Reverse(**n), **name));
+    all.sort_by_key(|(kind, count)| (Reverse(**count), **kind));
     let total: usize = counts.values().sum();
     CollapsingHeader::new(format!("{title}: {total}")).id_salt(title).default_open(false).show(ui, |ui| {
         Grid::new(title).num_columns(6).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
             for row in all.chunks(3) {
-                for (name, n) in row {
-                    ui.monospace(format!("{n:>5}"));
-                    ui.label(**name);
+                for (kind, count) in row {
+                    ui.monospace(format!("{count:>5}"));
+                    ui.label(**kind);
                 }
                 ui.end_row();
             }

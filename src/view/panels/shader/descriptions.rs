@@ -1,12 +1,12 @@
-//! Descriptions of the values of each dimension of a key.
+//! Names and descriptions of the values of each dimension of a key.
 
 use crate::shader::key::Dimension;
 use crate::view::language::text;
 
-/// A value as written in the key's text; for a value that the key's text omits, a word.
-pub(crate) fn value_text(d: &Dimension, value: usize) -> &'static str {
-    match d.texts.get(value) {
-        Some(&"") if d.name == "view" => text!("pixels-final"),
+/// A value as written in the key's text; a word in the interface's language for a value that the key omits.
+pub(crate) fn value_text(dimension: &Dimension, value: usize) -> &'static str {
+    match dimension.texts.get(value) {
+        Some(&"") if dimension.name == "view" => text!("pixels-final"),
         Some(&"") => text!("key-value-none"),
         Some(text) => text,
         None => "?",
@@ -14,13 +14,13 @@ pub(crate) fn value_text(d: &Dimension, value: usize) -> &'static str {
 }
 
 /// Whether a dimension has only the values on and off.
-pub(crate) fn is_switch(d: &Dimension) -> bool {
-    d.texts.len() == 2 && d.texts[0].is_empty()
+pub(crate) fn is_switch(dimension: &Dimension) -> bool {
+    dimension.texts.len() == 2 && dimension.texts[0].is_empty()
 }
 
-/// The effect of a value on the image.
-pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
-    let words: &[&str] = match d.name {
+/// What a value means for the image.
+pub(crate) fn meaning(dimension: &Dimension, value: usize) -> &'static str {
+    let meanings: &[&str] = match dimension.name {
         "surface" => &[
             text!("meaning-emits-light-with-limb-darkening"),
             text!("meaning-lambert-proportional-to-the-cosine-of-the-in"),
@@ -119,7 +119,7 @@ pub(crate) fn meaning(d: &Dimension, value: usize) -> &'static str {
         ],
         _ => &[],
     };
-    words.get(value).copied().unwrap_or("")
+    meanings.get(value).copied().unwrap_or("")
 }
 
 #[cfg(test)]
@@ -129,11 +129,12 @@ mod tests {
 
     #[test]
     fn every_value_of_every_dimension_has_a_unique_description() {
-        for d in DIMENSIONS {
-            let words: Vec<_> = (0..d.texts.len()).map(|v| meaning(d, v)).collect();
-            let distinct: std::collections::BTreeSet<_> = words.iter().collect();
-            assert!(words.iter().all(|w| !w.is_empty()) && distinct.len() == words.len(), "{}: {words:?}", d.name);
-            assert_eq!(meaning(d, d.texts.len()), "", "{}: a description without a value", d.name);
+        for dimension in DIMENSIONS {
+            let value_count = dimension.texts.len();
+            let meanings: Vec<_> = (0..value_count).map(|value| meaning(dimension, value)).collect();
+            let distinct: std::collections::BTreeSet<_> = meanings.iter().collect();
+            assert!(meanings.iter().all(|m| !m.is_empty()) && distinct.len() == value_count, "{}: {meanings:?}", dimension.name);
+            assert_eq!(meaning(dimension, value_count), "", "{}: a description without a value", dimension.name);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The Gallery page: keys that differ from the current key in one dimension, each with a sample image.
+//! The Gallery page: keys that differ from the displayed key in one dimension, each with a sample image.
 
 use super::descriptions::{is_switch, value_text};
 use super::queries::{SAMPLE_PX, ShaderQueries};
@@ -16,9 +16,9 @@ pub(crate) struct GalleryPage {
     dimension: Option<&'static str>,
 }
 
-/// One entry of the gallery.
-struct Tile {
-    words: String,
+/// One key of the gallery.
+struct Entry {
+    caption: String,
     features: DrawFeatures,
     key: ShaderKey,
 }
@@ -33,37 +33,37 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         let chosen = panel.gallery.dimension.unwrap_or(text!("gallery-every"));
         let list = ComboBox::from_id_salt("gallery dimension").selected_text(chosen).width(160.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut panel.gallery.dimension, None, text!("gallery-every"));
-            for d in DIMENSIONS {
-                ui.selectable_value(&mut panel.gallery.dimension, Some(d.name), d.name);
+            for dimension in DIMENSIONS {
+                ui.selectable_value(&mut panel.gallery.dimension, Some(dimension.name), dimension.name);
             }
         });
         list.response.labelled_by(label.id).on_hover_text(text!("gallery-hint"));
     });
     let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn.features(), |d| d.features));
-    let tiles = tiles(&base, panel.gallery.dimension);
-    ui.weak(text!("gallery-count", count = tiles.len().saturating_sub(1)));
+    let entries = neighbours(&base, panel.gallery.dimension);
+    ui.weak(text!("gallery-count", count = entries.len().saturating_sub(1)));
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
         let columns = ((ui.available_width() / (side + 36.0)) as usize).max(1);
         egui::Grid::new("gallery").num_columns(columns).spacing([8.0, 8.0]).show(ui, |ui| {
-            for (n, tile) in tiles.iter().enumerate() {
+            for (index, entry) in entries.iter().enumerate() {
                 ui.allocate_ui(Vec2::new(side + 24.0, side + 34.0), |ui| {
                     ui.vertical(|ui| {
                         ui.set_width(side + 24.0);
-                        let name = text!("gallery-inspect", key = tile.words);
-                        let response = sample(&mut panel.queries, ui, inspected.worker, &tile.key, &name);
-                        if tile.key == key {
-                            let frame = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
-                            ui.painter().rect_stroke(response.rect, 0.0, frame, egui::StrokeKind::Inside);
+                        let name = text!("gallery-inspect", key = entry.caption);
+                        let response = sample(&mut panel.queries, ui, inspected.worker, &entry.key, &name);
+                        if entry.key == key {
+                            let outline = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
+                            ui.painter().rect_stroke(response.rect, 0.0, outline, egui::StrokeKind::Inside);
                         }
-                        if response.on_hover_text(tile.key.to_string()).clicked() {
-                            clicked = Some(tile.features);
+                        if response.on_hover_text(entry.key.to_string()).clicked() {
+                            clicked = Some(entry.features);
                         }
-                        ui.add(egui::Label::new(RichText::new(&tile.words).size(SMALL)).wrap());
+                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL)).wrap());
                     });
                 });
-                if (n + 1) % columns == 0 {
+                if (index + 1) % columns == 0 {
                     ui.end_row();
                 }
             }
@@ -74,28 +74,29 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
 }
 
-/// The key itself, then the keys that differ in one dimension, each once.
-fn tiles(base: &DrawFeatures, dimension: Option<&str>) -> Vec<Tile> {
-    let mut all = vec![Tile { words: text!("change-this-key").into(), features: *base, key: ShaderKey::for_draw(base) }];
-    for d in DIMENSIONS.iter().filter(|d| dimension.is_none_or(|name| name == d.name)) {
-        for value in 0..d.texts.len() {
+/// The key of `base`, then each key that differs from it in one value of one dimension, or of the named dimension only. Each key occurs
+/// once.
+fn neighbours(base: &DrawFeatures, dimension_name: Option<&str>) -> Vec<Entry> {
+    let mut all = vec![Entry { caption: text!("change-this-key").into(), features: *base, key: ShaderKey::for_draw(base) }];
+    for dimension in DIMENSIONS.iter().filter(|d| dimension_name.is_none_or(|name| name == d.name)) {
+        for value in 0..dimension.texts.len() {
             let mut features = *base;
-            (d.set)(&mut features, value);
+            (dimension.set)(&mut features, value);
             let key = ShaderKey::for_draw(&features);
             if all.iter().all(|t| t.key != key) {
-                let words = match (is_switch(d), value) {
-                    (true, 0) => text!("gallery-without", dimension = d.name),
-                    (true, _) => text!("gallery-with", dimension = d.name),
-                    (false, _) => format!("{}: {}", d.name, value_text(d, value)),
+                let caption = match (is_switch(dimension), value) {
+                    (true, 0) => text!("gallery-without", dimension = dimension.name),
+                    (true, _) => text!("gallery-with", dimension = dimension.name),
+                    (false, _) => format!("{}: {}", dimension.name, value_text(dimension, value)),
                 };
-                all.push(Tile { words, features, key });
+                all.push(Entry { caption, features, key });
             }
         }
     }
     all
 }
 
-/// Shows the sample image of a key as a button.
+/// Shows the sample image of a key as a button with an accessible name.
 pub(crate) fn sample(
     queries: &mut ShaderQueries,
     ui: &mut egui::Ui,
@@ -106,7 +107,7 @@ pub(crate) fn sample(
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    // A sample is drawn only when it is visible.
+    // A sample is not requested before it is visible.
     if !ui.is_rect_visible(rect) {
         return response;
     }
@@ -131,17 +132,17 @@ mod tests {
     use crate::scene::draw::RingShadow;
 
     #[test]
-    fn tiles_differ_in_one_dimension_and_occur_once() {
+    fn neighbours_differ_in_one_dimension_and_occur_once() {
         let base = DrawFeatures { lights: 1, ring_shadow: RingShadow::Penumbra, ..DrawFeatures::MINIMAL };
-        let rings = tiles(&base, Some("ring-shadow"));
+        let rings = neighbours(&base, Some("ring-shadow"));
         assert_eq!(
             rings.iter().map(|t| t.features.ring_shadow).collect::<Vec<_>>(),
             [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
         );
-        let all = tiles(&base, None);
+        let all = neighbours(&base, None);
         let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
-        assert!(keys.len() == all.len() && all.len() > rings.len(), "{} tiles", all.len());
-        // Mie scattering without an atmosphere does not change the key, so it has no tile.
-        assert!(all.iter().all(|t| t.words != "with mie"));
+        assert!(keys.len() == all.len() && all.len() > rings.len(), "{} entries", all.len());
+        // Mie scattering without an atmosphere does not change the key, so it has no entry.
+        assert!(all.iter().all(|t| t.caption != "with mie"));
     }
 }

@@ -1,4 +1,4 @@
-//! The Key page: the value of each dimension of the key, and the effect of changing the key.
+//! The Key page: the value of each dimension of the key, controls that change it, and the differences that a change makes.
 
 use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
@@ -8,10 +8,14 @@ use crate::view::language::text;
 use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
+/// Width of the columns of names and controls, which the column of descriptions leaves free, points.
+const CONTROLS_WIDTH: f32 = 285.0;
+
 #[derive(Default)]
 pub(crate) struct KeyPage {
+    /// The text in the key field.
     typed: String,
-    /// The error in the typed key.
+    /// The error in the typed key; empty if there is none.
     error: String,
 }
 
@@ -20,7 +24,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.label(text!("key-none"));
         return;
     };
-    let base = inspected.draw.map_or(*drawn.features(), |d| d.features);
+    let base = inspected.draw.map_or(*drawn.features(), |draw| draw.features);
     let mut edited = panel.edited.unwrap_or(base);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         super::change::summary(panel, ui, inspected);
@@ -56,32 +60,33 @@ fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatur
     }
 }
 
-/// Shows a control and a description for each dimension.
-fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures, shown: &DrawFeatures) {
+/// Shows a control and a description for each dimension. `edited` may have values without effect; `drawn` and `displayed` are the canonical
+/// features of the draw's key and of the displayed key.
+fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures, displayed: &DrawFeatures) {
     // If several rules remove the value of a dimension, the first rule is shown as the reason.
     let rules = reductions(edited);
-    let because = |d: &Dimension| rules.iter().find(|r| r.dimension == d.name).map(|r| r.because);
+    let reason_without_effect = |dimension: &Dimension| rules.iter().find(|r| r.dimension == dimension.name).map(|r| r.because);
     let width = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
         let mut part = None;
-        for d in DIMENSIONS {
-            let first = part != Some(d.part);
-            part = Some(d.part);
-            let value = (d.get)(edited);
-            let effective = (d.get)(shown);
-            let changed = effective != (d.get)(drawn);
-            let name = if first { RichText::new(d.name) } else { RichText::new(format!("  {}", d.name)) };
-            let name = if changed { name.strong().color(ui.visuals().warn_fg_color) } else { name };
-            let label = ui.label(name).on_hover_text(text!("key-part", part = d.part.name()));
-            control(ui, d, value, edited, label.id);
-            let (words, weak) = match because(d).filter(|_| value != effective) {
+        for dimension in DIMENSIONS {
+            let is_first_of_part = part != Some(dimension.part);
+            part = Some(dimension.part);
+            let value = (dimension.get)(edited);
+            let effective_value = (dimension.get)(displayed);
+            let is_changed = effective_value != (dimension.get)(drawn);
+            let name = if is_first_of_part { RichText::new(dimension.name) } else { RichText::new(format!("  {}", dimension.name)) };
+            let name = if is_changed { name.strong().color(ui.visuals().warn_fg_color) } else { name };
+            let label = ui.label(name).on_hover_text(text!("key-part", part = dimension.part.name()));
+            control(ui, dimension, value, edited, label.id);
+            let (description, is_weak) = match reason_without_effect(dimension).filter(|_| value != effective_value) {
                 Some(why) => (text!("key-no-effect", why = why), true),
-                None => (meaning(d, effective).to_owned(), effective == 0 && is_switch(d)),
+                None => (meaning(dimension, effective_value).to_owned(), effective_value == 0 && is_switch(dimension)),
             };
-            let text = RichText::new(words).size(SMALL);
-            let label = egui::Label::new(if weak { text.weak() } else { text }).wrap();
+            let text = RichText::new(description).size(SMALL);
+            let label = egui::Label::new(if is_weak { text.weak() } else { text }).wrap();
             ui.scope(|ui| {
-                ui.set_max_width((width - 285.0).max(120.0));
+                ui.set_max_width((width - CONTROLS_WIDTH).max(120.0));
                 ui.add(label);
             });
             ui.end_row();
@@ -90,21 +95,22 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
 }
 
 /// Shows a checkbox or a list for a dimension, with an accessible name.
-fn control(ui: &mut egui::Ui, d: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
-    if is_switch(d) {
-        let mut on = value == 1;
-        let word = if on { text!("key-on") } else { text!("key-off") };
-        if ui.checkbox(&mut on, word).labelled_by(label).on_hover_text(text!("key-switch", dimension = d.name)).changed() {
-            (d.set)(edited, usize::from(on));
+fn control(ui: &mut egui::Ui, dimension: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
+    if is_switch(dimension) {
+        let mut is_on = value == 1;
+        let word = if is_on { text!("key-on") } else { text!("key-off") };
+        if ui.checkbox(&mut is_on, word).labelled_by(label).on_hover_text(text!("key-switch", dimension = dimension.name)).changed() {
+            (dimension.set)(edited, usize::from(is_on));
         }
         return;
     }
-    let list = ComboBox::from_id_salt(d.name).selected_text(value_text(d, value)).width(165.0).show_ui(ui, |ui| {
-        for v in 0..d.texts.len() {
-            if ui.selectable_label(v == value, value_text(d, v)).on_hover_text(meaning(d, v)).clicked() {
-                (d.set)(edited, v);
+    let list = ComboBox::from_id_salt(dimension.name).selected_text(value_text(dimension, value)).width(165.0).show_ui(ui, |ui| {
+        for choice in 0..dimension.texts.len() {
+            let label = value_text(dimension, choice);
+            if ui.selectable_label(choice == value, label).on_hover_text(meaning(dimension, choice)).clicked() {
+                (dimension.set)(edited, choice);
             }
         }
     });
-    list.response.labelled_by(label).on_hover_text(text!("key-choose", dimension = d.name));
+    list.response.labelled_by(label).on_hover_text(text!("key-choose", dimension = dimension.name));
 }

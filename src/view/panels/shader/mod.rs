@@ -1,8 +1,8 @@
 //! The Shader panel: the module that draws the selected body, with its key, source, uniforms, cost, the values of one pixel, and sample
 //! images of other keys.
 //!
-//! In: the last image, the selected body. Out: egui shapes. A key changed by hand affects only this panel, not the image on screen.
-//! Always: slow queries run on the query worker; everything shown belongs to the module named at the top.
+//! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
+//! slow queries run on the query worker; everything shown belongs to the module named at the top.
 
 mod change;
 mod cost;
@@ -38,6 +38,7 @@ enum Page {
 }
 
 impl Page {
+    /// Each page, with the text ids of its name and its tooltip.
     const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Key, "page-key", "page-key-hint"),
         (Self::Source, "page-source", "page-source-hint"),
@@ -51,9 +52,9 @@ impl Page {
 /// The inspected module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum InspectedModule {
-    /// A draw of the selected body, by its part's name.
+    /// The module of a draw of the selected body, given by the name of the body's part.
     Part(&'static str),
-    /// A module that all bodies share.
+    /// A module that all bodies share, by its name.
     Shared(&'static str),
 }
 
@@ -66,8 +67,9 @@ pub(crate) struct ShaderPanel {
     last_inspected: Option<(NaifId, InspectedModule)>,
     /// Features changed by hand, not reduced to the canonical form of a key.
     edited: Option<DrawFeatures>,
-    /// The features of a key from the search field, until it is shown.
+    /// The features of a key from the search field, until the next frame shows them.
     requested: Option<DrawFeatures>,
+    /// The keys pinned as A and B, for comparison.
     pins: [Option<ShaderKey>; 2],
     queries: ShaderQueries,
     key: key::KeyPage,
@@ -84,12 +86,12 @@ struct Inspected<'a> {
     rendered: &'a RenderedView,
     /// The draw; `None` for a module that all bodies share.
     draw: Option<&'a Draw>,
-    /// The draw's key in the image.
+    /// The key with which the image was drawn.
     drawn: Option<ShaderKey>,
     /// The displayed module: the drawn module, or the module of the key changed by hand.
     id: ModuleId,
-    /// Number of the drawing on screen.
-    view: u64,
+    /// Number of the image on screen, counted from the start.
+    image_number: u64,
 }
 
 impl Inspected<'_> {
@@ -100,6 +102,8 @@ impl Inspected<'_> {
             _ => None,
         }
     }
+
+    /// Whether the displayed key was changed by hand.
     fn is_changed(&self) -> bool {
         self.drawn.is_some_and(|drawn| self.key() != Some(drawn))
     }
@@ -125,8 +129,8 @@ impl ShaderPanel {
         self.source.request_feature(feature);
     }
 
-    /// Whether a click on the sky picks a pixel for the probe.
-    pub(crate) fn probes(&self) -> bool {
+    /// Whether the Probe page is shown, so that the viewport marks its pixel.
+    pub(crate) fn shows_probe(&self) -> bool {
         self.page == Page::Probe
     }
 
@@ -161,16 +165,16 @@ impl ShaderPanel {
             (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
             (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let inspected = Inspected { worker, rendered, draw, drawn, id, view: interface.viewport.images_shown };
-        self.name(ui, &inspected);
+        let inspected = Inspected { worker, rendered, draw, drawn, id, image_number: interface.viewport.images_shown };
+        self.heading(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
-            for (page, name, about) in Page::ALL {
-                ui.selectable_value(&mut self.page, page, plain(name)).on_hover_text(plain(about));
+            for (page, name, tooltip) in Page::ALL {
+                ui.selectable_value(&mut self.page, page, plain(name)).on_hover_text(plain(tooltip));
             }
         });
         ui.separator();
-        if let Some(Err(broken)) = self.queries.module(worker, &inspected.id) {
-            show_broken(ui, &broken);
+        if let Some(Err(failure)) = self.queries.module(worker, &inspected.id) {
+            show_failure(ui, &failure);
             return;
         }
         match self.page {
@@ -199,15 +203,15 @@ impl ShaderPanel {
                 }
             }
             ui.separator();
-            let name_of = |shared: &str| shared.replace('_', " ");
+            let title_of = |shared: &str| shared.replace('_', " ");
             let selected = match current {
-                Some(InspectedModule::Shared(shared)) => name_of(shared),
+                Some(InspectedModule::Shared(shared)) => title_of(shared),
                 _ => text!("shader-shared").to_owned(),
             };
             let list = ComboBox::from_id_salt("shared modules").selected_text(selected).show_ui(ui, |ui| {
                 for shared in SIMPLE_MODULES {
                     let module = InspectedModule::Shared(shared);
-                    if ui.selectable_label(current == Some(module), name_of(shared)).clicked() {
+                    if ui.selectable_label(current == Some(module), title_of(shared)).clicked() {
                         self.chosen = Some(module);
                     }
                 }
@@ -217,7 +221,7 @@ impl ShaderPanel {
     }
 
     /// Shows the module's name, the pins, and a button that resets a changed key.
-    fn name(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+    fn heading(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
         ui.add(egui::Label::new(RichText::new(inspected.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {
             if ui.small_button(text!("shader-copy")).on_hover_text(text!("shader-copy-hint")).clicked() {
@@ -243,10 +247,10 @@ impl ShaderPanel {
 }
 
 /// Shows why a module is invalid.
-fn show_broken(ui: &mut egui::Ui, broken: &queries::ModuleFailure) {
-    ui.colored_label(ui.visuals().error_fg_color, &broken.why);
+fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
+    ui.colored_label(ui.visuals().error_fg_color, &failure.why);
     ui.weak(text!("shader-broken"));
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-        ui.add(egui::Label::new(RichText::new(&broken.diagnosis).monospace()).extend());
+        ui.add(egui::Label::new(RichText::new(&failure.diagnosis).monospace()).extend());
     });
 }

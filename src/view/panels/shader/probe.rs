@@ -1,4 +1,4 @@
-//! The Probe page: every value that each draw computes at one pixel, in f32 and in f64.
+//! The Probe page: the named values that each draw computes at one pixel, in f32 and in f64.
 //!
 //! Always: both precisions are computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
@@ -16,35 +16,38 @@ use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
+/// The reports of one pixel computed in f32 and in f64.
 type BothPrecisions = [PixelReport; 2];
 
 #[derive(Default)]
 pub(crate) struct ProbePage {
     /// Only values whose name contains this text are shown.
     filter: String,
-    /// Pixel coordinates typed into the fields, until the viewport takes them.
+    /// The pixel chosen on this page, by its coordinates or by the button for the centre, until the viewport takes it.
     pub typed_px: Option<[u32; 2]>,
     /// Index of the chosen draw among those at the pixel.
     draw: usize,
+    /// The pixel and view of the last query.
     requested: Option<([u32; 2], ViewRequest)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
-    inspected: Option<Result<BothPrecisions, ProbeError>>,
+    /// The last answer.
+    answer: Option<Result<BothPrecisions, ProbeError>>,
 }
 
 /// Inspects a pixel in f32, then in f64.
 fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
-    let inspect_in = |double: bool| {
-        let renderer = session.renderer_in(double)?;
+    let inspect = |in_f64: bool| {
+        let renderer = session.renderer_in(in_f64)?;
         inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
     };
-    Ok([inspect_in(false)?, inspect_in(true)?])
+    Ok([inspect(false)?, inspect(true)?])
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
     if let Some(done) = page.pending.as_ref().and_then(Pending::take) {
         page.pending = None;
-        page.inspected = Some(done);
+        page.answer = Some(done);
     }
     let Some(pixel) = interface.viewport.picked_px else {
         ui.label(text!("probe-begin"));
@@ -53,8 +56,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         }
         return;
     };
-    page.ask(inspected, interface, pixel);
-    let Some(answer) = &page.inspected else {
+    page.start_query(inspected, interface, pixel);
+    let Some(answer) = &page.answer else {
         accessible::spinner(ui, text!("probe-coming"));
         return;
     };
@@ -62,7 +65,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Ok(both) => both,
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why.to_string())),
     };
-    let level = single.radiance.map(number_text).join(", ");
+    let radiance = single.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
@@ -76,17 +79,17 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             accessible::spinner(ui, text!("probe-another"));
         }
     });
-    ui.label(text!("probe-radiance", level = level, stops = signed(single.exposure_stops, 2), time = instant_text(single.time)));
+    ui.label(text!("probe-radiance", level = radiance, stops = signed(single.exposure_stops, 2), time = instant_text(single.time)));
     if single.draws.is_empty() {
         ui.label(text!("probe-empty"));
         return;
     }
     let mut chosen = page.draw.min(single.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
-        for (k, draw) in single.draws.iter().enumerate() {
+        for (index, draw) in single.draws.iter().enumerate() {
             let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
-            if ui.selectable_label(k == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
-                chosen = k;
+            if ui.selectable_label(index == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
+                chosen = index;
             }
         }
     });
@@ -109,18 +112,19 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 }
 
 impl ProbePage {
-    /// Starts a query when the pixel has changed, or the view has changed and is at rest.
-    fn ask(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
+    /// Starts a query if the pixel or the view has changed, the view is at rest and no other query is running.
+    fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
-        let current = self.requested.as_ref().is_some_and(|(p, r)| *p == pixel && *r == request);
-        if current || self.pending.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
+        let is_current = self.requested.as_ref().is_some_and(|(last_pixel, last_request)| *last_pixel == pixel && *last_request == request);
+        if is_current || self.pending.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
             return;
         }
         self.requested = Some((pixel, request.clone()));
         let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
+        // The worker that tests use has answered already.
         match pending.take() {
-            Some(done) => self.inspected = Some(done),
+            Some(done) => self.answer = Some(done),
             None => self.pending = Some(pending),
         }
     }
@@ -134,11 +138,12 @@ struct Row {
 }
 
 impl Row {
+    /// The name, both values and their absolute difference, in columns.
     fn text(&self) -> String {
         let number = |v: f64, digits: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.digits$e}") };
         let double = self.double.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
-        let difference = self.double.map(|d| (self.single - d).abs()).filter(|a| a.is_finite());
-        let difference = difference.map_or(String::new(), |a| if a == 0.0 { "0".to_owned() } else { format!("{a:.1e}") });
+        let difference = self.double.map(|double| (self.single - double).abs()).filter(|d| d.is_finite());
+        let difference = difference.map_or(String::new(), |d| if d == 0.0 { "0".to_owned() } else { format!("{d:.1e}") });
         format!("{:<34} {:>14} {double:>17} {difference:>10}", self.name, number(self.single, 7))
     }
 }
@@ -146,25 +151,28 @@ impl Row {
 /// Every value of a draw at the pixel, with one row for each component of a vector.
 fn rows(single_draw: &PixelDraw, double_draw: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
-    let double_number =
-        |name: &str, k: usize| double_draw.and_then(|s| s.values.values.iter().find(|v| v.name == name)?.numbers.get(k).copied());
-    for (k, c) in [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")].iter().enumerate() {
+    let double_number = |name: &str, component: usize| {
+        double_draw.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(component).copied())
+    };
+    let channels = [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")];
+    for (index, channel) in channels.iter().enumerate() {
         all.push(Row {
-            name: text!("probe-colour", c = c),
-            single: single_draw.values.colour[k],
-            double: double_draw.map(|s| s.values.colour[k]),
+            name: text!("probe-colour", c = channel),
+            single: single_draw.values.colour[index],
+            double: double_draw.map(|draw| draw.values.colour[index]),
         });
     }
     for value in &single_draw.values.values {
-        for (k, single) in value.numbers.iter().enumerate() {
-            let component = ["x", "y", "z", "w"].get(k).filter(|_| value.numbers.len() > 1);
-            let name = component.map_or(value.name.clone(), |c| format!("{}.{c}", value.name));
-            all.push(Row { name, single: *single, double: double_number(&value.name, k) });
+        for (index, single) in value.numbers.iter().enumerate() {
+            let component = ["x", "y", "z", "w"].get(index).filter(|_| value.numbers.len() > 1);
+            let name = component.map_or(value.name.clone(), |component| format!("{}.{component}", value.name));
+            all.push(Row { name, single: *single, double: double_number(&value.name, index) });
         }
     }
     all
 }
 
+/// Shows the rows whose name contains the filter text.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
     let small = |text: String| RichText::new(text).monospace().size(SMALL);

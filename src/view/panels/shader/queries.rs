@@ -1,8 +1,8 @@
-//! Queries of the Shader panel: modules with their costs, texts, differences, sample images.
+//! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, sample images.
 //!
-//! Always: each query runs once, on the query worker; when the fragments change, all results are dropped.
+//! Always: each query runs once, on the query worker, unless its result was dropped; when the fragments change, all results are dropped.
 
-use super::text::{Text, text_of};
+use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
 use crate::image::{DisplayImage, Level};
 use crate::render::plan::{self, ResourceProvider, SamplingQuality};
@@ -32,8 +32,9 @@ use std::time::Instant as WallInstant;
 pub(crate) struct LoadedModule {
     pub module: Arc<ShaderModule>,
     pub ir: IrCost,
-    /// Vertex stage first.
+    /// Costs of the software renderer's tapes, vertex stage first.
     pub tapes: Vec<TapeCost>,
+    /// How the library obtained the module.
     pub origin: Option<Origin>,
     /// Path and size in bytes of the module's entry in the library on disk.
     pub entry: Option<(PathBuf, u64)>,
@@ -42,13 +43,13 @@ pub(crate) struct LoadedModule {
 /// Why there is no module.
 pub(crate) struct ModuleFailure {
     pub why: String,
-    /// The error with the source line and a caret; empty if there is none.
+    /// The error with its source line and a caret below it; empty if the error has no source line.
     pub diagnosis: String,
 }
 
-pub(crate) type Module = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
+pub(crate) type ModuleResult = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
-fn load_module(session: &Session, id: &ModuleId) -> Module {
+fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let library = session.library();
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
     let module = library.get(id).map_err(|e| failure(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
@@ -58,12 +59,13 @@ fn load_module(session: &Session, id: &ModuleId) -> Module {
     Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
 }
 
-/// Properties of a map as the shader reads it.
+/// Size of a map as the shader reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MapFacts {
     pub width: u32,
     pub height: u32,
     pub levels: usize,
+    /// Size of all levels.
     pub bytes: usize,
 }
 
@@ -72,33 +74,35 @@ pub(crate) const SAMPLE_PX: u32 = 96;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
-type Sample = Result<egui::ColorImage, String>;
+type SampleResult = Result<egui::ColorImage, String>;
 
-/// A replacement of one draw's key, for a pair of images of a view: unchanged, and with the other key.
+/// Another key for one draw of the view. The result is a pair of images of the view: unchanged, and with this key.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct KeySwap {
     pub body: NaifId,
     pub part: &'static str,
     pub key: ShaderKey,
-    /// Number of the drawing on screen.
-    pub view: u64,
+    /// Number of the image on screen, counted from the start.
+    pub image_number: u64,
 }
 
 /// The results of all queries so far.
 #[derive(Default)]
 pub(crate) struct ShaderQueries {
+    /// Digest of the fragments to which the results belong.
     generator: Option<Arc<str>>,
-    modules: QueryCache<ModuleId, Module>,
-    texts: QueryCache<(ModuleId, Language), Result<Arc<Text>, String>>,
+    modules: QueryCache<ModuleId, ModuleResult>,
+    texts: QueryCache<(ModuleId, Language), Result<Arc<ModuleText>, String>>,
     differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
-    reachable: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
+    reachable_keys: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
     maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
-    samples: QueryCache<ShaderKey, Sample>,
-    images: HashMap<ShaderKey, TextureHandle>,
+    samples: QueryCache<ShaderKey, SampleResult>,
+    /// The samples that are textures already.
+    sample_textures: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
-    /// [`KeySwap::view`] of the stored swaps.
-    swap_view: u64,
+    /// [`KeySwap::image_number`] of the stored swaps.
+    swap_image_number: u64,
 }
 
 impl ShaderQueries {
@@ -110,7 +114,8 @@ impl ShaderQueries {
         }
     }
 
-    pub(crate) fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Module> {
+    /// The module, or the reason why there is none, once the result has arrived.
+    pub(crate) fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<ModuleResult> {
         let asked_id = id.clone();
         self.modules.get(worker, id, move |session| load_module(session, &asked_id)).cloned()
     }
@@ -120,7 +125,8 @@ impl ShaderQueries {
         self.module(worker, id)?.ok()
     }
 
-    pub(crate) fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<Text>, String>> {
+    /// The module's text in a language, once it has arrived.
+    pub(crate) fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<ModuleText>, String>> {
         let asked_id = id.clone();
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
@@ -136,8 +142,8 @@ impl ShaderQueries {
         self.differences
             .get(worker, ids, move |session| {
                 let emitted = |id: &ModuleId| {
-                    let m = session.library().get(id).map_err(|e| fault_text(&e))?;
-                    Ok::<_, String>(Emitted { wgsl: m.wgsl.clone(), source_map: m.source_map.clone() })
+                    let module = session.library().get(id).map_err(|e| fault_text(&e))?;
+                    Ok::<_, String>(Emitted { wgsl: module.wgsl.clone(), source_map: module.source_map.clone() })
                 };
                 let [first, second] = &asked_ids;
                 Ok(Arc::new(difference(&emitted(first)?, &emitted(second)?)))
@@ -145,12 +151,12 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// Every key that views of the catalog can need.
+    /// Every key that any view of the catalog's bodies can need.
     pub(crate) fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
-        self.reachable.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
+        self.reachable_keys.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
-    /// Starts to time a module; [`Self::timed`] returns the result in milliseconds per megapixel.
+    /// Starts timing a module; [`Self::timed`] returns the result, milliseconds per megapixel.
     pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let asked_id = id.clone();
         self.timed.get(worker, id, move |session| {
@@ -158,10 +164,12 @@ impl ShaderQueries {
         });
     }
 
+    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that cannot be timed on its own.
     pub(crate) fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
         self.timed.known(id).cloned()
     }
 
+    /// The size of a map file as decoded for its role.
     pub(crate) fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
         let asked_file = file.to_owned();
         self.maps
@@ -182,7 +190,7 @@ impl ShaderQueries {
         worker: &dyn RenderWorker,
         key: &ShaderKey,
     ) -> Option<Result<TextureHandle, String>> {
-        if let Some(texture) = self.images.get(key) {
+        if let Some(texture) = self.sample_textures.get(key) {
             return Some(Ok(texture.clone()));
         }
         let asked_key = *key;
@@ -190,7 +198,7 @@ impl ShaderQueries {
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
-            self.images.insert(*key, texture.clone());
+            self.sample_textures.insert(*key, texture.clone());
         }
         Some(texture)
     }
@@ -202,10 +210,10 @@ impl ShaderQueries {
         key_swap: &KeySwap,
         request: &ViewRequest,
     ) -> Option<Result<Arc<Pair>, String>> {
-        if self.swap_view != key_swap.view {
-            // Images of earlier views are large and no longer needed.
-            self.swap_view = key_swap.view;
-            self.swaps.forget();
+        if self.swap_image_number != key_swap.image_number {
+            // Pairs of earlier views are large and no longer needed.
+            self.swap_image_number = key_swap.image_number;
+            self.swaps.clear();
         }
         let (swap, request) = (key_swap.clone(), request.clone());
         self.swaps
@@ -217,15 +225,16 @@ impl ShaderQueries {
     }
 }
 
-/// Draws the sample body as display bytes: radiance with a fixed scale; other pixel views scaled so that the greatest value is white.
-fn draw_sample(session: &Session, key: &ShaderKey) -> Sample {
+/// Draws the sample body as display bytes, encoded with a gamma of 2.2. Radiance has a fixed scale; other pixel views are scaled so that
+/// the greatest value is white.
+fn draw_sample(session: &Session, key: &ShaderKey) -> SampleResult {
     let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| fault_text(&e))?;
     let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| fault_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
-    let level = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
-    let rgba = frame.hdr.iter().map(|p| [level(p[0]), level(p[1]), level(p[2]), 255]).collect();
+    let encoded = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
+    let rgba = frame.hdr.iter().map(|p| [encoded(p[0]), encoded(p[1]), encoded(p[2]), 255]).collect();
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
 }
 

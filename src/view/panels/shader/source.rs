@@ -1,9 +1,9 @@
 //! The Source page: source text with line numbers, syntax colours, the feature of each line, and search.
 //!
-//! Always: only visible lines are laid out, so that a text of a hundred thousand lines scrolls as fast as a short text; the list is a single
-//! Tab stop, and arrow keys move between its lines.
+//! Always: only visible lines are laid out, so that a text of a hundred thousand lines scrolls as fast as a short text; the list of lines
+//! is a single Tab stop, and arrow keys move between its lines.
 
-use super::text::{Text, feature_colour, find_all, layout_job};
+use super::text::{ModuleText, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::language::text;
@@ -12,9 +12,13 @@ use crate::view::panels::theme::{CODE, SMALL};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
+/// Width of the margin with the names of features and the stripe.
 const MARGIN_POINTS: f32 = 112.0;
-const FONT_POINTS: f32 = CODE;
+/// Width of the coloured stripe at the right edge of the margin.
 const STRIPE_POINTS: f32 = 4.0;
+const FONT_POINTS: f32 = CODE;
+/// Number of rows above a line to which the list is scrolled.
+const ROWS_ABOVE: f32 = 3.0;
 
 #[derive(Default)]
 pub(crate) struct SourcePage {
@@ -23,23 +27,25 @@ pub(crate) struct SourcePage {
     feature: Option<String>,
     /// Show only the lines of this feature.
     only_feature: bool,
-    hides_margin: bool,
-    /// Show the features that this draw lacks, where lines depend on their absence.
+    /// Show only the stripes of the margin, without names.
+    hides_names: bool,
+    /// Also list negated features: the lines of `not eclipse` are included because the draw has no eclipse.
     shows_negated: bool,
+    /// The search string.
     needle: String,
-    /// Index of the current search result.
+    /// Index of the current match in `matches`.
     match_index: usize,
-    /// The searched text, the search string, and the lines (from 0) that contain it.
-    matches: Option<(Arc<Text>, String, Vec<u32>)>,
+    /// The last search: the searched text, the search string, and the lines (from 0) that contain it.
+    matches: Option<(Arc<ModuleText>, String, Vec<u32>)>,
     /// A feature requested by another panel, until the user chooses a feature.
     requested: Option<String>,
     /// The text in which the requested feature was last shown.
-    requested_in: Option<Arc<Text>>,
-    /// The first line (from 0) of the run of a feature's lines that was shown last.
+    requested_in: Option<Arc<ModuleText>>,
+    /// The first line (from 0) of the run of consecutive lines of a feature that was shown last.
     run_start: Option<usize>,
     /// A line (from 0) to scroll to.
     scroll_line: Option<u32>,
-    /// The line (from 0) of the keyboard cursor.
+    /// The line (from 0) that the arrow keys selected.
     cursor_line: usize,
 }
 
@@ -60,10 +66,10 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
     ui.horizontal_wrapped(|ui| {
-        for l in Language::ALL {
-            let (name, about) = language_name(l);
-            if ui.selectable_label(l == language, name).on_hover_text(about).clicked() {
-                page.language = Some(l);
+        for choice in Language::ALL {
+            let (name, tooltip) = language_name(choice);
+            if ui.selectable_label(choice == language, name).on_hover_text(tooltip).clicked() {
+                page.language = Some(choice);
             }
         }
     });
@@ -73,7 +79,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
         None => return drop(accessible::spinner(ui, text!("source-coming"))),
     };
     page.show_requested(&text);
-    page.find(ui, &text);
+    page.search(ui, &text);
     if !text.features.is_empty() {
         page.legend(ui, &text);
     }
@@ -81,9 +87,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
     page.lines(ui, &text);
 }
 
-/// Whether a feature's name equals a word or is the word with a suffix: `eclipse.1` belongs to `eclipse`.
-fn is_part_of(name: &str, word: &str) -> bool {
-    name.strip_prefix(word).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+/// Whether a feature's name is `requested`, or `requested` with a suffix: `eclipse.1` belongs to `eclipse`.
+fn belongs_to(name: &str, requested: &str) -> bool {
+    name.strip_prefix(requested).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 impl SourcePage {
@@ -95,20 +101,22 @@ impl SourcePage {
     }
 
     /// Jumps to the requested feature, if this module has it.
-    fn show_requested(&mut self, text: &Arc<Text>) {
+    fn show_requested(&mut self, text: &Arc<ModuleText>) {
         if self.requested_in.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, text)) {
             return;
         }
-        let found =
-            self.requested.as_ref().and_then(|word| text.features.iter().position(|(name, lines)| is_part_of(name, word) && *lines > 0));
+        let found = self
+            .requested
+            .as_ref()
+            .and_then(|requested| text.features.iter().position(|(name, lines)| belongs_to(name, requested) && *lines > 0));
         if let Some(feature) = found {
             self.requested_in = Some(Arc::clone(text));
-            self.go_to(text, feature, false);
+            self.go_to(text, feature, None);
         }
     }
 
-    /// Shows the search field with the number of the current result.
-    fn find(&mut self, ui: &mut Ui, text: &Arc<Text>) {
+    /// Shows the search field with the number of the current match, and scrolls to the match when it changes.
+    fn search(&mut self, ui: &mut Ui, text: &Arc<ModuleText>) {
         let mut step = 0;
         ui.horizontal(|ui| {
             let label = ui.label(text!("source-find"));
@@ -119,9 +127,9 @@ impl SourcePage {
                 response.request_focus();
             }
             if !text.features.is_empty() {
-                let mut margin = !self.hides_margin;
-                ui.checkbox(&mut margin, text!("source-features")).on_hover_text(text!("source-features-hint"));
-                self.hides_margin = !margin;
+                let mut shows_names = !self.hides_names;
+                ui.checkbox(&mut shows_names, text!("source-features")).on_hover_text(text!("source-features-hint"));
+                self.hides_names = !shows_names;
             }
             if self.needle.is_empty() {
                 ui.weak(text!("source-count", count = text.lines.len()));
@@ -137,7 +145,7 @@ impl SourcePage {
                 self.matches.as_ref().is_some_and(|(searched, needle, _)| Arc::ptr_eq(searched, text) && *needle == self.needle);
             if !is_current {
                 let is_match = |line: &str| !find_all(line, &self.needle).is_empty();
-                let lines = (0..).zip(&text.lines).filter(|(_, l)| is_match(&l.text)).map(|(i, _)| i).collect::<Vec<u32>>();
+                let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(&line.text)).map(|(index, _)| index).collect::<Vec<u32>>();
                 self.match_index = 0;
                 self.scroll_line = lines.first().copied();
                 self.matches = Some((Arc::clone(text), self.needle.clone(), lines));
@@ -155,35 +163,36 @@ impl SourcePage {
         });
     }
 
-    /// Shows every feature with its colour and its number of lines.
-    fn legend(&mut self, ui: &mut Ui, text: &Text) {
+    /// Shows every feature that has lines, with its colour and their number, and the switch that hides the other lines.
+    fn legend(&mut self, ui: &mut Ui, text: &ModuleText) {
         let dark = ui.visuals().dark_mode;
         ui.scope(|ui| {
             ui.spacing_mut().item_spacing = vec2(2.0, 0.0);
             ui.spacing_mut().button_padding = vec2(5.0, 1.0);
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
-                let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, f)| f.1 > 0).collect();
-                // Lines of negated features come last, on request.
+                let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, (_, lines))| *lines > 0).collect();
+                // Negated features come last, and only on request.
                 let is_negated = |name: &str| name.starts_with("not ");
                 all.sort_by_key(|(_, (name, _))| is_negated(name));
-                let negated = all.iter().filter(|(_, (name, _))| is_negated(name)).count();
+                let negated_count = all.iter().filter(|(_, (name, _))| is_negated(name)).count();
                 self.shows_negated |= self.feature.as_deref().is_some_and(is_negated);
-                for (k, (name, lines)) in all {
+                for (feature, (name, lines)) in all {
                     if is_negated(name) && !self.shows_negated {
                         continue;
                     }
-                    let chosen = self.feature.as_ref() == Some(name);
-                    let words = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
+                    let is_chosen = self.feature.as_ref() == Some(name);
+                    let label = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
                     let hover = text!("source-feature-hint", lines = lines, name = name);
-                    if ui.selectable_label(chosen, words).on_hover_text(hover).clicked() {
+                    if ui.selectable_label(is_chosen, label).on_hover_text(hover).clicked() {
                         self.requested = None;
-                        self.go_to(text, k, chosen);
+                        let shown_start = self.run_start.filter(|_| is_chosen);
+                        self.go_to(text, feature, shown_start);
                     }
                 }
-                if negated > 0 {
-                    let words = RichText::new(text!("source-negated", count = negated)).size(SMALL);
-                    ui.toggle_value(&mut self.shows_negated, words).on_hover_text(text!("source-negated-hint"));
+                if negated_count > 0 {
+                    let label = RichText::new(text!("source-negated", count = negated_count)).size(SMALL);
+                    ui.toggle_value(&mut self.shows_negated, label).on_hover_text(text!("source-negated-hint"));
                 }
             });
         });
@@ -198,54 +207,56 @@ impl SourcePage {
         });
     }
 
-    /// Jumps to the longest run of consecutive lines of a feature; `again`: to the next run.
-    fn go_to(&mut self, text: &Text, feature: usize, again: bool) {
-        let has_feature = |i: usize| text.lines.get(i).is_some_and(|l| usize::from(l.feature) == feature);
+    /// Jumps to the longest run of consecutive lines of a feature. If a run is shown already (given by its first line), jumps to the next
+    /// one.
+    fn go_to(&mut self, text: &ModuleText, feature: usize, shown_start: Option<usize>) {
+        let has_feature = |line: usize| text.lines.get(line).is_some_and(|l| usize::from(l.feature) == feature);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
         let length = |start: usize| (start..text.lines.len()).take_while(|i| has_feature(*i)).count();
-        let next = match self.run_start.filter(|_| again) {
-            Some(shown_start) => starts.iter().find(|s| **s > shown_start).or(starts.first()),
-            // The first lines of a feature are declarations; its longest run is its code.
-            None => starts.iter().rev().max_by_key(|s| length(**s)),
+        let next = match shown_start {
+            Some(shown_start) => starts.iter().find(|start| **start > shown_start).or(starts.first()),
+            // The first lines of a feature are usually declarations; its longest run is its code. Of equal runs, the first one is taken.
+            None => starts.iter().rev().max_by_key(|start| length(**start)),
         };
         self.feature = text.features.get(feature).map(|f| f.0.clone());
         self.run_start = next.copied();
-        self.scroll_line = next.map(|n| *n as u32);
+        self.scroll_line = next.map(|start| *start as u32);
     }
 
     /// Shows the visible lines, and handles the keys of the list.
-    fn lines(&mut self, ui: &mut Ui, text: &Text) {
+    fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
         let highlighted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
+        // The lines that are rows of the list; `None`: all lines.
         let rows: Option<Vec<usize>> = highlighted
             .filter(|_| self.only_feature)
-            .map(|feature| (0..text.lines.len()).filter(|i| usize::from(text.lines[*i].feature) == feature).collect());
+            .map(|feature| (0..text.lines.len()).filter(|line| usize::from(text.lines[*line].feature) == feature).collect());
         let count = rows.as_ref().map_or(text.lines.len(), Vec::len);
         let font = egui::FontId::monospace(FONT_POINTS);
         ui.spacing_mut().item_spacing.y = 0.0;
-        // Rows have the height of a text line without spacing.
+        // A row is as high as a line of text.
         let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
         ui.spacing_mut().interact_size.y = height;
         let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
-        let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|i| *i < line));
+        let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|l| *l < line));
         if let Some(line) = self.scroll_line.take() {
             self.cursor_line = line as usize;
-            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * height - 3.0 * height).max(0.0));
+            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * height - ROWS_ABOVE * height).max(0.0));
         }
-        let margin = !text.features.is_empty();
-        let mut clicked = None;
+        let has_margin = !text.features.is_empty();
+        let mut chosen_feature = None;
         let tab_stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
-        let about = text!("source-lines");
-        tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, about));
-        let (cursor_row, moved) = keys(ui, &tab_stop, row_of(self.cursor_line).min(count.saturating_sub(1)), count);
-        if moved {
+        let accessible_name = text!("source-lines");
+        tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, accessible_name));
+        let (cursor_row, cursor_moved) = navigation_keys(ui, &tab_stop, row_of(self.cursor_line).min(count.saturating_sub(1)), count);
+        if cursor_moved {
             self.cursor_line = rows.as_ref().map_or(cursor_row, |r| r[cursor_row]);
         }
         if tab_stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
-            clicked = text.lines.get(self.cursor_line).filter(|_| margin).map(|line| usize::from(line.feature));
+            chosen_feature = text.lines.get(self.cursor_line).filter(|_| has_margin).map(|line| usize::from(line.feature));
         }
         area.show_rows(ui, height, count, |ui, range| {
             let dark = ui.visuals().dark_mode;
-            if moved {
+            if cursor_moved {
                 // Scroll vertically as far as needed, never horizontally.
                 let top = ui.max_rect().top() + (cursor_row as f32 - range.start as f32) * height;
                 let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + height);
@@ -253,22 +264,23 @@ impl SourcePage {
                 ui.ctx().request_repaint();
             }
             for row in range.clone() {
-                let i = rows.as_ref().map_or(row, |r| r[row]);
-                let Some(line) = text.lines.get(i) else { continue };
+                let line_index = rows.as_ref().map_or(row, |r| r[row]);
+                let Some(line) = text.lines.get(line_index) else { continue };
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 4.0;
-                    if margin {
-                        let above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
-                        let is_first = above.and_then(|a| text.lines.get(a)).is_none_or(|a| a.feature != line.feature);
-                        if self.margin(ui, text, i, height, is_first, highlighted) {
-                            clicked = Some(usize::from(line.feature));
+                    if has_margin {
+                        let index_above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
+                        let is_first =
+                            index_above.and_then(|above| text.lines.get(above)).is_none_or(|above| above.feature != line.feature);
+                        if self.margin(ui, text, line_index, height, is_first, highlighted) {
+                            chosen_feature = Some(usize::from(line.feature));
                         }
                     }
-                    let shown = ui.add(egui::Label::new(layout_job(i + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let shown = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, dark)).extend());
                     if tab_stop.has_focus() && row == cursor_row {
                         ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
-                        let feature = text.features.get(usize::from(line.feature)).filter(|_| margin);
+                        let feature = text.features.get(usize::from(line.feature)).filter(|_| has_margin);
                         if let Some((feature, _)) = feature {
                             ui.ctx().accesskit_node_builder(shown.id, |node| {
                                 node.set_description(text!("source-needed-by", feature = feature))
@@ -278,16 +290,17 @@ impl SourcePage {
                 });
             }
         });
-        if let Some(feature) = clicked {
+        if let Some(feature) = chosen_feature {
             self.feature = text.features.get(feature).map(|f| f.0.clone());
         }
     }
 
-    /// Shows the feature of line `i` in the margin, with its name if the line is the first of its run; returns whether it was clicked.
-    fn margin(&self, ui: &mut Ui, text: &Text, i: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
-        let Some(line) = text.lines.get(i) else { return false };
+    /// Shows the feature of a line in the margin. `is_first`: the line is the first visible one of its run, so the feature's name is shown
+    /// too. Returns whether the margin was clicked.
+    fn margin(&self, ui: &mut Ui, text: &ModuleText, line_index: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
+        let Some(line) = text.lines.get(line_index) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
-        let width = if self.hides_margin { STRIPE_POINTS } else { MARGIN_POINTS };
+        let width = if self.hides_names { STRIPE_POINTS } else { MARGIN_POINTS };
         // The list is the Tab stop, so the margin of a line is not.
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::CLICK);
         let colour = feature_colour(name, ui.visuals().dark_mode);
@@ -297,13 +310,13 @@ impl SourcePage {
             ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
         }
         if is_first {
-            if !self.hides_margin {
-                let names = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
+            if !self.hides_names {
+                let name_rect = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
                 let font = egui::FontId::proportional(SMALL);
-                let painter = ui.painter().with_clip_rect(names.intersect(ui.clip_rect()));
-                painter.text(names.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
+                let painter = ui.painter().with_clip_rect(name_rect.intersect(ui.clip_rect()));
+                painter.text(name_rect.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }
-            let accessible_name = text!("source-line", line = i + 1, name = name);
+            let accessible_name = text!("source-line", line = line_index + 1, name = name);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &accessible_name));
         }
         response.on_hover_text(format!("{name}\n{}", line.origin)).clicked()
@@ -311,7 +324,8 @@ impl SourcePage {
 }
 
 /// Handles the navigation keys while the list has the focus. Returns the new row of the cursor, and whether it moved.
-fn keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+fn navigation_keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+    /// Rows by which Page Up and Page Down move.
     const PAGE_ROWS: usize = 20;
     if !tab_stop.has_focus() || count == 0 {
         return (row, false);

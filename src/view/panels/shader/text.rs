@@ -8,39 +8,41 @@ use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
 
-/// One line and its origin.
-pub(crate) struct HighlightedLine {
+/// One line of the text, its feature and its origin.
+pub(crate) struct ModuleLine {
     pub text: String,
-    /// Index into [`Text::features`].
+    /// Index into [`ModuleText::features`].
     pub feature: u16,
     /// Path of the fragment and line in it; empty if unknown.
     pub origin: String,
 }
 
-pub(crate) struct Text {
+/// The text of a module in one language.
+pub(crate) struct ModuleText {
     pub language: Language,
-    pub lines: Vec<HighlightedLine>,
+    pub lines: Vec<ModuleLine>,
     /// Name and number of lines of each feature; empty if the language has no source map.
     pub features: Vec<(String, usize)>,
 }
 
 /// Translates a module to a language.
-pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Text, String> {
+pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<ModuleText, String> {
     let text = translate(module, language).map_err(|e| fault_text(&e))?;
     let map = &module.source_map;
     let has_source_map = language == Language::Wgsl;
-    let line = |(i, text): (usize, &str)| {
-        let source = map.lines.get(i).filter(|_| has_source_map);
-        let origin = source.and_then(|_| map.origin_of(i + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
-        HighlightedLine { text: text.replace('\t', "    "), feature: source.map_or(0, |o| o.feature), origin }
+    let line = |(index, text): (usize, &str)| {
+        let source = map.lines.get(index).filter(|_| has_source_map);
+        let origin = source.and_then(|_| map.origin_of(index + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
+        ModuleLine { text: text.replace('\t', "    "), feature: source.map_or(0, |o| o.feature), origin }
     };
-    let lines: Vec<HighlightedLine> = text.lines().enumerate().map(line).collect();
-    let count = |k: usize| lines.iter().filter(|l| usize::from(l.feature) == k).count();
-    let features = map.features.iter().filter(|_| has_source_map).enumerate().map(|(k, name)| (name.clone(), count(k))).collect();
-    Ok(Text { language, lines, features })
+    let lines: Vec<ModuleLine> = text.lines().enumerate().map(line).collect();
+    let line_count = |feature: usize| lines.iter().filter(|line| usize::from(line.feature) == feature).count();
+    let features =
+        map.features.iter().filter(|_| has_source_map).enumerate().map(|(index, name)| (name.clone(), line_count(index))).collect();
+    Ok(ModuleText { language, lines, features })
 }
 
-/// Token kinds, for syntax colours.
+/// What a token is, for its syntax colour. `Call` is the name of a called function; `Attribute` is also a preprocessor line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     Plain,
@@ -52,6 +54,7 @@ pub(crate) enum TokenKind {
     Attribute,
 }
 
+/// Keywords of WGSL, HLSL, GLSL and MSL.
 const KEYWORDS: &[&str] = &[
     "alias",
     "break",
@@ -105,12 +108,18 @@ const TYPE_PREFIXES: &[&str] = &[
     "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
 ];
 
+/// Whether a word is a function on textures (`textureSample`; `texture` in GLSL) and not a type (`texture_2d`).
+fn is_texture_function(word: &str) -> bool {
+    word.strip_prefix("texture").is_some_and(|suffix| suffix.is_empty() || suffix.starts_with(|c: char| c.is_ascii_uppercase()))
+}
+
+/// The kind of an identifier or number. `rest`: the line after it.
 fn token_kind(word: &str, rest: &str) -> TokenKind {
     if KEYWORDS.contains(&word) {
         TokenKind::Keyword
     } else if word.starts_with(|c: char| c.is_ascii_digit()) {
         TokenKind::Number
-    } else if TYPES.contains(&word) || TYPE_PREFIXES.iter().any(|b| word.starts_with(b)) && !rest.starts_with("Sample") {
+    } else if TYPES.contains(&word) || TYPE_PREFIXES.iter().any(|prefix| word.starts_with(prefix)) && !is_texture_function(word) {
         TokenKind::Type
     } else if word.starts_with("Op") && word.len() > 2 && word[2..].starts_with(|c: char| c.is_ascii_uppercase()) {
         TokenKind::Keyword
@@ -121,11 +130,11 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
     }
 }
 
-/// The tokens of a line, in order and without gaps. A comment extends to the end of the line.
+/// The tokens of a line, in order and without gaps; neighbours of one kind are merged. A comment extends to the end of the line.
 pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
     let mut found: Vec<(Range<usize>, TokenKind)> = Vec::new();
     let mut push = |range: Range<usize>, kind: TokenKind| match found.last_mut() {
-        Some((last, k)) if *k == kind => last.end = range.end,
+        Some((last, last_kind)) if *last_kind == kind => last.end = range.end,
         _ => found.push((range, kind)),
     };
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
@@ -143,8 +152,8 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
             let mut end = 0;
             let mut before = ' ';
             for (i, c) in rest.char_indices() {
-                let sign = (c == '-' || c == '+') && matches!(before, 'e' | 'E') && !rest.starts_with("0x");
-                if !(is_word(c) || is_number && (c == '.' || sign)) {
+                let is_exponent_sign = (c == '-' || c == '+') && matches!(before, 'e' | 'E') && !rest.starts_with("0x");
+                if !(is_word(c) || is_number && (c == '.' || is_exponent_sign)) {
                     break;
                 }
                 end = i + c.len_utf8();
@@ -165,7 +174,7 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
 }
 
 fn colour(kind: TokenKind, dark: bool) -> Color32 {
-    let [d, l] = match kind {
+    let [on_dark, on_light] = match kind {
         TokenKind::Plain => [[212, 212, 212], [40, 40, 40]],
         TokenKind::Comment => [[128, 146, 118], [84, 112, 70]],
         TokenKind::Keyword => [[204, 140, 222], [140, 40, 160]],
@@ -174,23 +183,23 @@ fn colour(kind: TokenKind, dark: bool) -> Color32 {
         TokenKind::Call => [[122, 178, 236], [20, 84, 170]],
         TokenKind::Attribute => [[160, 160, 176], [100, 100, 116]],
     };
-    let [r, g, b] = if dark { d } else { l };
+    let [r, g, b] = if dark { on_dark } else { on_light };
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module: each known feature has its own hue.
+/// The colour of a feature, the same in every module. Each feature of a dimension has its own hue; all other names are grey.
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
-    let (negated, name) = name.strip_prefix("not ").map_or((false, name), |n| (true, n.split(", ").next().unwrap_or(n)));
+    let (negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
     let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
     let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
-    // Multiples of the golden angle give neighbouring features clearly different hues.
+    // Steps by the golden angle (0.382 of a turn) give neighbouring features clearly different hues.
     let hue = (index as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
     // A negated feature has the same hue, paler.
     HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
-/// A line with its number, syntax colours, and search results highlighted.
+/// Lays out a line with its number (none if 0), syntax colours, and the matches of `needle` highlighted.
 pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
     let mut layout_job = LayoutJob::default();
@@ -198,21 +207,21 @@ pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId,
     if number > 0 {
         layout_job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 155 } else { 95 })));
     }
-    let marked = find_all(line, needle);
-    let mark = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
+    let matches = find_all(line, needle);
+    let highlight = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
     for (range, kind) in tokens(line) {
         let mut at = range.start;
         while at < range.end {
-            let inside = marked.iter().find(|m| m.contains(&at));
-            let end = match inside {
+            let match_here = matches.iter().find(|m| m.contains(&at));
+            let end = match match_here {
                 Some(m) => m.end.min(range.end),
-                None => marked.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
+                None => matches.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
             };
             let mut text_format = format(colour(kind, dark));
-            if inside.is_some() {
+            if match_here.is_some() {
                 // Some syntax colours are illegible on the highlight, so highlighted text has the plain colour.
                 text_format.color = colour(TokenKind::Plain, dark);
-                text_format.background = mark;
+                text_format.background = highlight;
             }
             layout_job.append(&line[at..end], 0.0, text_format);
             at = end;
@@ -221,7 +230,7 @@ pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId,
     layout_job
 }
 
-/// Byte ranges of the occurrences of a text in a line, ignoring ASCII case.
+/// Byte ranges of the occurrences of `needle` in a line, ignoring ASCII case.
 pub(crate) fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
     if needle.is_empty() {
         return Vec::new();
@@ -247,6 +256,13 @@ mod tests {
         assert_eq!(kind("1.5e-3"), Some(TokenKind::Number));
         assert_eq!(kind("@group"), Some(TokenKind::Attribute));
         assert_eq!(kind("twice"), Some(TokenKind::Comment));
+        let kind_of_first = |line: &str| tokens(line).first().map(|(_, kind)| *kind);
+        for call in ["textureSample(t, s, uv)", "textureLoad(t, at, 0)", "texture(t, uv)"] {
+            assert_eq!(kind_of_first(call), Some(TokenKind::Call), "{call}");
+        }
+        for of_type in ["texture_2d<f32>", "texture2D t", "Texture2D t"] {
+            assert_eq!(kind_of_first(of_type), Some(TokenKind::Type), "{of_type}");
+        }
         assert_eq!(tokens("a µ² b").iter().map(|(r, _)| r.len()).sum::<usize>(), "a µ² b".len());
     }
 

@@ -1,6 +1,7 @@
-//! The Values page: the uniforms of a draw with their names and byte offsets, and its textures with their files.
+//! The Values page: the uniforms of a draw with their byte offsets, and its textures with their files.
 //!
-//! Always: the numbers are those of the last image; for a key changed by hand, the uniforms of the same draw in the layout of that key.
+//! Always: the values are those of the last image. For a key changed by hand, they are the values of the same draw in the layout of that
+//! key.
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
@@ -16,7 +17,7 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
-    /// Index among the draws that use a shared module.
+    /// Index of the chosen draw among those that use the shared module.
     draw: usize,
 }
 
@@ -27,7 +28,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let layout = &module.module.layout;
     let bytes = match (inspected.draw, &inspected.id) {
-        (Some(d), _) => Some(uniforms_of(layout, &d.uniforms, inspected.rendered.job.sampling.anisotropy)),
+        (Some(draw), _) => Some(uniforms_of(layout, &draw.uniforms, inspected.rendered.job.sampling.anisotropy)),
         (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
@@ -40,27 +41,27 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
     match &bytes {
         None => drop(ui.weak(text!("values-unused"))),
-        Some(Err(e)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = fault_text(e)))),
+        Some(Err(error)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = fault_text(error)))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        uniform_bytes(ui, layout, bytes.as_deref(), &panel.values.filter);
+        uniform_table(ui, layout, bytes.as_deref(), &panel.values.filter);
         ui.separator();
         ui.strong(text!("values-textures", textures = layout.textures.len(), samplers = layout.samplers.len()));
-        textures(panel, ui, inspected, layout);
+        texture_table(panel, ui, inspected, layout);
     });
 }
 
-/// The uniform bytes of a shared module, for the chosen draw if it has several.
+/// The uniform bytes of a draw with a shared module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
 fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
         let list = ComboBox::from_label(text!("values-draw")).selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
-            for (k, draw) in draws.iter().enumerate() {
-                ui.selectable_value(chosen, k, draw.label.as_str());
+            for (index, draw) in draws.iter().enumerate() {
+                ui.selectable_value(chosen, index, draw.label.as_str());
             }
         });
         list.response.on_hover_text(text!("values-draw-hint"));
@@ -70,15 +71,15 @@ fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     Some(draws[*chosen].uniform_bytes.clone())
 }
 
-/// The f32 numbers of a field.
+/// The f32 components of a field; none if the bytes end before it does.
 fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let of_field = bytes.get(field.offset as usize..end).unwrap_or_default();
     of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// Formats a number: an integer below 1e6 in full; others from 1e-4 to 1e6 with up to six decimals, without trailing zeros; the rest with six
-/// significant digits.
+/// Formats a number: an integer below 1e6 in full; another number from 1e-4 to 1e6 with up to six decimals, without trailing zeros; any
+/// other with six significant digits.
 pub(crate) fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
@@ -88,9 +89,10 @@ pub(crate) fn number_text(v: f32) -> String {
 }
 
 /// Shows the table of uniforms.
-fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
-    /// Number of rows shown of a long array.
-    const ROWS: usize = 3;
+fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
+    /// Largest number of rows of a matrix or array in the table, and in its tooltip.
+    const MAX_ROWS: usize = 3;
+    const MAX_TOOLTIP_ROWS: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
             ui.weak(head);
@@ -102,17 +104,18 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
             ui.monospace(field.size.to_string());
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL));
             ui.label(&field.name);
-            let all = bytes.map(|b| numbers(field, b)).unwrap_or_default();
-            let rows: Vec<String> = all.chunks(4).map(|row| row.iter().map(|v| number_text(*v)).collect::<Vec<_>>().join(", ")).collect();
-            let more = rows.len().saturating_sub(ROWS);
-            let mut text = rows[..rows.len().min(ROWS)].join("\n");
-            if more > 0 {
+            let components = bytes.map(|b| numbers(field, b)).unwrap_or_default();
+            let rows: Vec<String> =
+                components.chunks(4).map(|row| row.iter().map(|v| number_text(*v)).collect::<Vec<_>>().join(", ")).collect();
+            let hidden_rows = rows.len().saturating_sub(MAX_ROWS);
+            let mut text = rows[..rows.len().min(MAX_ROWS)].join("\n");
+            if hidden_rows > 0 {
                 text.push('\n');
-                text.push_str(&text!("values-more", more = more));
+                text.push_str(&text!("values-more", more = hidden_rows));
             }
             let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
-            if more > 0 {
-                response.on_hover_text(RichText::new(rows[..rows.len().min(60)].join("\n")).monospace());
+            if hidden_rows > 0 {
+                response.on_hover_text(RichText::new(rows[..rows.len().min(MAX_TOOLTIP_ROWS)].join("\n")).monospace());
             }
             ui.end_row();
         }
@@ -120,37 +123,38 @@ fn uniform_bytes(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
 }
 
 /// Shows the tables of textures and samplers.
-fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
+fn texture_table(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for head in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
             ui.weak(head);
         }
         ui.end_row();
-        for t in &layout.textures {
-            ui.monospace(t.binding.to_string());
-            ui.label(&t.name);
-            let map = inspected.draw.zip(role_of(&t.name)).and_then(|(d, role)| d.map_files.by_role().find(|(r, _)| *r == role));
-            let table = inspected.draw.and_then(|d| d.uniforms.ring.table.as_ref()).filter(|_| t.name == RING_PROFILE);
-            match (map, table) {
+        for texture in &layout.textures {
+            ui.monospace(texture.binding.to_string());
+            ui.label(&texture.name);
+            let map =
+                inspected.draw.zip(role_of(&texture.name)).and_then(|(draw, role)| draw.map_files.by_role().find(|(r, _)| *r == role));
+            let ring_table = inspected.draw.and_then(|draw| draw.uniforms.ring.table.as_ref()).filter(|_| texture.name == RING_PROFILE);
+            match (map, ring_table) {
                 (Some((role, file)), _) => {
                     ui.label(file);
                     match panel.queries.map(inspected.worker, role, file) {
-                        Some(Ok(m)) => {
+                        Some(Ok(facts)) => {
                             ui.label(text!(
                                 "values-map",
-                                width = m.width,
-                                height = m.height,
-                                levels = m.levels,
-                                megabytes = decimal(m.bytes as f64 / 1e6, 1)
+                                width = facts.width,
+                                height = facts.height,
+                                levels = facts.levels,
+                                megabytes = decimal(facts.bytes as f64 / 1e6, 1)
                             ));
                         }
                         Some(Err(why)) => drop(ui.label(why)),
                         None => drop(accessible::spinner(ui, text!("values-map-loading"))),
                     }
                 }
-                (None, Some(table)) => {
+                (None, Some(ring_table)) => {
                     ui.label(text!("values-ring-profile"));
-                    ui.label(format!("{}x{}, f32", table.width, table.height));
+                    ui.label(format!("{}x{}, f32", ring_table.width, ring_table.height));
                 }
                 (None, None) => {
                     ui.weak(text!("values-not-used"));
@@ -159,9 +163,9 @@ fn textures(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_
             }
             ui.end_row();
         }
-        for s in &layout.samplers {
-            ui.monospace(s.binding.to_string());
-            ui.label(&s.name);
+        for sampler in &layout.samplers {
+            ui.monospace(sampler.binding.to_string());
+            ui.label(&sampler.name);
             ui.weak(text!("values-sampler"));
             ui.label(text!("values-taps", taps = inspected.rendered.job.sampling.anisotropy));
             ui.end_row();

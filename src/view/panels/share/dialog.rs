@@ -1,7 +1,7 @@
 //! File dialogs of the desktop, where available.
 //!
-//! In: the purpose of a file. Out: its path, once the user has chosen it. Always: the field beside the button also accepts a typed name;
-//! where no dialogs are available there is no button. The window provides the function that opens dialogs; tests provide their own.
+//! In: the field for which a file is chosen. Out: the file's path in that field. Always: the field beside the button also accepts a typed
+//! name; where no dialogs are available there is no button. The window provides the function that opens dialogs; tests provide their own.
 
 use crate::view::language::text;
 use crate::view::panels::Interface;
@@ -16,10 +16,10 @@ use std::time::Duration;
 pub struct FileRequest {
     pub title: &'static str,
     /// File extensions without the dot.
-    pub endings: &'static [&'static str],
-    /// The file name that is now in the field.
+    pub extensions: &'static [&'static str],
+    /// The file name that is in the field when the dialog opens.
     pub name: String,
-    /// The dialog chooses an existing file; otherwise it names a new file.
+    /// The dialog asks for an existing file to open; otherwise for the name of a file to save.
     pub opens: bool,
 }
 
@@ -55,19 +55,20 @@ impl FileField {
         }
     }
 
+    /// What the dialog for this field asks for, given the file name in the field.
     fn request(self, name: &str) -> FileRequest {
-        let (title, endings, opens): (_, &'static [&'static str], _) = match self {
+        let (title, extensions, opens): (_, &'static [&'static str], _) = match self {
             Self::View => (text!("share-view-file"), &["json"], false),
             Self::Image => (text!("dialog-image"), &["png", "exr"], false),
             Self::Animation => (text!("dialog-animation"), &["gif", "apng"], false),
             Self::Tour => (text!("tours-file"), &["json"], true),
         };
-        FileRequest { title, endings, name: name.to_owned(), opens }
+        FileRequest { title, extensions, name: name.to_owned(), opens }
     }
 }
 
 /// The text of a field.
-fn text(interface: &mut Interface, field: FileField) -> &mut String {
+fn field_text(interface: &mut Interface, field: FileField) -> &mut String {
     match field {
         FileField::View => &mut interface.share.file,
         FileField::Image => &mut interface.share.image,
@@ -79,11 +80,11 @@ fn text(interface: &mut Interface, field: FileField) -> &mut String {
 /// Shows the button that opens a dialog for a field, if dialogs are available.
 pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let Some(open) = interface.file_dialog else { return };
-    let request = field.request(text(interface, field));
+    let request = field.request(field_text(interface, field));
     let name = field.button_name();
-    let is_free = interface.share.dialog.is_none();
-    let pressed = ui.add_enabled_ui(is_free, |ui| icons::bare(ui, Icon::Open, name)).inner;
-    if pressed.on_hover_text(text!("dialog-hint")).clicked() {
+    let is_enabled = interface.share.dialog.is_none();
+    let button = ui.add_enabled_ui(is_enabled, |ui| icons::bare(ui, Icon::Open, name)).inner;
+    if button.on_hover_text(text!("dialog-hint")).clicked() {
         interface.share.dialog = Some(OpenDialog { field, answer: open(request) });
     }
 }
@@ -97,7 +98,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
         Some(answer) => {
             interface.share.dialog = None;
             match answer {
-                Some(path) => *text(interface, field) = path.display().to_string(),
+                Some(path) => *field_text(interface, field) = path.display().to_string(),
                 None => interface.message = text!("dialog-none").into(),
             }
         }

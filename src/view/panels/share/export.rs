@@ -1,11 +1,11 @@
 //! Export of images, sequences and animations to files.
 //!
-//! In: a view or a tour, file names, image sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background
+//! In: a view or a tour, file names, image sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background,
 //! one after the other, so that the export can be stopped between frames; the export continues when the panel is closed; the file of an
 //! animation is written only after its last frame.
 
 use crate::files::{FileAccess, write_new};
-use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, animation_format};
+use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -30,13 +30,14 @@ pub(crate) struct ImageOptions {
 
 /// The views of an export's frames.
 pub enum FrameViews {
-    /// One view at times at an interval of `step_s`.
+    /// One view at times that are `step_s` scene seconds apart.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at `rate` frames per second, with the quality of the window.
+    /// A tour at `rate` frames per second, with the quality of the base view.
     Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
 }
 
 impl FrameViews {
+    /// The view of a frame, counted from 0.
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
@@ -47,28 +48,30 @@ impl FrameViews {
     }
 }
 
-/// An animation with the frames that have been drawn.
+/// An animation with the frames encoded so far.
 struct AnimationInProgress {
     writer: AnimationWriter<SharedBytes>,
+    /// The encoded file so far, which the writer fills.
     bytes: SharedBytes,
+    /// The file name that the user typed.
     name: String,
 }
 
 enum ExportOutput {
     /// One file per frame.
     Files(NumberedName),
-    /// One file for all frames; `None` while a frame is being added.
+    /// One file for all frames; `None` while a frame is being added or after the last one.
     Animation(Option<Box<AnimationInProgress>>),
 }
 
-/// The written file, if any, and the animation, unless it is finished.
+/// The file that was written with the frame, if any, and the animation, unless it is finished.
 type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
 /// A running export.
 pub(crate) struct Export {
     frames: Arc<FrameViews>,
     output: ExportOutput,
-    format: ImageOptions,
+    options: ImageOptions,
     /// Number of finished frames.
     done: u32,
     /// Number of all frames.
@@ -84,29 +87,29 @@ impl Export {
     ///
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
-    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, format: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
         let files = NumberedName::of_sequence(name, count).map_err(|e| fault_text(&e))?;
-        Ok(Self::of(frames, ExportOutput::Files(files), count, format))
+        Ok(Self::of(frames, ExportOutput::Files(files), count, options))
     }
 
     /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
     /// If the extension is not that of an animation format, or the format does not support the size or the rate.
-    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, format: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
-        let [width, height] = format.size;
-        if f64::from(width) * f64::from(height) * f64::from(count) > MAX_PIXELS {
-            return Err(text!("export-too-large", millions = decimal(MAX_PIXELS / 1e6, 0)));
+        let [width, height] = options.size;
+        if f64::from(width) * f64::from(height) * f64::from(count) > MAX_ANIMATION_PIXELS {
+            return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| fault_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, format))
+        Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, options))
     }
 
-    fn of(frames: FrameViews, output: ExportOutput, count: u32, format: ImageOptions) -> Self {
-        Self { frames: Arc::new(frames), output, format, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
+    fn of(frames: FrameViews, output: ExportOutput, count: u32, options: ImageOptions) -> Self {
+        Self { frames: Arc::new(frames), output, options, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
     }
 
     /// Starts the export.
@@ -121,7 +124,7 @@ impl Export {
         self.done as f32 / self.count.max(1) as f32
     }
 
-    /// `12 of 60, about 20 s left`.
+    /// The progress, as in `12 of 60, about 20 s left`.
     pub(crate) fn progress_text(&self, now_s: f64) -> String {
         let left = match (self.done, now_s - self.began_s) {
             (0, _) => String::new(),
@@ -130,10 +133,11 @@ impl Export {
         text!("export-progress", done = self.done, count = self.count, left = left)
     }
 
-    /// Takes a finished frame and starts the next one. Returns `Some` if a frame was finished: a message, and whether the export has ended.
+    /// Takes a finished frame and starts the next one. Returns a message and whether the export has ended; `None` if no frame was finished.
+    /// `saved`: the message about a written file.
     pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, animation) = match self.frame.take()? {
-            Ok(answer) => answer,
+            Ok(result) => result,
             Err(why) => return Some((why, true)),
         };
         self.done += 1;
@@ -154,22 +158,22 @@ impl Export {
 
     /// Starts drawing the next frame.
     fn next(&mut self, worker: &dyn RenderWorker) {
-        let (frames, number, format) = (Arc::clone(&self.frames), self.done, self.format);
+        let (frames, number, options) = (Arc::clone(&self.frames), self.done, self.options);
         let is_last = number + 1 == self.count;
         self.frame = match &mut self.output {
             ExportOutput::Files(files) => {
                 let file = files.path(number);
-                ask(worker, move |session| Ok((Some(save(session, &frames.view(number), format, std::iter::once(file))?), None)))
+                ask(worker, move |session| Ok((Some(save(session, &frames.view(number), options, std::iter::once(file))?), None)))
             }
             ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
-                ask(worker, move |session| add_frame(session, animation, &frames.view(number), format, is_last))
+                ask(worker, move |session| add_frame(session, animation, &frames.view(number), options, is_last))
             }
         };
     }
 }
 
-/// `about 2 min left`.
+/// The remaining time, as in `about 2 min left`.
 fn remaining_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => text!("export-moment-left").into(),
@@ -184,10 +188,10 @@ fn add_frame(
     session: &Session,
     mut animation: Box<AnimationInProgress>,
     view: &ViewState,
-    format: ImageOptions,
+    options: ImageOptions,
     is_last: bool,
 ) -> FrameResult {
-    let (_, drawn) = draw(session, view, format, false)?;
+    let (_, drawn) = draw(session, view, options, false)?;
     animation.writer.add(&drawn.frame.display).map_err(|e| fault_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));
@@ -200,21 +204,21 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image with the renderer for background work.
-fn draw(session: &Session, view: &ViewState, format: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
-    let [width, height] = format.size;
+/// Draws one image with the renderer for background work. `is_exr`: for a file of linear light; otherwise as displayed.
+fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+    let [width, height] = options.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| fault_text(&e))?;
-    request.layers.labels = format.names;
+    request.layers.labels = options.names;
     request.purpose = Purpose::of_file(is_exr);
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| fault_text(&e))?;
     Ok((request, drawn))
 }
 
-/// Draws a view and writes it under the first free name of `files`; returns that name.
+/// Draws a view and writes it under the first of the names in `files` that is free; returns that name. All names have the same extension.
 pub(crate) fn save(
     session: &Session,
     view: &ViewState,
-    format: ImageOptions,
+    options: ImageOptions,
     files: impl Iterator<Item = PathBuf>,
 ) -> Result<PathBuf, String> {
     let mut files = files.peekable();
@@ -223,8 +227,8 @@ pub(crate) fn save(
     if !is_supported {
         return Err(text!("export-image-ending", file = path.display()));
     }
-    let (request, drawn) = draw(session, view, format, is_exr(&path))?;
-    let text = vec![
+    let (request, drawn) = draw(session, view, options, is_exr(&path))?;
+    let metadata = vec![
         ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
         ("Creation Time", request.time.to_utc_iso()),
         ("Description", view.to_link()),
@@ -233,7 +237,7 @@ pub(crate) fn save(
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_image(files, is_exr(&path), &drawn.frame, &text).map_err(|e| fault_text(&e))
+    write_new_image(files, is_exr(&path), &drawn.frame, &metadata).map_err(|e| fault_text(&e))
 }
 
 #[cfg(test)]

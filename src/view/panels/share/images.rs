@@ -10,18 +10,21 @@ use crate::view::panels::icons::{self, Icon};
 use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
+/// Largest width and height of an exported image, pixels.
+const MAX_SIDE_PX: u32 = 16_384;
+
 /// A field for a width or height, pixels.
 fn side_field(value: &mut u32) -> DragValue<'_> {
-    DragValue::new(value).range(1..=16_384)
+    DragValue::new(value).range(1..=MAX_SIDE_PX)
 }
 
-/// Fields for width, height and labels, and their accessible names.
-fn format_fields(ui: &mut Ui, format: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
-    accessible::number(ui, side_field(&mut format.size[0]), width);
+/// Shows fields for width, height and labels with these accessible names.
+fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
+    accessible::number(ui, side_field(&mut options.size[0]), width);
     ui.label("×");
-    accessible::number(ui, side_field(&mut format.size[1]), height);
-    let labels = ui.checkbox(&mut format.names, text!("image-labels")).accessible_name(labels);
-    labels.on_hover_text(text!("image-labels-hint"));
+    accessible::number(ui, side_field(&mut options.size[1]), height);
+    let checkbox = ui.checkbox(&mut options.names, text!("image-labels")).accessible_name(labels);
+    checkbox.on_hover_text(text!("image-labels-hint"));
 }
 
 /// Shows the folder in which a file will be written.
@@ -31,6 +34,7 @@ fn folder(ui: &mut Ui, file: &str) {
     ui.add(Label::new(RichText::new(text!("image-folder", folder = folder)).small().weak()).truncate());
 }
 
+/// Shows the controls that save one image.
 pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("images"));
     ui.horizontal(|ui| {
@@ -38,7 +42,7 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
         dialog::button(interface, ui, FileField::Image);
     });
     let panel = &mut interface.share;
-    ui.horizontal(|ui| format_fields(ui, &mut panel.image_options, [text!("image-width"), text!("image-height"), text!("image-labels")]));
+    ui.horizontal(|ui| option_fields(ui, &mut panel.image_options, [text!("image-width"), text!("image-height"), text!("image-labels")]));
     folder(ui, &panel.image);
     let save = icons::button(ui, Icon::Image, text!("images-save"));
     if ui.add_enabled(!panel.is_busy(), save).on_hover_text(text!("images-save-hint")).clicked() {
@@ -46,14 +50,15 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// Fields for the number of frames and their interval, which sequences and animations share; and the export of a sequence.
+/// Shows the fields for the number of frames and their interval, which sequences and animations share, and the button that exports a
+/// sequence.
 pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
-        // The interval is at most a century.
+        // At most about a century.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
         accessible::number(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
@@ -71,6 +76,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
+/// Shows the controls that record an animation.
 pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     ui.add_space(6.0);
     ui.strong(text!("animation"));
@@ -81,7 +87,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     let panel = &mut interface.share;
     let animation = &mut panel.animation;
     ui.horizontal(|ui| {
-        format_fields(ui, &mut animation.format, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
+        option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));

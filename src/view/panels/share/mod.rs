@@ -1,7 +1,7 @@
-//! The Share panel: links, view files, bookmarks, images, sequences of frames, animations; and the appearance of the window.
+//! The Share panel: links, view files, bookmarks, images, sequences of frames and animations; also settings of the window's appearance.
 //!
 //! In: the view, file names. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is
-//! closed. Not here: drawing and writing of frames (`export`).
+//! closed. Not here: drawing and writing of images and frames (`export`).
 
 pub mod dialog;
 mod export;
@@ -28,10 +28,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub(crate) struct SharePanel {
-    /// Texts of the fields: a link, a view file, a bookmark's name, an image file.
+    /// The text in the field for a link.
     link: String,
+    /// The name of the view file.
     file: String,
+    /// The name for a new bookmark.
     bookmark: String,
+    /// The name of the image file, or of the files of a sequence.
     image: String,
     image_options: ImageOptions,
     /// Number of frames of a sequence or animation.
@@ -43,7 +46,7 @@ pub(crate) struct SharePanel {
     saving: Option<Pending<Result<PathBuf, String>>>,
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
-    /// The user asked for an image.
+    /// The user asked to save an image.
     pub wants_image: bool,
     requested_export: Option<ExportKind>,
 }
@@ -51,10 +54,10 @@ pub(crate) struct SharePanel {
 /// Settings of an animation.
 struct Animation {
     file: String,
-    format: ImageOptions,
+    options: ImageOptions,
     /// Frames per second.
     rate: u32,
-    /// The displayed time is in the middle of the animation, not at its start.
+    /// The displayed time is in the middle of the animation; otherwise at its start.
     is_centred: bool,
 }
 
@@ -78,7 +81,7 @@ impl Default for SharePanel {
             step_s: 60.0,
             animation: Animation {
                 file: "orrery.gif".into(),
-                format: ImageOptions { size: [640, 360], names: false },
+                options: ImageOptions { size: [640, 360], names: false },
                 rate: 25,
                 is_centred: true,
             },
@@ -92,7 +95,7 @@ impl Default for SharePanel {
 }
 
 impl SharePanel {
-    /// Whether an image or sequence is being exported.
+    /// Whether an image, a sequence or an animation is being exported.
     pub(crate) fn is_busy(&self) -> bool {
         self.saving.is_some() || self.export.is_some()
     }
@@ -150,7 +153,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
                 // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
             }
-            interface.message = written.map_or_else(|why| why, |path| saved(&path));
+            interface.message = written.map_or_else(|why| why, |path| saved_message(&path));
         }
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| fault_text(&e));
@@ -169,23 +172,23 @@ fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, ac
 }
 
 /// The message about a written file.
-fn saved(path: &Path) -> String {
+fn saved_message(path: &Path) -> String {
     text!("share-saved", file = absolute_path(path))
 }
 
-/// Starts requested exports and takes finished frames, whether the panel is open or not.
+/// Starts requested exports and takes finished images and frames, whether the panel is open or not.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::update(interface, ctx);
     let panel = &mut interface.share;
-    let (image, kind) = (std::mem::take(&mut panel.wants_image), panel.requested_export.take());
-    if (image || kind.is_some()) && panel.is_busy() {
+    let (wants_image, kind) = (std::mem::take(&mut panel.wants_image), panel.requested_export.take());
+    if (wants_image || kind.is_some()) && panel.is_busy() {
         interface.message = text!("share-busy").into();
-    } else if image {
+    } else if wants_image {
         match free_names(&panel.image) {
             Ok(files) => {
-                let (view, format) = (interface.viewer.shareable(), panel.image_options);
-                panel.saving = Some(ask(worker, move |session| export::save(session, &view, format, files)));
-                interface.message = text!("share-saving", width = format.size[0], height = format.size[1]);
+                let (view, options) = (interface.viewer.shareable(), panel.image_options);
+                panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
+                interface.message = text!("share-saving", width = options.size[0], height = options.size[1]);
             }
             Err(e) => interface.message = fault_text(&e),
         }
@@ -197,9 +200,9 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     }
     if let Some(written) = interface.share.saving.as_ref().and_then(Pending::take) {
         interface.share.saving = None;
-        interface.message = written.map_or_else(|why| why, |path| saved(&path));
+        interface.message = written.map_or_else(|why| why, |path| saved_message(&path));
     }
-    if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved)) {
+    if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
         interface.message = message;
         if is_over {
             interface.share.export = None;
@@ -207,10 +210,10 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     }
 }
 
-/// Creates the export of a kind with the panel's settings; does not start it.
+/// Creates an export with the panel's settings, without starting it.
 fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
-    let Animation { file, format, rate, is_centred } = &panel.animation;
+    let Animation { file, options, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
     let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
     match kind {
@@ -218,12 +221,12 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
         ExportKind::Animation => {
             let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
             let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
-            Export::of_animation(steps(first), file, panel.frames, *rate, *format)
+            Export::of_animation(steps(first), file, panel.frames, *rate, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::of_animation(FrameViews::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *format)
+            Export::of_animation(FrameViews::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *options)
         }
     }
 }

@@ -1,6 +1,6 @@
-//! The AVX2 decoders. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, up to two channels are
-//! gathered; for more, each texel is read with one load, and eight are transposed into channels in registers. Bilinear interpolation of eight points
-//! stays in registers.
+//! The AVX2 decoders. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, one or two channels are
+//! gathered; if more are needed, each texel is read with one load, and eight of them are transposed into channels in registers. Bilinear interpolation
+//! of eight points stays in registers.
 //!
 //! In: indices of texels, each below the level's number of texels, or the corners of eight points. Out: the same bits as from reading texel by texel.
 
@@ -24,8 +24,9 @@ struct Unaligned(__m128);
 #[derive(Clone, Copy)]
 pub(crate) struct GatherDecoder<D>(pub(super) D);
 
-/// Formats of four bytes per texel, with the table that decodes red, green and blue (`None`: not by a table).
+/// Formats of four bytes per texel.
 trait FourBytes: Decode<Texel = u32> {
+    /// The table that decodes red, green and blue, if the format has one.
     fn table(self) -> Option<&'static [f32; 256]>;
 }
 
@@ -177,9 +178,9 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
-/// The texel of sixteen bytes that begins at a word of eight bytes: word number `word_index`, twice the texel's index (x86 addresses scale an index
-/// by at most eight). Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack the
-/// caller's instruction set if it were not inlined.
+/// The texel of sixteen bytes at `base[word_index]`. The index counts words of eight bytes, because x86 addresses scale an index by at most eight: it is
+/// twice the texel's index. Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack
+/// the caller's instruction set if it were not inlined.
 /// # Safety
 /// The texel exists.
 #[inline(always)]
@@ -268,7 +269,7 @@ impl Decode for TransposeDecoder {
         // SAFETY: the caller guarantees it; vectors and arrays have eight words each.
         unsafe {
             let [r, g, b, a] = self.transposed(level, transmute::<[u32; 8], __m256i>(*index));
-            // Masked as vectors: the floats of arrays the compiler would mask one by one.
+            // Masked as vectors, because the compiler would mask the floats of arrays one by one.
             let mask = transmute::<[u32; 8], __m256>(if MASKED { *mask } else { [u32::MAX; 8] });
             let masked = [_mm256_and_ps(r, mask), _mm256_and_ps(g, mask), _mm256_and_ps(b, mask), _mm256_and_ps(a, mask)];
             transmute::<[__m256; 4], [[f32; 8]; 4]>(masked)
@@ -276,8 +277,8 @@ impl Decode for TransposeDecoder {
     }
 }
 
-/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: for each corner the texel of the first
-/// quad in the lower half, that of the second in the upper.
+/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: the texel at one corner, that of the first
+/// quad in the lower half and that of the second in the upper half.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]

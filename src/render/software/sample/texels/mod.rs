@@ -18,7 +18,7 @@ use std::sync::LazyLock;
 /// Linear value of each sRGB byte, by IEC 61966-2-1.
 static SRGB_LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| crate::units::srgb_to_linear(i as f64 / 255.0) as f32));
 
-/// Maximum number of texels of one level, because indices are 32 bits wide.
+/// Maximum number of texels of one level, because the gather instructions in `gather` take twice a texel's index as a signed 32-bit number.
 const MAX_TEXELS: u64 = 1 << 30;
 /// Maximum number of texels along a side, the limit of [`crate::render::software::math::Real::round_small`].
 const MAX_SIDE: u32 = 1 << 22;
@@ -65,7 +65,7 @@ pub(super) fn read_pair<'a, R: Real>(levels: &[BoundLevel<'a>], level: usize, fr
     (levels[level].read(), coarser.map(BoundLevel::read))
 }
 
-/// A texture or a pass's output.
+/// The texels of a texture or of a pass's output.
 #[derive(Clone, Debug)]
 pub struct Texels<'a> {
     pub format: TexelFormat,
@@ -137,7 +137,7 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Whether maps are filtered by [`super::registers`]: only for decoders that exist on machines with AVX2 alone.
+    /// Whether maps are filtered by [`super::registers`]: true only for decoders that exist only on machines with AVX2.
     #[cfg(target_arch = "x86_64")]
     const FILTERS_IN_REGISTERS: bool = false;
 
@@ -201,10 +201,13 @@ pub(crate) trait Decode: Copy {
     }
 }
 
+/// Decodes bytes whose colour is sRGB, with [`SRGB_LINEAR`].
 #[derive(Clone, Copy)]
 pub(crate) struct Srgb(&'static [f32; 256]);
+/// Decodes bytes of linear values.
 #[derive(Clone, Copy)]
 pub(crate) struct Unorm;
+/// Reads little-endian f32.
 #[derive(Clone, Copy)]
 pub(crate) struct Float;
 
@@ -233,6 +236,7 @@ unsafe fn read_u32(level: &TexelLevel<'_>, index: u32) -> u32 {
     u32::from_le(unsafe { level.bytes.as_ptr().cast::<u32>().wrapping_add(index as usize).read_unaligned() })
 }
 
+/// Byte `K` of a texel as a value of 0 to 1. The byte becomes a signed integer, because AVX2 cannot convert unsigned ones.
 #[inline(always)]
 fn unorm<const K: usize>(texel: u32) -> f32 {
     (texel >> (8 * K) & 0xff) as i32 as f32 * (1.0 / 255.0)
