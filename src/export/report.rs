@@ -165,7 +165,7 @@ impl Report {
     /// modules, `done` after each module, from any thread.
     ///
     /// # Errors
-    /// None at present: the report lists modules that cannot be read, compiled or drawn.
+    /// A renderer that cannot be created. Modules that cannot be read, compiled or drawn are listed in the report.
     pub fn of(
         revisions: [&Revision; 2],
         default_ids: &[ModuleId],
@@ -173,6 +173,8 @@ impl Report {
         on_start: impl FnOnce(usize),
         done: impl Fn() + Sync,
     ) -> Result<Self, SessionError> {
+        // Created once before all others, so that an unusable renderer is one error, not a failure of every module.
+        drop(SampleRenderer::new(SIDE_PX)?);
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
         // Each rayon job has its own renderer, because a renderer has one thread.

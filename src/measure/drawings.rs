@@ -207,20 +207,39 @@ fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequ
     Ok([dual.with_metered_exposure(globe.clone())?, dual.with_metered_exposure(limb)?, dual.with_metered_exposure(sky)?])
 }
 
-/// The models of atmospheric scattering.
+/// The models of atmospheric scattering, seen from far away.
 pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let dual = DualRenderer::new(session)?;
-    let views = atmosphere_views(&dual, effort)?;
+    let [globe, ..] = atmosphere_views(&dual, effort)?;
+    air_choice(&dual, "air", "the Earth from 3 radii, against the table; the others leave out light scattered twice", &[globe], effort)
+}
+
+/// The models of atmospheric scattering, seen from the air and from an orbit close to it.
+pub(super) fn near_air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+    let dual = DualRenderer::new(session)?;
+    let [_, limb, sky] = atmosphere_views(&dual, effort)?;
+    let about =
+        "the Earth's limb from 400 km and its sky at a low Sun, the worse; against the table; the others leave out light scattered twice";
+    air_choice(&dual, "air-near", about, &[limb, sky], effort)
+}
+
+fn air_choice(
+    dual: &DualRenderer<'_>,
+    name: &'static str,
+    about: &'static str,
+    views: &[ViewRequest],
+    effort: Effort,
+) -> Result<ChoiceMeasure, SessionError> {
     let plan_of = |request: &ViewRequest, model: AtmosphereModel| {
         dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", model.name()))?, SINGLE_SAMPLE)
     };
     let mut references = Vec::new();
-    for request in &views {
+    for request in views {
         references.push(dual.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
     for model in AtmosphereModel::CHOICES {
-        let default_of = qualities(&dual, &views[0], |d| d.features.air.model == model)?;
+        let default_of = qualities(dual, &views[0], |d| d.features.air.model == model)?;
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
@@ -228,12 +247,10 @@ pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasu
             worst = worst.max(summed_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
-        let dual = &dual;
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
         candidates.push(Candidate { name: model.name().to_owned(), error: worst, default_of, workload });
     }
-    let about = "the Earth from 3 radii, its limb from 400 km, its sky, the worst of them; against the table: the others leave out light scattered twice";
-    measure_choice("air", about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
+    measure_choice(name, about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
 /// Shading with the normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.

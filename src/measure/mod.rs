@@ -153,13 +153,14 @@ const EXEMPT_FROM_RULE: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "qua
 pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
 /// Every choice by name, in the order of a frame: positions, light, shapes, sampling, complete images.
-pub(crate) const CHOICES: [(&str, MeasureChoice); 13] = [
+pub(crate) const CHOICES: [(&str, MeasureChoice); 14] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),
     ("eclipse", drawings::eclipse_model),
     ("ring-shadow", drawings::ring_shadow),
     ("body-shadow", drawings::body_shadow),
     ("air", drawings::air_model),
+    ("air-near", drawings::near_air_model),
     ("shape", drawings::shape),
     ("map-taps", drawings::map_taps),
     ("samples", drawings::samples),

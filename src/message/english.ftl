@@ -95,6 +95,7 @@ reason-air-none = no air is drawn
 reason-air-samples-chosen = { $few } or { $many } samples along each ray: set by you
 reason-air-samples-draft = { $few } or { $many } samples along each ray: draft quality
 reason-air-samples-no-table = { $few } or { $many } samples along each ray: the table of multiple scattering is not available
+reason-air-samples-table-near = { $few } or { $many } samples along each ray, and a table of multiple scattering: this near, draft quality needs it, too
 reason-air-samples-table-chosen = { $few } or { $many } samples along each ray, and a table of multiple scattering: set by you
 reason-air-samples-table = { $few } or { $many } samples along each ray, and a table of multiple scattering
 reason-air-camera-inside = the camera is in it, below { $height } km

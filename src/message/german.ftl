@@ -95,6 +95,7 @@ reason-air-none = keine Luft wird gezeichnet
 reason-air-samples-chosen = { $few } oder { $many } Stützstellen je Strahl: von Hand gesetzt
 reason-air-samples-draft = { $few } oder { $many } Stützstellen je Strahl: Entwurfsqualität
 reason-air-samples-no-table = { $few } oder { $many } Stützstellen je Strahl: die Tabelle der weiteren Streuung liegt nicht vor
+reason-air-samples-table-near = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung: so nah braucht sie auch die Entwurfsqualität
 reason-air-samples-table-chosen = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung: von Hand gesetzt
 reason-air-samples-table = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung
 reason-air-camera-inside = die Kamera ist in ihr, unter { $height } km

@@ -5,7 +5,7 @@ use crate::support::session::SESSION;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
-use orrery::scene::draw::{AirPass, PixelView};
+use orrery::scene::draw::{AirPass, AtmosphereModel, PixelView};
 use orrery::scene::effects::{EffectOverrides, VISIBLE_CHANGE, VISIBLE_LIGHT};
 use orrery::scene::request::{Axes, Position, Purpose, Quality, ViewRequest};
 use orrery::time::Instant;
@@ -217,5 +217,22 @@ fn views_without_a_coarse_image_state_the_reason() {
         // A pixel view that shows no light of the air may omit the atmosphere, and then also this decision.
         assert!(decision.is_none_or(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
         assert!(decision.is_some() || why == "shows no light of the air");
+    }
+}
+
+/// Draft quality leaves out multiple scattering from far away only: near the air it is a fifth to a half of the light (`orrery measure`).
+#[test]
+fn draft_quality_includes_multiple_scattering_near_the_air() {
+    let day = "2024-06-08T18:17:16Z";
+    let on_ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 5.0, longitude_deg: -15.0, height_km: 0.1 };
+    for (position, expected) in [
+        (over([20.0, -90.0], 3.0), AtmosphereModel::Pixel8),
+        (over([20.0, -90.0], 1.26), AtmosphereModel::Pixel8),
+        (over([20.0, -90.0], 1.24), AtmosphereModel::Table),
+        (on_ground, AtmosphereModel::Table),
+    ] {
+        let scene = SESSION.scene(&view_of_earth(day, position.clone(), Quality::Draft)).expect("a scene");
+        let models: Vec<_> = scene.draws.iter().map(|d| d.features.air.model).filter(|m| *m != AtmosphereModel::None).collect();
+        assert!(!models.is_empty() && models.iter().all(|m| *m == expected), "{position:?}: {models:?}");
     }
 }

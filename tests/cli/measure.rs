@@ -38,7 +38,7 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
     let violations: Vec<&str> = table.lines().filter(|l| l.contains("by rule")).collect();
     assert!(violations.is_empty(), "{}\n{table}", violations.join("\n"));
-    for choice in ["ephemeris", "eclipse", "air", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
+    for choice in ["ephemeris", "eclipse", "air", "air-near", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
         assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
     }
     // The kernel is more accurate and faster than the series, and the table shows this.

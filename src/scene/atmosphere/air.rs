@@ -11,6 +11,7 @@ use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
+use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
@@ -57,17 +58,28 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     }
 }
 
+/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. Of the Earth's light, 15 % is scattered
+/// more than once in the air as seen from 3 radii, but 20 % in a view of the limb from 400 km, and half in a clear sky with a low Sun (`orrery measure
+/// --choice air --choice air-near`); draft quality may leave out 16 %.
+const NEAR_RADII: f64 = 1.25;
+
+/// Whether the camera is in the air or so near that multiple scattering is a large part of its light.
+pub(crate) fn is_near(placed: &PlacedBody<'_>, shell: &Placement) -> bool {
+    shell.camera_is_inside() || placed.distance_km < NEAR_RADII * placed.body.radii_km.max_element()
+}
+
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
-/// `chosen`: the user's choice.
-pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality) -> (AtmosphereModel, Reason) {
+/// `chosen`: the user's choice. `is_near`: see [`is_near`].
+pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, is_near: bool) -> (AtmosphereModel, Reason) {
     let model = chosen.unwrap_or(match quality {
-        Quality::Draft => AtmosphereModel::Pixel8,
-        Quality::Standard | Quality::Reference => AtmosphereModel::Table,
+        Quality::Draft if !is_near => AtmosphereModel::Pixel8,
+        _ => AtmosphereModel::Table,
     });
     let (few, many) = sample_counts(model);
     let reason = match (model, chosen) {
         (AtmosphereModel::None, _) => reason!("air-none"),
         (AtmosphereModel::Pixel8, None) => reason!("air-samples-draft", few = few, many = many),
+        (AtmosphereModel::Table, None) if quality == Quality::Draft => reason!("air-samples-table-near", few = few, many = many),
         (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = few, many = many),
         (AtmosphereModel::Table, None) => reason!("air-samples-table", few = few, many = many),
         _ => reason!("air-samples-chosen", few = few, many = many),

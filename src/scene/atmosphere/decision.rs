@@ -38,7 +38,7 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     is_drawn
         && reaches_decision
         && may_be_seen(inputs, &shell)
-        && air::model(request.effects.air_model(), request.quality).0 == AtmosphereModel::Table
+        && air::model(request.effects.air_model(), request.quality, air::is_near(inputs.placed, &shell)).0 == AtmosphereModel::Table
 }
 
 /// Decides on the atmosphere: sets the model for the globe's draw, and creates the draw of the sky beyond the limb.
@@ -51,7 +51,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !log.effect(Effect::Atmosphere, on, reason) {
         return decisions;
     }
-    let (mut model, mut reason) = air::model(context.request.effects.air_model(), context.request.quality);
+    let (mut model, mut reason) =
+        air::model(context.request.effects.air_model(), context.request.quality, air::is_near(inputs.placed, &shell));
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
     if model == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
         model = AtmosphereModel::Pixel16;
