@@ -1,4 +1,4 @@
-//! Parts of messages: quotations of input, and suggestions of known words.
+//! Parts of messages: quotations of input, counts, and suggestions of known words.
 //!
 //! In: untrusted text. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as many characters as the caller
 //! allows. Not here: the sentences of messages.
@@ -20,6 +20,12 @@ pub(crate) fn echo_within(given: &str, max_chars: usize) -> String {
         shown.push('…');
     }
     shown.into_iter().collect()
+}
+
+/// A count and its noun, such as `1 point` or `2 points`.
+pub(crate) fn counted(count: usize, noun: &str) -> String {
+    let ending = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{ending}")
 }
 
 /// A message with terminal control characters escaped; line breaks stay.

@@ -28,7 +28,7 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
         table.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|inner| *x > inner));
     let tau_normal = number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
     let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
-    let dust = table.optional("dust", "a part from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    let dust = table.optional("dust", "a fraction from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     table.finish();
     Some((
         body_name?,
@@ -196,7 +196,7 @@ fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine
             let Some(source_line) = source_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
             let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };
-            problems.add(source_line, format!("{}.parent leads round in a circle: {}{more}", body.name, names.join(", ")));
+            problems.add(source_line, format!("{}.parent is a cycle: {}{more}", body.name, names.join(", ")));
         }
     }
 }
@@ -281,7 +281,7 @@ fn assemble(
                 add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
             if with_atmosphere.contains(&id) || draft.clouds.is_some() {
-                add_problem("a body with an atmosphere or clouds takes none: they lie over an ellipsoid");
+                add_problem("a body with an atmosphere or clouds cannot have a mesh: both are drawn over an ellipsoid");
             }
         }
         bodies.push(Body {

@@ -31,7 +31,7 @@ the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = AFTER_HELP, next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {
-    /// Small images and few rounds: about a minute on two cores
+    /// Small images and few rounds: within half a minute on two cores
     #[arg(long)]
     short: bool,
     /// Only this choice; repeat for several [default: all]

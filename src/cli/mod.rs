@@ -76,11 +76,11 @@ enum Verb {
     Explain(explain::ExplainArgs),
     /// List, emit, compare, measure and verify the generated shaders
     Shader(shader::ShaderArgs),
-    /// Manage the shader library on disk
+    /// Manage the disk cache: shader library and decoded maps
     Library(library::LibraryArgs),
     /// Compute positions and orientations of bodies
     Ephemeris(ephemeris::EphemerisArgs),
-    /// Find eclipses, transits and events of the moons of Jupiter and Saturn
+    /// Find eclipses, transits and phenomena of the Galilean moons and Titan
     Eclipse(eclipse::EclipseArgs),
     /// Evaluate single quantities with the generated shaders
     Probe(probe::ProbeArgs),
@@ -116,7 +116,7 @@ pub(crate) struct Common {
     /// Fragment that colours the ground of a body, BODY=FILE, with `fn custom_surface(point: SurfacePoint) -> CustomSurface`; repeat for up to four bodies
     #[arg(long, global = true, value_name = "BODY=FILE")]
     pub surface: Vec<SurfaceFile>,
-    /// Folder of the on-disk shader library
+    /// Folder of the disk cache: shader library, decoded maps, tables
     #[arg(long, global = true, value_name = "DIR")]
     pub cache: Option<PathBuf>,
     /// Folder of catalog files that override or add bodies

@@ -17,7 +17,7 @@ use std::io::BufRead;
 )]
 pub(crate) struct ProbeArgs {
     /// One query, a JSON object
-    #[arg(required_unless_present_any = ["stdin", "questions"])]
+    #[arg(value_name = "QUERY", required_unless_present_any = ["stdin", "questions"])]
     question: Option<String>,
     /// Read queries as JSON lines and print one line for each (also if the query is -)
     #[arg(long, conflicts_with = "question")]

@@ -10,7 +10,7 @@ use crate::session::Session;
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::{self, ShaderKey, covering};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -127,5 +127,9 @@ pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Re
     let written = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let cases = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
-    print_result(&format!("{cases} cases written to {}; docs/corpus.md describes the files\n", echo(&folder.display().to_string())))
+    print_result(&format!(
+        "{} written to {}; docs/corpus.md describes the files\n",
+        counted(cases, "case"),
+        echo(&folder.display().to_string())
+    ))
 }

@@ -119,7 +119,7 @@ impl Ephemeris {
         let planetary = |id: NaifId| has_massive_moons(id) || self.in_planetary_sources(id);
         if *motion == Motion::Planetary {
             return (!planetary(id)).then(|| {
-                let why = "theory = \"planetary\", and neither kernel nor series have body";
+                let why = "theory = \"planetary\", and neither a kernel nor a series has body";
                 (
                     "motion",
                     format!("{why} {}: name an SPK that has it by --kernel, or write theory = \"mean-elements\" with its orbit", id.0),
@@ -127,7 +127,7 @@ impl Ephemeris {
             });
         }
         if parent.is_none() && !planetary(id) {
-            return Some(("parent", "is missing: the motion is counted from it".into()));
+            return Some(("parent", "is missing: the motion is relative to it".into()));
         }
         let mut current = id;
         for _ in 0..LONGEST_CHAIN {
@@ -141,7 +141,7 @@ impl Ephemeris {
                 Some(orbit) => current = orbit.parent,
             }
         }
-        Some(("parent", "leads round in a circle, or over more bodies than any moon has".into()))
+        Some(("parent", "is a cycle, or a chain longer than any moon's".into()))
     }
 
     fn in_planetary_sources(&self, id: NaifId) -> bool {

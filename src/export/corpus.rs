@@ -135,7 +135,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
         .collect();
     let mut textures = Vec::new();
     for (bound, declared) in draw.textures.iter().zip(&module.layout.textures) {
-        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is no image in memory", declared.name)) };
+        let TextureSource::Image(image) = &bound.source else { return Err(format!("`{}` is not an image in memory", declared.name)) };
         textures.push(texture(bound.binding, &declared.name, image, &mut blobs));
     }
     let samplers: Vec<Value> = draw

@@ -53,7 +53,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         if width.abs_diff(2 * height) > 1 {
             return Err(unreadable(
                 path,
-                format!("{width}x{height} pixels are no whole sky: an equirectangular panorama is twice as wide as high"),
+                format!("{width}x{height} pixels are not a whole sky: an equirectangular panorama is twice as wide as high"),
             ));
         }
         return if is_linear(&image) { linear_panorama(path, Linear::of(image)) } else { srgb_panorama(path, image) };

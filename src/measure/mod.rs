@@ -31,7 +31,7 @@ use timing::{Quartiles, interleaved, seconds_of};
 /// How long a measurement may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// About a minute on two cores.
+    /// Within half a minute on two cores; all sweeps of `stability` within two minutes.
     Short,
     /// Larger images and more rounds: several minutes.
     Full,

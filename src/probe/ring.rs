@@ -169,9 +169,11 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
             if let Some(bad) =
                 profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
             {
-                return Err(
-                    format!("field \"profile\": {} to {} of optical depth {} is no annulus", bad.r_in, bad.r_out, bad.tau_normal).into()
-                );
+                return Err(format!(
+                    "field \"profile\": {} to {} of optical depth {} is not an annulus",
+                    bad.r_in, bad.r_out, bad.tau_normal
+                )
+                .into());
             }
             let ring = |a: &Annulus| Ring {
                 name: a.name.clone(),

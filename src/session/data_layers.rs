@@ -7,7 +7,7 @@ use super::{Session, SessionError};
 use crate::catalog::{Catalog, CatalogError, DataLayer, NaifId, is_layer_file, layer_extensions};
 use crate::files::read_bytes;
 use crate::image::{ImageError, MapStore, TexelFormat, Texture};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 use std::path::Path;
 
 /// Largest file of a data layer, bytes: enough for a million positions, the most that a layer may have.
@@ -59,13 +59,13 @@ impl Session {
             None => read(path, layer(None))?,
         };
         if let (Some(_), Some(body)) = (&loaded.image, loaded.body.and(body)) {
-            let why = format!("an image of the ground is laid over {} by a [[layer]] of a catalog file (--catalogs)", body.name);
+            let why = format!("to lay an image over {}, add a [[layer]] to a catalog file (--catalogs)", body.name);
             return Err(failed(path, why));
         }
         add_image(&loaded, &self.maps).map_err(|e| failed(path, e.to_string()))?;
         let what = match &loaded.image {
             Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
-            None => format!("{} points and {} lines", loaded.points.len(), loaded.lines.len()),
+            None => format!("{} and {}", counted(loaded.points.len(), "point"), counted(loaded.lines.len(), "line")),
         };
         let place = loaded.body.and(body).map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
         self.catalog.add_data_layer(loaded);

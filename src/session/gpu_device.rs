@@ -162,7 +162,7 @@ impl Gpu {
 
     /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
     fn wait_prepared(&self, preparing: Preparing) -> Result<DeviceLifecycle, GpuError> {
-        let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("a driver broke off".into())))?;
+        let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("the driver's thread panicked".into())))?;
         if preparing.preference != self.preference() {
             return Ok(DeviceLifecycle::Unopened);
         }

@@ -63,7 +63,7 @@ impl Meshes {
     }
 
     fn read(&self, body: &Body) -> Result<Arc<Mesh>, String> {
-        let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog names no mesh of {}", body.name))?;
+        let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog has no mesh of {}", body.name))?;
         let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| path.is_file()) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
             return Err(format!(

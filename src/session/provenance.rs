@@ -247,7 +247,7 @@ impl Provenance {
         };
         let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, PROVENANCE_CHUNK) };
         match text.as_deref().and_then(Self::parse) {
-            None => return ExistingImage::Unknown("none can be read in it".into()),
+            None => return ExistingImage::Unknown("the file has no readable provenance".into()),
             Some(theirs) if theirs != *self => return ExistingImage::Other(Self::differences(&theirs, self)),
             Some(_) => {}
         }

@@ -340,7 +340,7 @@ pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half
             (RING_SHINE, _) => ring_shine(&shine()),
             (LIMB_TABLE, _) => limb_table(&limb()),
             (COARSE_AIR_TEXTURE, _) => coarse_air(side_px, key.features().air_pass),
-            (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is no map of a body")))?)?),
+            (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is not a map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }

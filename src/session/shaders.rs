@@ -125,8 +125,7 @@ fn suggestion(path: &str) -> String {
     let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| file_name(p) == file_name(path)).collect();
     match same_name.first() {
         Some(p) => format!("did you mean `{p}`?"),
-        None => {
-            did_you_mean(path, FRAGMENTS.iter().map(|(p, _)| *p)).unwrap_or_else(|| "`orrery shader export` writes all there are".into())
-        }
+        None => did_you_mean(path, FRAGMENTS.iter().map(|(p, _)| *p))
+            .unwrap_or_else(|| "`orrery shader export` writes all built-in fragments".into()),
     }
 }

@@ -52,7 +52,7 @@ pub struct DigestRecord {
 
 /// A line of a record that cannot be parsed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: `{text}` is no line of a digest record; `orrery shader verify --update` records anew")]
+#[error("line {line}: `{text}` is not a line of a digest record; `orrery shader verify --update` records anew")]
 pub struct RecordError {
     pub line: usize,
     pub text: String,
@@ -152,7 +152,7 @@ impl DigestRecord {
                 } else {
                     format!("naga went from {} to {}", self.naga, now.naga)
                 };
-                push(name, format!("translates otherwise with the same text: {why}"));
+                push(name, format!("translates differently although its text is the same: {why}"));
             }
         }
         for name in self.modules.keys().filter(|n| !now.modules.contains_key(*n)) {

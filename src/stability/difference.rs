@@ -51,7 +51,7 @@ pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [
         Some((difference, format!("{}: {}", draw.label, first_large_difference(&single.values, &double.values))))
     };
     let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
-    worst.map_or_else(|| "no draw has values at this pixel's middle".to_owned(), |(_, cause)| cause)
+    worst.map_or_else(|| "no draw has values at this pixel's centre".to_owned(), |(_, cause)| cause)
 }
 
 /// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest

@@ -231,7 +231,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "pairs",
         (1.0, "255ths"),
-        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 holds a place in them to 14 m; on a GPU 3.34 there (NVIDIA H100; llvmpipe 1.64, since it interpolates rays)",
+        "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 resolves positions in them to 14 m; on a GPU 3.34 there (NVIDIA H100; llvmpipe 1.64, since it interpolates rays)",
         views::pairs,
     )
     .in_full(1.2)
@@ -262,7 +262,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "ring-plane",
         (HALF_LEVEL, "255ths"),
-        "half a level, camera or Sun in the plane of the rings; 0.41 in the B ring, 90 m from the plane: f32 holds a ringlet's edge to 7 m; on a GPU 0.61 in full",
+        "half a level, camera or Sun in the plane of the rings; 0.41 in the B ring, 90 m from the plane: f32 resolves a ringlet's edge to 7 m; on a GPU 0.61 in full",
         views::ring_plane,
     )
     .on_gpu(1.0),
@@ -290,7 +290,7 @@ pub const SWEEPS: [Sweep; 21] = [
         light::shadows,
     ),
     sweep("umbra-exposure", (0.0, "255ths"), "an umbra is black at any exposure from -20 to +25 stops", light::umbra_exposure),
-    sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against bisection for the light's way", places::light_time),
+    sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against light time by bisection", places::light_time),
     sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", images::depth),
     sweep("motion", (2.0, "255ths"), "a step of less than a pixel moves light by less than a pixel", moving::motion),
     sweep("exposure", (1.0, "stops a step"), "automatic exposure through eclipses; 99 where an image is black", moving::exposure),

@@ -68,7 +68,9 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
         Some((unexplained_change(&first?, &second?).0, label.to_owned()))
     };
     let best = labels.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or_else(String::new, |(rest, label)| format!("light out of reach; without the draw `{label}` {rest:.2} levels"))
+    best.map_or_else(String::new, |(rest, label)| {
+        format!("light that motion does not explain; without the draw `{label}` {rest:.2} levels")
+    })
 }
 
 /// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.

@@ -51,7 +51,7 @@ fn faults_text(faults: &[String]) -> String {
         [one] => one.clone(),
         all => {
             let left_out = if all.len() > MAX_FAULTS { "; …" } else { "" };
-            format!("{} faults: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; "))
+            format!("{} errors: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; "))
         }
     }
 }

@@ -322,7 +322,7 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     // Text of the file; line and part of each message.
     for (text, expected) in [
         ("[[body]]\nid = 401\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Phobos.parent is the body itself")]),
-        ("[[body]]\nid = 499\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Mars.parent leads round in a circle: Phobos, Mars")]),
+        ("[[body]]\nid = 499\nparent = \"Phobos\"\n".to_owned(), vec![(3, "Mars.parent is a cycle: Phobos, Mars")]),
         ("[[body]]\nid = 402\nname = \"Phobos\"\n".to_owned(), vec![(3, "the name \"Phobos\" is already that of body 401")]),
         ("[[body]]\nid = 401\nname = \"Deimos\"\n".to_owned(), vec![(3, "the name \"Deimos\" is already that of body 402")]),
         ("[[body]]\nid = 401\naliases = [\"deimos\"]\n".to_owned(), vec![(3, "already that of body 402")]),
@@ -330,7 +330,7 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
         (moon(50_001, "A", "A"), vec![(4, "A.parent is the body itself")]),
         (
             moon(50_001, "A", "B") + &moon(50_002, "B", "A"),
-            vec![(4, "A.parent leads round in a circle: B, A"), (lines_per_moon + 4, "B.parent leads round in a circle: A, B")],
+            vec![(4, "A.parent is a cycle: B, A"), (lines_per_moon + 4, "B.parent is a cycle: A, B")],
         ),
         (
             moon(50_001, "A", "Mars") + &moon(50_002, "a", "Mars"),

@@ -65,7 +65,7 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     for (args, expected_words) in [
         (&["--warp", fold][..], &["fold.data:4: the mesh folds", "row 1, column 2"][..]),
         (&["--warp", missing.to_str().expect("a UTF-8 path")], &["none.data", "--warp takes a text file"]),
-        (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo goes with the perspective projection"]),
+        (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo requires the perspective projection"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], &["more than 0 km"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "1e9"], &["at most"]),
         (&["--dome-tilt", "20"], &["--projection fisheye"]),

@@ -453,7 +453,7 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
                         out.status.code() == Some(1) && line.contains(&format!("mine.toml:{fault_line}: {field}")),
                         "{catalog}: {line}"
                     );
-                    assert!(line.contains("write") || line.contains("leads round"), "{line}");
+                    assert!(line.contains("write") || line.contains("is a cycle"), "{line}");
                 }
             }
         }

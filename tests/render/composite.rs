@@ -366,7 +366,7 @@ fn impossible_stereo_pairs_are_refused() {
     assert!(frames_with_separation(0.0).expect_err("none").contains("more than 0"));
     let both = Composition { projection: Projection::Fisheye, ..stereo(1000.0) };
     let request = ViewRequest { composition: both, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
-    assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo goes with"));
+    assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo requires the perspective projection"));
 }
 
 /// The poles of an equirectangular image are the zenith and the nadir already.
@@ -377,7 +377,7 @@ fn only_a_fisheye_can_have_the_zenith_in_its_middle() {
         let request = ViewRequest { composition, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
         let refusal = SESSION.plan(&request, SAMPLING).err().map(|e| e.to_string());
         assert_eq!(refusal.is_none(), projection == Projection::Fisheye, "{projection:?}: {refusal:?}");
-        assert!(refusal.is_none_or(|text| text.contains("goes with --projection fisheye")), "{projection:?}");
+        assert!(refusal.is_none_or(|text| text.contains("requires --projection fisheye")), "{projection:?}");
     }
 }
 

@@ -305,7 +305,7 @@ fn wrong_fields_are_named_by_line() {
     let problems_for = |id: i32, fields: &str| problems(&catalog(fields).replace("401", &id.to_string()));
     assert_eq!(
         problems_for(399, ""),
-        ["mine.toml:3: Earth.mesh: a body with an atmosphere or clouds takes none: they lie over an ellipsoid"]
+        ["mine.toml:3: Earth.mesh: a body with an atmosphere or clouds cannot have a mesh: both are drawn over an ellipsoid"]
     );
     let unmapped = Catalog::embedded().bodies().iter().find(|b| b.maps.albedo.is_none() && b.atmosphere.is_none()).expect("one").clone();
     let messages = problems_for(unmapped.id.0, "alpha = true");

@@ -184,7 +184,7 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
         ("orrery://view?eye.distance_radii=0.5", "inside Earth"),
         ("orrery://view?tdb_s=1e300", ""),
         ("orrery://view?tone_map=sepia", "sepia"),
-        ("orrery://view?target=jupitre&fov_deg=0&tone_map=sepia", "3 faults"),
+        ("orrery://view?target=jupitre&fov_deg=0&tone_map=sepia", "3 errors"),
         ("{\"quality\": \"best\"}", "best"),
         ("no link", ""),
     ] {

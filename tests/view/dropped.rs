@@ -47,6 +47,6 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     assert!(message.contains("no layer of data") && dots_shown == 2, "{message}");
     // A file of the same name replaces the layer; celestial coordinates give points in the sky.
     let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
-    assert_eq!(message, "own.csv: 1 points and 0 lines in the sky");
+    assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
 }

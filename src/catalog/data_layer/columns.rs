@@ -29,7 +29,7 @@ impl Columns {
         if indices[0].is_none() || indices[1].is_none() {
             // In the customary order: latitude before longitude, but right ascension before declination.
             return Err(format!(
-                "names no columns {} and {}",
+                "has no columns {} and {}",
                 coordinate_names[usize::from(!on_body)],
                 coordinate_names[usize::from(on_body)]
             ));

@@ -24,11 +24,11 @@ fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let tuple = |tuple: &str| {
         let mut numbers = tuple
             .split(',')
-            .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))));
+            .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))));
         let (lon, lat) = (numbers.next(), numbers.next());
         match (lon, lat) {
             (Some(lon), Some(lat)) => checked_position(lon?, lat?).map_err(|why| format!("field coordinates: {why}")),
-            _ => Err(format!("field coordinates: `{}` is no longitude,latitude", echo_within(tuple, 40))),
+            _ => Err(format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))),
         }
     };
     text.split_whitespace().map(tuple).collect()
@@ -54,7 +54,7 @@ impl ElementHandler for Document {
                     7 => format!("{text}-01"),
                     _ => text.to_owned(),
                 };
-                let invalid_date = || format!("field {}: `{}` is no date of ISO 8601", element.name, echo_within(text, 40));
+                let invalid_date = || format!("field {}: `{}` is not an ISO 8601 date", element.name, echo_within(text, 40));
                 self.time = Some(Instant::parse(&full_date).map_err(|_| invalid_date())?);
             }
             ("coordinates", "Point") => self.points.extend(positions(&element.text)?),

@@ -199,7 +199,7 @@ mod tests {
     fn each_mistake_names_file_line_and_field() {
         let why = |text: &str| on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
         assert!(why("").starts_with("q.csv:1: empty"));
-        assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the first line names no columns lat_deg"));
+        assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the first line has no columns lat_deg"));
         assert!(why("lat,lon\n1,2\n95,2\n").starts_with("q.csv:3: field lat_deg: `95` is not degrees"));
         assert!(why("lat,lon\n1,x\n").starts_with("q.csv:2: field lon_deg: `x`"));
         assert!(why("lat,lon\n1\n").starts_with("q.csv:2: 1 values; the table names 2 columns"));
@@ -236,11 +236,11 @@ mod tests {
         );
         assert!(why("2024-04-08", "2024-13-08").starts_with("a.vot:10: field time: `2024-13-08T18"));
         assert!(why("<TD>-21</TD>", "").starts_with("a.vot:11: 3 values; the table names 4 columns"));
-        assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE names no columns ra_deg and dec_deg, nor by UCD"));
+        assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE has no columns ra_deg and dec_deg, nor by UCD"));
         assert!(why("unit=\"deg\"", "unit=\"h\"").starts_with("a.vot:9: field alpha (line 6): the unit `h` is not deg"));
         assert!(why("TABLEDATA", "FITS").starts_with("a.vot:9: rows as FITS; ask"));
         assert!(why("</TR>\n</TABLEDATA>", "</TABLEDATA>").starts_with("a.vot:11: not XML"));
-        assert!(why("&amp;", "&bomb;").starts_with("a.vot:10: the entity &bomb; is none"));
+        assert!(why("&amp;", "&bomb;").starts_with("a.vot:10: the entity &bomb; is not predefined"));
         assert!(read("a.vot", None, "").expect_err("empty").starts_with("a.vot:1: not XML"));
         let cut = VOTABLE.find("</RESOURCE>").expect("there");
         assert!(read("a.vot", None, &VOTABLE[..cut]).expect_err("cut").contains("the file ends within <RESOURCE>"));
@@ -349,10 +349,10 @@ mod tests {
         assert_eq!(layer.lines.iter().map(|l| (l.vertices.len(), l.time)).collect::<Vec<_>>(), [(3, None), (4, None)]);
         let why = |from: &str, to: &str| read("a.kml", Some(NaifId::EARTH), &KML.replace(from, to)).expect_err("a mistake");
         for (from, to, expected) in [
-            ("10,20,0", "10", "a.kml:3: field coordinates: `10` is no longitude,latitude"),
-            ("10,20,0", "x,20", "a.kml:3: field coordinates: `x,20` is no longitude"),
+            ("10,20,0", "10", "a.kml:3: field coordinates: `10` is not longitude,latitude"),
+            ("10,20,0", "x,20", "a.kml:3: field coordinates: `x,20` is not longitude"),
             ("5,5", "5,95", "a.kml:8: field coordinates: latitude 95 is not"),
-            ("2024-04<", "2024-44<", "a.kml:4: field when: `2024-44` is no date"),
+            ("2024-04<", "2024-44<", "a.kml:4: field when: `2024-44` is not an ISO 8601 date"),
             ("0,0 1,1\n2,2", "0,0", "a.kml:5: a line with 1 position;"),
             ("<kml ", "<gpx ", "a.kml:"),
         ] {

@@ -121,7 +121,7 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                     "apos" => Some('\''),
                     _ => None,
                 });
-                let c = c.ok_or_else(|| (line, format!("the entity &{}; is none of XML's own", echo_within(&named, 40))))?;
+                let c = c.ok_or_else(|| (line, format!("the entity &{}; is not predefined in XML", echo_within(&named, 40))))?;
                 if let Some(e) = path.last_mut() {
                     e.text.push(c);
                 }

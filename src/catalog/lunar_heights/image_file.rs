@@ -59,10 +59,10 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
             packed.as_chunks::<2>().0.iter().map(|pair| km(f64::from(u16::from_be_bytes(*pair)))).collect()
         }
         png::BitDepth::Eight => {
-            let km = range_to_km(range.ok_or(format!("8 bits do not say what they mean: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
+            let km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
             packed.iter().map(|v| km(f64::from(*v))).collect()
         }
-        _ => return Err("fewer than 8 bits a height".into()),
+        _ => return Err("fewer than 8 bits per height".into()),
     };
     Ok((columns, km))
 }
@@ -78,16 +78,16 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
     if !matches!(decoder.colortype().map_err(|e| e.to_string())?, ColorType::Gray(_)) {
         return Err("a coloured TIFF: heights are one band".into());
     }
-    let required_range = |what: &str| range.ok_or(format!("{what} do not say what they mean: {GIVE_A_RANGE}"));
+    let required_range = |what: &str| range.ok_or(format!("{what} have no stated scale: {GIVE_A_RANGE}"));
     fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
         values.iter().map(|v| km((*v).into())).collect()
     }
     let require_no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
     let km = match decoder.read_image().map_err(|e| e.to_string())? {
-        DecodingResult::U8(v) => each(&v, range_to_km(required_range("8 bits")?, [0.0, 255.0])),
+        DecodingResult::U8(v) => each(&v, range_to_km(required_range("8-bit values")?, [0.0, 255.0])),
         DecodingResult::U16(v) => each(&v, unsigned_16_to_km(range)),
-        DecodingResult::I16(v) => each(&v, range_to_km(required_range("16 bits with a sign")?, [-32_768.0, 32_767.0])),
+        DecodingResult::I16(v) => each(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
         DecodingResult::F32(v) => require_no_range().map(|()| v)?,
         DecodingResult::F64(v) => require_no_range().map(|()| each(&v, |km| km as f32))?,
         _ => return Err("heights are read of 8, 16 or 32 bits".into()),

@@ -46,7 +46,7 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
-        return Err("^IMAGE names no file: only labels in a file of their own are read".into());
+        return Err("^IMAGE does not name a file: only labels in a file of their own are read".into());
     }
     match file.contains(['/', '\\', ':']) || file.starts_with('.') {
         true => Err(format!("^IMAGE = {}: the image must be in the same folder as its label", echo(file))),
@@ -77,7 +77,9 @@ impl Sample {
             ("IEEE_REAL" | "REAL" | "FLOAT" | "MSB_REAL" | "SUN_REAL", "32") => Self::RealBig,
             _ => {
                 let what = format!("SAMPLE_TYPE = {} of SAMPLE_BITS = {}", echo(&kind), echo(bits));
-                return Err(format!("{what}: read are 16-bit integers (LSB_INTEGER, MSB_INTEGER, ...) and 32-bit PC_REAL and IEEE_REAL"));
+                return Err(format!(
+                    "{what}: supported are 16-bit integers (LSB_INTEGER, MSB_INTEGER, ...) and 32-bit PC_REAL and IEEE_REAL"
+                ));
             }
         })
     }

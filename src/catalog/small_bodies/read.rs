@@ -103,7 +103,7 @@ struct Reply {
 
 fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let reply: Reply =
-        serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("no reply of the database: {}", json_error_text(&e))))?;
+        serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("not a reply of the database: {}", json_error_text(&e))))?;
     let names: Vec<String> = reply.fields.iter().map(|n| normalized(n)).collect();
     let columns = Columns::of(&names).map_err(|e| (1, e))?;
     let cell = |v: &serde_json::Value| match v {
@@ -230,7 +230,7 @@ mod tests {
             why(r#"{"fields":["e","a","i","om","w","ma","epoch","H"],"data":[[7,"2.5",1,1,1,1,2460000.5,9]]}"#)
                 .contains("row 1 of `data`: a_au is")
         );
-        assert!(why("{\n\n").starts_with("m.csv:3: no reply of the database"));
+        assert!(why("{\n\n").starts_with("m.csv:3: not a reply of the database"));
         // A body without a magnitude is not an error.
         assert_eq!(read("m.csv", &format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,,\n")).expect("a body")[0].brightness, BrightnessLaw::Unknown);
     }

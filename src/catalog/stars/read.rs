@@ -158,7 +158,7 @@ fn v_from_hp(hp: f64, b_v: f64) -> f64 {
 }
 
 fn star_from_hip2(line: &str) -> Result<Star, String> {
-    let short = || "too short for hip2.dat, and the first line names no columns such as ra_deg,dec_deg,v_mag".to_owned();
+    let short = || "too short for hip2.dat, and the first line has no columns such as ra_deg,dec_deg,v_mag".to_owned();
     if line.len() < HIP2_BYTES {
         return Err(short());
     }

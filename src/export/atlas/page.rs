@@ -38,9 +38,9 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     let f = &entry.figures;
     let rows = [
         ("Lines", entry.lines.to_string()),
-        ("Operations per pixel, loops once", f.operations.to_string()),
+        ("Operations per pixel, each loop counted once", f.operations.to_string()),
         ("Texture reads", f.texture_reads.to_string()),
-        ("Slots of a lane", f.slots.to_string()),
+        ("Slots per lane", f.slots.to_string()),
         ("Mean luminance of the image", number_or_empty(f.mean_luminance)),
         ("f32 to f64 at most, levels of 255", number_or_empty(f.rounding_levels)),
     ];

@@ -45,12 +45,14 @@ pub enum GpuError {
     /// Only the software renderer can draw this plan.
     #[error("the GPU cannot draw {0}")]
     NotDrawn(&'static str),
+    #[error("the plan has no pass")]
+    NoPass,
 }
 
 impl GpuError {
     /// Whether the next frame would fail too, because the cause is the device (lost or out of memory, for example) and not this plan.
     pub fn is_final(&self) -> bool {
-        !matches!(self, Self::NotDrawn(_) | Self::Size { .. } | Self::Draw { .. })
+        !matches!(self, Self::NotDrawn(_) | Self::NoPass | Self::Size { .. } | Self::Draw { .. })
     }
 }
 

@@ -244,7 +244,7 @@ impl GpuRenderer {
         let (image, mut timings) = self.run_checked(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: false })?;
             // The image leaves the reusable targets; the next frame creates another target.
-            let last = state.targets.pop().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+            let last = state.targets.pop().ok_or(GpuError::NoPass)?;
             // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.pass_times(&self.device, &self.queue, plan)?;
@@ -337,7 +337,7 @@ impl GpuRenderer {
 
     /// Reads back the pixels of the last pass, and of the HDR image if `keep_hdr`.
     fn read_back(&self, state: &mut FrameResources, keep_hdr: bool) -> Result<Frame, GpuError> {
-        let last = state.targets.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+        let last = state.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {

@@ -58,7 +58,7 @@ impl GpuRenderer {
         if self.is_ready_for_windows(plan) == Some(true) {
             return Ok(());
         }
-        let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+        let last = plan.passes.last().ok_or(GpuError::NoPass)?;
         let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
         self.run_checked(plan, || {
             let mut state = self.window_state.lock();
@@ -98,7 +98,7 @@ impl GpuRenderer {
         modules: &impl ModuleProvider,
         before_present: impl FnOnce(),
     ) -> Result<bool, GpuError> {
-        let last = plan.passes.last().ok_or(GpuError::NotDrawn("a plan without passes"))?;
+        let last = plan.passes.last().ok_or(GpuError::NoPass)?;
         let size = [last.width, last.height];
         let Some(mut state) = self.window_state.try_lock() else { return Ok(false) };
         self.run_checked(plan, || {

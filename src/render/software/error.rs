@@ -33,7 +33,7 @@ pub enum RenderError {
     LoopLimit { draw: String, stage: &'static str },
     #[error("the plan has no pass")]
     NoPass,
-    #[error("this machine has no {0} kernels")]
+    #[error("this machine lacks the instruction set of the {0} kernels")]
     Kernels(String),
     #[error("the renderer's threads could not be started: {0}")]
     Threads(String),

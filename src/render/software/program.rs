@@ -73,7 +73,7 @@ pub enum ProgramError {
     #[error(transparent)]
     Bytes(#[from] postcard::Error),
     /// An index outside the program's registers, slots, textures or tape.
-    #[error("program '{0}': an operand lies outside its registers, slots or tape")]
+    #[error("program '{0}' is malformed: an operand, count or jump target is invalid")]
     OutOfRange(String),
 }
 

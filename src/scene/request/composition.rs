@@ -111,14 +111,14 @@ impl Composition {
         let invalid = |what: &str| Err(SceneError::Request(what.into()));
         let perspective = self.projection == Projection::Perspective;
         if self.stereo.is_some() && !(perspective && self.warp.is_none()) {
-            return invalid("stereo goes with the perspective projection alone, without a warp mesh");
+            return invalid("stereo requires the perspective projection and no warp mesh");
         }
         if perspective && self.tilt_deg != 0.0 {
-            return invalid("a dome's tilt goes with --projection fisheye or equirectangular");
+            return invalid("a dome's tilt requires --projection fisheye or equirectangular");
         }
         // The poles of an equirectangular image are the zenith and the nadir already.
         if self.zenith_centred && self.projection != Projection::Fisheye {
-            return invalid("a middle at the zenith goes with --projection fisheye");
+            return invalid("centring on the zenith requires --projection fisheye");
         }
         if !DOME_TILT_RANGE_DEG.contains(&self.tilt_deg) {
             return invalid("the dome's tilt must be -180 to 180 degrees");

@@ -179,7 +179,7 @@ impl EffectOverrides {
                 None => overrides.set(effect, on),
                 Some(_) if !on => {
                     return Err(SceneError::Request(format!(
-                        "effect `{}`: only + takes a way; write -{}",
+                        "effect `{}`: only + takes a model; write -{}",
                         echo_within(part, 120),
                         effect.name()
                     )));
@@ -268,8 +268,8 @@ impl EffectOverrides {
     pub fn choose_model(&mut self, effect: Effect, name: &str) -> Result<(), SceneError> {
         let unknown = || {
             SceneError::Request(match effect.models() {
-                [] => format!("effect `{}` has one way only: write +{0}", effect.name()),
-                known => format!("effect `{}` has no way `{}`; {}", effect.name(), echo(name), suggestion_or_list(name, known)),
+                [] => format!("effect `{}` has only one model: write +{0}", effect.name()),
+                known => format!("effect `{}` has no model `{}`; {}", effect.name(), echo(name), suggestion_or_list(name, known)),
             })
         };
         match effect {
@@ -343,7 +343,7 @@ mod tests {
         assert_eq!(overrides.for_body("Io").expect("Io's own").model_name(Effect::Eclipse), Some("linear"));
         assert_eq!(EffectOverrides::parse(&overrides.to_text()).expect("what it wrote"), overrides);
         assert_eq!(overrides.bodies().collect::<Vec<_>>(), ["io", "moon"]);
-        assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("one way"));
+        assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("only one model"));
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));
         assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("did you mean `eclipse`"));

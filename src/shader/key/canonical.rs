@@ -102,7 +102,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "surface",
         value: "lambert",
         applies: |f| !shows_radiance(f) && !no_ground(f),
-        because: "this view does not show how the surface turns light",
+        because: "this view does not show how the surface reflects light",
     },
     CanonicalRule {
         dimension: "surface",
@@ -187,7 +187,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "ring-shadow",
         value: "",
         applies: |f| f.surface == Surface::Ring || !(shows_sunlight(f) || f.view == PixelView::Ring && f.lights > 0 && !emissive(f)),
-        because: "a ring's shadow needs sunlight and something else than the ring",
+        because: "a ring's shadow needs sunlight and something other than the ring",
     },
     CanonicalRule {
         dimension: "ringshine",
@@ -219,7 +219,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "air-pass",
         value: "",
         applies: |f| matches!(f.air.model, AtmosphereModel::None | AtmosphereModel::Vertex) && !draws_sunlight_alone(f),
-        because: "there is no air whose evaluation it would spare",
+        because: "there is no air whose evaluation it would save",
     },
     CanonicalRule {
         dimension: "air-pass",
@@ -268,7 +268,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "limbheights",
         value: "",
         applies: |f| no_ground(f) || f.shape == Shape::Mesh,
-        because: "the Moon's own limb is that of its ground, or cuts the Sun behind it",
+        because: "the limb profile belongs to the Moon's ground, or to the Sun behind the Moon",
     },
     CanonicalRule {
         dimension: "twosided",

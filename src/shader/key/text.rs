@@ -15,9 +15,9 @@ use std::str::FromStr;
 /// Why a text is not a key. Columns count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyTextError {
-    #[error("shader key `{text}`: `{part}` at column {column} is no word of a key; {expected}")]
+    #[error("shader key `{text}`: `{part}` at column {column} is not a word of a key; {expected}")]
     Unknown { text: String, part: String, column: usize, expected: String },
-    #[error("shader key `{text}`: `{part}` at column {column} says the {what} again, after `{earlier}` at column {first}")]
+    #[error("shader key `{text}`: `{part}` at column {column} repeats the {what}, after `{earlier}` at column {first}")]
     Twice { text: String, part: String, column: usize, what: &'static str, earlier: String, first: usize },
     #[error("shader key `{text}`: the {part} is missing at column {column}; {expected}")]
     Missing { text: String, part: &'static str, column: usize, expected: String },

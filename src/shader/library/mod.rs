@@ -259,7 +259,7 @@ impl ShaderLibrary {
             // Problems with the folder itself are reported when writing fails; an unreadable entry is reported here.
             Err(e) => {
                 if e.kind() != std::io::ErrorKind::NotADirectory && !self.read_error_reported.swap(true, Ordering::Relaxed) {
-                    (self.report)(&format!("shader library: {} cannot be read ({e}); its module is made anew", path.display()));
+                    (self.report)(&format!("shader library: {} cannot be read ({e}); its module is rebuilt", path.display()));
                 }
                 return None;
             }

@@ -95,14 +95,14 @@ impl Condition {
             Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitAnd => Ok(Self::All(inner(&b.left)?, inner(&b.right)?)),
             Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitOr => Ok(Self::Any(inner(&b.left)?, inner(&b.right)?)),
             Expression::TypeOrIdentifier(t) if t.path.is_none() && t.template_args.is_none() => Self::named(&t.ident.name()),
-            other => Err(format!("`{other}` is no condition; use features, predicates, `!`, `&&`, `||` and parentheses")),
+            other => Err(format!("`{other}` is not a condition; use features, predicates, `!`, `&&`, `||` and parentheses")),
         }
     }
 
     fn named(name: &str) -> Result<Self, String> {
         NAMES.get(name).cloned().ok_or_else(|| {
             let near = did_you_mean(name, NAMES.keys().map(String::as_str)).map_or(String::new(), |near| format!("; {near}"));
-            format!("`{name}` is no feature of any key and no predicate{near}")
+            format!("`{name}` is neither a feature nor a predicate{near}")
         })
     }
 

@@ -253,7 +253,7 @@ fn legacy_directive_at(text: &str) -> Option<usize> {
 fn one_line(error: &wgsl_parse::error::ErrorKind) -> String {
     use wgsl_parse::error::ErrorKind;
     match error {
-        ErrorKind::UnexpectedToken { token, .. } => format!("`{token}` cannot stand here"),
+        ErrorKind::UnexpectedToken { token, .. } => format!("`{token}` is unexpected here"),
         ErrorKind::UnexpectedEof { .. } => "the file ends too early".into(),
         other => other.to_string(),
     }

@@ -84,11 +84,11 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
         let what = if open_angles > MAX_OPEN_ANGLES {
             format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement")
         } else if chains.len() > MAX_DEPTH + 1 {
-            format!("more than {MAX_DEPTH} brackets stand inside each other")
+            format!("more than {MAX_DEPTH} brackets are nested")
         } else if part_bytes > MAX_PART_BYTES {
-            format!("more than {MAX_PART_BYTES} bytes stand without a `;` or `,`")
+            format!("more than {MAX_PART_BYTES} bytes without a `;` or `,`")
         } else if in_body && body_bytes > MAX_BODY_BYTES {
-            format!("more than {MAX_BODY_BYTES} bytes stand in one function")
+            format!("more than {MAX_BODY_BYTES} bytes in one function")
         } else if chains.last().is_some_and(|chain| *chain > MAX_ELSE) {
             format!("more than {MAX_ELSE} `else` follow one `if`")
         } else {

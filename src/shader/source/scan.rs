@@ -75,14 +75,14 @@ struct Scanner<'a> {
 pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {
-        let (start, token, end) = token.map_err(|(at, _, _)| Fault { at, what: "this is no token of WGSL".into() })?;
+        let (start, token, end) = token.map_err(|(at, _, _)| Fault { at, what: "this is not a WGSL token".into() })?;
         tokens.push((start..end, token));
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
     scanner.scan_items(ROOT, List::Module)?;
     match scanner.token() {
         "" => Ok(scanner.scan),
-        bracket => Err(scanner.fault(format!("`{bracket}` closes nothing"))),
+        bracket => Err(scanner.fault(format!("`{bracket}` has no opening bracket"))),
     }
 }
 

@@ -141,7 +141,7 @@ impl Tour {
                 }
             }
             if !(-1e9..=1e9).contains(&stop_file.time_rate) {
-                return Err(error("time_rate", format!("{} is not -1e9 to 1e9 seconds a second", stop_file.time_rate)));
+                return Err(error("time_rate", format!("{} is not -1e9 to 1e9 scene seconds per real second", stop_file.time_rate)));
             }
             let mut stop = Stop {
                 view,

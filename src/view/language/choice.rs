@@ -19,7 +19,7 @@ pub enum Language {
 
 /// An unknown language code.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{code}: the window speaks {}", known_languages())]
+#[error("{code}: unknown language; known are {}", known_languages())]
 pub struct UnknownLanguage {
     code: String,
 }
@@ -123,6 +123,6 @@ mod tests {
     fn an_unknown_code_is_an_error_that_lists_the_known_codes() {
         assert_eq!(Language::by_code("DE"), Ok(Language::German));
         let line = Language::by_code("fr").expect_err("no French").to_string();
-        assert_eq!(line, "fr: the window speaks en (English) and de (Deutsch)");
+        assert_eq!(line, "fr: unknown language; known are en (English) and de (Deutsch)");
     }
 }

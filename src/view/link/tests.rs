@@ -204,12 +204,12 @@ fn all_faults_of_a_link_are_listed() {
         let pairs: Vec<&str> = (0..faults.len()).filter(is_chosen).map(|k| faults[k].0).collect();
         let link = format!("orrery://view?{}", pairs.join("&"));
         let why = of_link(&link).expect_err(&link);
-        assert!(why.starts_with(&format!("{} faults: ", pairs.len())), "{link}: {why}");
+        assert!(why.starts_with(&format!("{} errors: ", pairs.len())), "{link}: {why}");
         for (k, (_, name)) in faults.iter().enumerate() {
             assert_eq!(why.contains(name), is_chosen(&k), "{link}: `{name}` in {why}");
         }
     }
     let many: String = (0..500).map(|k| format!("f{k}=1&")).collect();
     let why = of_link(&format!("orrery://view?{many}")).expect_err("500 fields");
-    assert!(why.starts_with("500 faults: ") && why.ends_with('…') && why.len() < 6000, "{why}");
+    assert!(why.starts_with("500 errors: ") && why.ends_with('…') && why.len() < 6000, "{why}");
 }

@@ -30,7 +30,7 @@ impl Header {
         for (k, card) in bytes.chunks_exact(CARD).take(MAX_BLOCKS * BLOCK / CARD).enumerate() {
             let number = first + k;
             if !card.iter().all(|b| (0x20..0x7f).contains(b)) {
-                return Err((number, "a header card with bytes that are no text: not FITS, or damaged".to_owned()));
+                return Err((number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
             }
             let text = String::from_utf8_lossy(card);
             let (keyword, rest) = text.split_at(8);
@@ -64,7 +64,7 @@ impl Header {
         let Some((value, number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
         let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
-        parsed.map(Some).ok_or_else(|| (number, format!("{keyword}: `{}` is no number", echo_within(value, 40))))
+        parsed.map(Some).ok_or_else(|| (number, format!("{keyword}: `{}` is not a number", echo_within(value, 40))))
     }
 
     /// The integer value of a required card.
@@ -72,7 +72,7 @@ impl Header {
         let Some((value, number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
         parsed.ok_or_else(|| {
-            (number, format!("{keyword}: `{}` is no whole number from {} to {}", echo_within(value, 40), range.start(), range.end()))
+            (number, format!("{keyword}: `{}` is not a whole number from {} to {}", echo_within(value, 40), range.start(), range.end()))
         })
     }
 }

@@ -103,7 +103,7 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
         64 => map_chunks(data, |b| scaled_integer(i64::from_be_bytes(b))),
         -32 => map_chunks(data, |b| scaled_float(f64::from(f32::from_be_bytes(b)))),
         -64 => map_chunks(data, |b| scaled_float(f64::from_be_bytes(b))),
-        other => return Err((header.card_number("BITPIX"), format!("BITPIX: {other} is none of 8, 16, 32, 64, -32, -64"))),
+        other => return Err((header.card_number("BITPIX"), format!("BITPIX: {other} is not one of 8, 16, 32, 64, -32, -64"))),
     })
 }
 
@@ -274,7 +274,7 @@ mod tests {
         for (from, to, card, expected) in [
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
             ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
-            ("83.633", "x", 8, "CRVAL1: `x` is no number"),
+            ("83.633", "x", 8, "CRVAL1: `x` is not a number"),
             ("22.0145", "122.0", 9, "CRVAL2: 122 is not within ±90"),
         ] {
             let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
@@ -288,7 +288,7 @@ mod tests {
         assert!(why(&[bits, SIZE, TAN, &[("A_ORDER", "2")]], &data).1.starts_with("A_ORDER"));
         assert!(why(&[bits, SIZE, &TAN[..6]], &data).1.contains("the image has no scale"));
         assert!(why(&[bits, SIZE, &TAN[..6], &[("CD1_1", "0.01")]], &data).1.contains("cannot be placed"));
-        assert!(why(&[&[("BITPIX", "12")], SIZE, TAN], &data).1.contains("none of 8"));
+        assert!(why(&[&[("BITPIX", "12")], SIZE, TAN], &data).1.contains("not one of 8"));
         let cube: &[(&str, &str)] = &[("NAXIS", "3"), ("NAXIS1", "2"), ("NAXIS2", "1"), ("NAXIS3", "2")];
         assert!(why(&[bits, cube, TAN], &data).1.contains("not a cube"));
         let huge: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "1000000000"), ("NAXIS2", "1000000000")];

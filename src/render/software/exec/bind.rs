@@ -147,7 +147,7 @@ impl<R: Real> BoundProgram<R> {
     pub(crate) fn new(program: &Program, class: KernelClass) -> Result<Self, String> {
         program.check().map_err(|e| e.to_string())?;
         if !KernelClass::available().contains(&class) {
-            return Err(format!("this machine has no {} kernels", class.name()));
+            return Err(format!("this machine lacks the instruction set of the {} kernels", class.name()));
         }
         let slot = |o: &Operand| match *o {
             Operand::Slot(s) => Ok(u32::from(s)),

@@ -98,8 +98,7 @@ impl<'m> Lowerer<'m> {
     /// More statements or steps than the limit.
     pub(super) fn count_statement(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
-        for (count, max, what) in [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.code.len(), MAX_STEPS, "operations")]
-        {
+        for (count, max, what) in [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.code.len(), MAX_STEPS, "steps")] {
             if count > max {
                 return Err(self.unsupported(format!("the module has too many {what} after all calls are inlined")));
             }
