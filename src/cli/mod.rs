@@ -34,6 +34,7 @@ mod inputs;
 mod library;
 mod measure;
 mod moving_output;
+mod option_values;
 mod output;
 mod probe;
 mod render;
@@ -42,7 +43,6 @@ mod shader;
 mod shader_export;
 mod shader_report;
 mod stability;
-mod values;
 mod view;
 mod view_args;
 

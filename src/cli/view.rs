@@ -75,9 +75,9 @@ mod windowed {
     use crate::files::read_text;
     use crate::session::{RendererPreference, Session};
     use crate::time::Instant;
+    use crate::view::app::body_positions::SessionPositions;
     use crate::view::app::composition_state::CompositionState;
     use crate::view::app::initial_view::initial_view;
-    use crate::view::app::places::SessionPositions;
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{Subject, Viewer};

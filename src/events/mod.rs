@@ -15,7 +15,7 @@ mod moons;
 mod mutual;
 mod numeric;
 mod path;
-mod series;
+mod saros;
 mod sky;
 mod solar;
 mod transit;
@@ -33,7 +33,7 @@ use crate::catalog::Catalog;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use lunation::{Phase, Syzygy};
-use series::SeriesStarts;
+use saros::SeriesStarts;
 use sky::EclipseBodies;
 
 /// Eclipses of the Sun whose greatest phase is in `from..to`.

@@ -4,7 +4,7 @@
 //! program's version is added; a caller may add them to the text.
 
 use super::ImageError;
-use super::sealed::{seal_exr, unsealed_attribute};
+use super::integrity::{seal_exr, unsealed_attribute};
 use std::io::{Cursor, Write};
 
 fn failed(e: impl std::fmt::Display) -> ImageError {

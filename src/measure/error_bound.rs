@@ -5,8 +5,8 @@
 //! rounding (twice the difference of f32 and f64), of sampling (a fraction of the difference from the neighbouring pixels), and of features
 //! left out. The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
 
+use super::complete_images::precision_of;
 use super::images::{DualRenderer, PlannedView};
-use super::whole::precision_of;
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;

@@ -7,6 +7,7 @@
 //! that each quality uses are read from the program; the options that it may use are computed by [`rule`]. Not measured: tessellation, because
 //! ellipsoids are intersected and not tessellated.
 
+mod complete_images;
 mod drawings;
 mod error_bound;
 mod images;
@@ -15,13 +16,12 @@ mod positions;
 pub mod rule;
 pub mod timing;
 mod view;
-mod whole;
 
+pub(crate) use complete_images::renderer;
 pub(crate) use error_bound::error_bounds;
 pub(crate) use images::{DualRenderer, LinearImage, PlannedView, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
-pub(crate) use whole::renderer;
 
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
@@ -166,6 +166,6 @@ pub(crate) const CHOICES: [(&str, MeasureChoice); 14] = [
     ("samples", drawings::samples),
     ("resolution", drawings::resolution),
     ("precision", drawings::precision),
-    ("stars", whole::stars),
-    ("quality", whole::quality),
+    ("stars", complete_images::stars),
+    ("quality", complete_images::quality),
 ];

@@ -3,9 +3,9 @@
 //! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the lowest
 //! sufficient quality.
 
+use super::complete_images::precision_of;
 use super::images::{DualRenderer, level_differences, p999};
 use super::rule::ErrorUnit;
-use super::whole::precision_of;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::{Quality, ViewRequest};

@@ -1,8 +1,8 @@
 //! Errors of opening a session and of drawing a view.
 
 use super::custom_surfaces::SurfaceError;
+use super::fragment_folder::FragmentFolderError;
 use super::renderers::RendererError;
-use super::shaders::FragmentFolderError;
 use crate::catalog::CatalogError;
 use crate::catalog::small_bodies::SmallBodyFileError;
 use crate::catalog::stars::StarFileError;

@@ -13,6 +13,7 @@ mod data_layers;
 mod devices;
 mod effect_cost;
 mod error;
+mod fragment_folder;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod images;
@@ -23,14 +24,13 @@ mod renderers;
 mod requirements;
 mod ring_shine_files;
 mod sample;
-mod shaders;
 mod sky_map;
-mod software;
+mod software_renderers;
 mod sources;
 mod stages;
 mod standard_scenes;
+mod star_and_body_files;
 mod stored_tables;
-mod tables;
 mod tape_cost;
 mod window_surface;
 
@@ -41,6 +41,7 @@ pub use custom_surfaces::{SurfaceArgumentError, SurfaceError, SurfaceFile, surfa
 use devices::Devices;
 pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
+pub use fragment_folder::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use images::{PROVENANCE_CHUNK, is_exr, write_image, write_new_image};
 pub use lunar_heights::read_lunar_heights;
 pub(crate) use meshes::Meshes;
@@ -50,7 +51,6 @@ pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
 use renderers::{RenderOutput, RequestedOutput};
 use ring_shine_files::RingShineFiles;
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
-pub use shaders::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
@@ -202,7 +202,7 @@ impl Session {
             let why = "there is no such folder; --textures takes a folder of maps".to_owned();
             return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
         }
-        let renderer = software::renderer(sources.threads, sources.double_precision)?;
+        let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
         if sources.draws {
             devices.begin();
@@ -210,8 +210,8 @@ impl Session {
         let mut stages = Stages::default();
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
-        let stars = stages.measure(Stage::Catalog, || tables::stars(sources.stars.as_deref()))?;
-        let small_bodies = stages.measure(Stage::Catalog, || tables::small_bodies(sources.minor_planets.as_deref()))?;
+        let stars = stages.measure(Stage::Catalog, || star_and_body_files::stars(sources.stars.as_deref()))?;
+        let small_bodies = stages.measure(Stage::Catalog, || star_and_body_files::small_bodies(sources.minor_planets.as_deref()))?;
         let lunar_heights = stages.measure(Stage::Maps, || read_lunar_heights(sources.lunar_heights.as_deref()))?;
         let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies).with_lunar_heights(lunar_heights);
         let catalog = with_surfaces(catalog, &sources.surfaces)?;
@@ -222,7 +222,7 @@ impl Session {
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         data_layers::add_images(&catalog, &maps)?;
-        let library = open_library(cache.as_deref(), software::lowering(), notify.clone());
+        let library = open_library(cache.as_deref(), software_renderers::lowering(), notify.clone());
         let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
         let air_tables = air_tables::AirTables::open(cache);
         let from_folder = match &sources.shaders {
@@ -312,7 +312,7 @@ impl Session {
     /// # Errors
     /// The threads cannot be started.
     pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
-        software::renderer(Some(self.renderer().threads()), double_precision)
+        software_renderers::renderer(Some(self.renderer().threads()), double_precision)
     }
 
     /// Destroys the GPU device, as a driver reset would, to test the fallback.

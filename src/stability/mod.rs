@@ -11,7 +11,7 @@ mod images;
 mod keys;
 mod light;
 mod moving;
-mod needs;
+mod omitted_features;
 mod places;
 mod views;
 
@@ -304,9 +304,9 @@ pub const SWEEPS: [Sweep; 21] = [
         "needs-display",
         (0.0, "% of views"),
         "some pixel differs by more than a level from the frame with every feature in none of 3000 views",
-        needs::display,
+        omitted_features::display,
     ),
-    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", needs::linear),
+    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", omitted_features::linear),
 ];
 
 /// Runs one sweep.

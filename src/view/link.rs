@@ -8,9 +8,9 @@
 use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
+use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
-use crate::view::app::places::SessionPositions;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
 use crate::wording::did_you_mean;
 use glam::DVec3;

@@ -2,10 +2,10 @@
 
 mod canons;
 mod commands;
+mod eclipse_table;
 mod limb;
 mod local;
 mod moons;
-mod reference_table;
 mod rendered;
 mod transits;
 

@@ -1,5 +1,5 @@
 //! The shipped maps, and decoded maps stored between runs.
 
-mod poles;
+mod pole_filter;
 mod shipped_maps;
 mod stored_maps;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-mod circles;
 mod dependencies;
+mod imports_and_sizes;
 mod layering;
 mod packages;
 mod source_tree;

@@ -1,8 +1,7 @@
 //! The software renderer: lowering, arithmetic, rasterisation, sampling, tone mapping.
 
-mod between;
 mod control_flow;
-mod filtered;
+mod filtered_map;
 mod frame;
 mod lower;
 mod math;
@@ -10,4 +9,5 @@ mod pass_fusion;
 mod raster;
 mod sampling;
 mod speed;
+mod texels_between;
 mod tone_map;

@@ -5,7 +5,7 @@ use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::scene::camera::Camera;
 use orrery::scene::viewpoint::viewer;
-use orrery::view::app::places::SessionPositions;
+use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::view_state::{CameraPose, ViewState};
 use orrery::view::app::viewer::Action;
 

@@ -8,7 +8,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
 use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
-use orrery::view::app::places::{BodyPositions, SessionPositions};
+use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};

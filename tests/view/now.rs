@@ -7,10 +7,10 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
-use orrery::view::app::now_showing::NowItem;
-use orrery::view::app::places::{BodyPositions, SessionPositions};
+use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::app::viewer::Action;
+use orrery::view::app::what_to_see_now::NowItem;
 use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);

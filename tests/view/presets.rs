@@ -7,12 +7,12 @@ use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
 use orrery::time::Instant;
-use orrery::view::app::now_showing::NowItem;
-use orrery::view::app::places::{BodyPositions, SessionPositions};
+use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::presets::Preset;
 use orrery::view::app::search::{SearchTarget, suggestions};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::{CameraPose, ViewState};
+use orrery::view::app::what_to_see_now::NowItem;
 use orrery::view::panels::Tab;
 
 fn base_view() -> ViewState {

@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
 use orrery::time::Instant;
-use orrery::view::app::places::SessionPositions;
+use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;

@@ -1,7 +1,7 @@
 //! The content of a data layer: points, lines, or an image.
 
 use super::fits::PlacedImage;
-use super::look::ImageLook;
+use super::image_look::ImageLook;
 use crate::catalog::NaifId;
 use crate::time::Instant;
 use std::sync::Arc;

@@ -9,9 +9,9 @@ mod columns;
 mod csv;
 mod fits;
 mod geojson;
+mod image_look;
 mod kml;
 mod layer;
-mod look;
 mod votable;
 mod xml;
 
@@ -20,10 +20,10 @@ use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
 pub use fits::{ImageWcs, PlacedImage};
+pub use image_look::{ColourMap, ImageLook, Stretch};
 pub(super) use layer::TotalSize;
 use layer::{Content, hex_colour};
 pub use layer::{DataLayer, DataLine, DataPoint};
-pub use look::{ColourMap, ImageLook, Stretch};
 use sha2::{Digest, Sha256};
 use std::sync::Arc;
 

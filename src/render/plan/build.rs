@@ -12,7 +12,7 @@ use super::maps;
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
-use super::shared;
+use super::simple_draws;
 use super::sky;
 use super::small_bodies;
 use super::uniform_bytes::uniforms_of;
@@ -48,7 +48,7 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
     all.extend(coarse_air::modules(&scene.draws));
-    all.extend(shared::modules(scene).into_iter().map(ModuleId::Simple));
+    all.extend(simple_draws::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
     all.dedup();
     all
@@ -120,10 +120,10 @@ pub(super) fn light_steps(
     let [.., opacity] = background;
     let background = PassStep { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
-    let sky_lines = over_hdr("sky lines", shared::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
+    let sky_lines = over_hdr("sky lines", simple_draws::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
     let mut steps = coarse_air::steps(&scene.draws, [width, height], format, provider)?;
-    steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", shared::stars(scene, provider)?)]);
+    steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", simple_draws::stars(scene, provider)?)]);
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let belongs_to = |body| move |d: &Draw| d.body == body;
     let add_bodies = |steps: &mut Vec<PassStep>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
@@ -135,7 +135,7 @@ pub(super) fn light_steps(
             let is_last = !scene.draws[end..].iter().any(belongs_to(body));
             start = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
-            let (occlusion, refraction) = limb.map(|l| shared::refracted_limb(scene, l, provider)).transpose()?.unzip();
+            let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
             let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
@@ -146,7 +146,7 @@ pub(super) fn light_steps(
                 index += layers.len();
                 let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == BodyPart::Globe);
                 if let Some((_, segments)) = ground_lines {
-                    steps.push(over_hdr("ground lines", shared::lines_without_depth("ground lines", segments, scene, provider)?));
+                    steps.push(over_hdr("ground lines", simple_draws::lines_without_depth("ground lines", segments, scene, provider)?));
                 }
             }
             steps.extend(refraction.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
@@ -155,15 +155,15 @@ pub(super) fn light_steps(
     };
     let draws_behind_corona = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
     add_bodies(&mut steps, 0, &scene.draws[..draws_behind_corona])?;
-    steps.push(over_hdr("corona", shared::corona(scene, provider)?));
+    steps.push(over_hdr("corona", simple_draws::corona(scene, provider)?));
     add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
-        over_hdr("lines", shared::lines(scene, provider)?),
+        over_hdr("lines", simple_draws::lines(scene, provider)?),
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
-        over_hdr("points", shared::points(scene, provider)?),
-        over_hdr("glow", shared::glare(scene, provider)?),
+        over_hdr("points", simple_draws::points(scene, provider)?),
+        over_hdr("glow", simple_draws::glare(scene, provider)?),
     ]);
     Ok(steps)
 }
@@ -173,12 +173,12 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
     let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
     if scene.bloom {
-        steps.extend(shared::bloom_steps(scene, provider, HDR_TARGET)?);
+        steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
-    steps.push(shared::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
+    steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
     if let Some(draw) = &scene.outlined {
         let shape = body_draw(draw, width, height, provider, sampling)?;
-        steps.extend(shared::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
+        steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
     if scene.labels.is_some() || scene.texts.is_some() {
         steps.push(PassStep {

@@ -10,7 +10,7 @@ use super::extent::MarkedTexels;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
-use super::shared::{FIRST_READ_BINDING, full_screen_draw};
+use super::simple_draws::{FIRST_READ_BINDING, full_screen_draw};
 use super::uniform_bytes::uniforms_of;
 use crate::scene::draw::constants::{COARSE_AIR_BORDER, COARSE_AIR_PX};
 use crate::scene::draw::{AirPass, BodyPart, Draw, DrawFeatures, DrawUniforms};

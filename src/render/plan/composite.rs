@@ -9,7 +9,7 @@ use super::error::PlanError;
 use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
 use super::provider::ResourceProvider;
-use super::shared::full_screen_draw;
+use super::simple_draws::full_screen_draw;
 use crate::scene::composite::{Arrangement, BORDER_PX, Composite, Eyes, Faces};
 use crate::scene::request::{Projection, StereoLayout, WarpMesh};
 use crate::shader::ModuleId;

@@ -10,7 +10,7 @@ use super::passes::{
     AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
 };
 use super::provider::ResourceProvider;
-use super::shared::full_screen_draw;
+use super::simple_draws::full_screen_draw;
 use crate::image::{Level, TexelFormat, Texture};
 use std::sync::Arc;
 

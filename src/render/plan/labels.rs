@@ -7,7 +7,7 @@
 use super::error::PlanError;
 use super::passes::{Blend, PlanDraw, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
-use super::shared::{FIRST_READ_BINDING, colour, instanced_rectangles, simple_draw};
+use super::simple_draws::{FIRST_READ_BINDING, colour, instanced_rectangles, simple_draw};
 use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};

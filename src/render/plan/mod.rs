@@ -12,7 +12,7 @@ mod maps;
 mod passes;
 mod provider;
 mod scissor;
-mod shared;
+mod simple_draws;
 mod sky;
 mod small_bodies;
 mod uniform_bytes;

@@ -3,7 +3,7 @@
 use super::error::PlanError;
 use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
-use super::shared::simple_draw;
+use super::simple_draws::simple_draw;
 use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::Scene;
 use crate::scene::sky::images::SkyImageDraw;

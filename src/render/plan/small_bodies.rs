@@ -6,7 +6,7 @@
 use super::error::PlanError;
 use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
-use super::shared::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
+use super::simple_draws::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbits::{self, OrbitArc};
 use crate::scene::sky::comets::TailSegment;

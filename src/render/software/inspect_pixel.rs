@@ -8,7 +8,7 @@ use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};
 use super::lower::{FIRST_NAMED_LOCATION, lower_for_inspection};
 use super::math::Real;
-use super::nearest::nearest_triangle;
+use super::nearest_triangle::nearest_triangle;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::renderer::{EntryPoints, Precision, SoftwareRenderer};

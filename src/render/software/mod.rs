@@ -17,7 +17,7 @@ pub mod kernels;
 mod lane_inputs;
 pub mod lower;
 pub mod math;
-mod nearest;
+mod nearest_triangle;
 pub mod pass;
 mod pass_fusion;
 pub mod program;

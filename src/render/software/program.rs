@@ -106,8 +106,8 @@ pub struct Program {
     pub slots: u32,
 }
 
-/// Programs have fewer slots and fewer registers than this, because operands are 16 bits wide. `lower/finish.rs` keeps the same limit.
-const OPERAND_COUNT_LIMIT: u32 = 60_000;
+/// Programs have fewer slots and fewer registers than this, because operands are 16 bits wide.
+pub(crate) const SLOT_OR_REGISTER_LIMIT: u32 = 60_000;
 
 impl Program {
     /// Each kind of lane operation with its number of occurrences on the tape (a loop's body counts once), most frequent first.
@@ -137,8 +137,8 @@ impl Program {
             Operand::Reg(r) => u32::from(r) < self.registers,
         };
         let valid = self.inputs.len() < self.slots as usize
-            && self.slots < OPERAND_COUNT_LIMIT
-            && self.registers < OPERAND_COUNT_LIMIT
+            && self.slots < SLOT_OR_REGISTER_LIMIT
+            && self.registers < SLOT_OR_REGISTER_LIMIT
             && self.constants.len() <= self.registers as usize
             && self.outputs.len() == self.output_operands.len()
             && self.output_operands.iter().chain(&self.discarded).all(is_in_range)

@@ -175,14 +175,6 @@ impl Fragment {
             Block::When { condition, .. } => Some(condition.reason(features)),
         }
     }
-
-    /// The block that contains a branch of a chain; `ROOT` for other blocks, also for the comments above a chain.
-    pub fn parent(&self, block: u32) -> u32 {
-        match &self.blocks[block as usize] {
-            Block::When { parent, .. } => *parent,
-            _ => ROOT,
-        }
-    }
 }
 
 /// For each byte, the block to which it belongs, or [`REMOVED`].

@@ -5,14 +5,14 @@
 
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
-use crate::view::app::option_text;
+use crate::view::app::option_serde;
 use serde::{Deserialize, Serialize};
 
 /// The fields of a composition that links and files store.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CompositionState {
-    #[serde(with = "option_text::by_name")]
+    #[serde(with = "option_serde::by_name")]
     pub projection: Projection,
     /// Full angle of a fisheye's circle; other projections do not use this field.
     pub fisheye_deg: f64,
@@ -20,7 +20,7 @@ pub struct CompositionState {
     pub dome_zenith: bool,
     /// Tilt of a dome, as in [`Composition::tilt_deg`].
     pub dome_tilt_deg: f64,
-    #[serde(with = "option_text::by_optional_name")]
+    #[serde(with = "option_serde::by_optional_name")]
     pub stereo: Option<StereoLayout>,
     /// `None`: a separation that suits the view.
     pub eye_separation_km: Option<f64>,

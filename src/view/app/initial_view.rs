@@ -5,7 +5,7 @@
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
-use crate::view::app::places::BodyPositions;
+use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::view_state::{ViewState, ViewStateError};
 use glam::{DQuat, DVec3};
 

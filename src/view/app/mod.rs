@@ -1,5 +1,6 @@
 //! The state behind the window: the view, its camera, time, history and settings. Not here: the window and the panels.
 
+pub mod body_positions;
 pub mod civil_time;
 pub mod composition_state;
 pub mod date_text;
@@ -10,11 +11,9 @@ pub mod flight;
 pub mod initial_view;
 pub mod known_events;
 pub mod moment_view;
-pub mod now_showing;
-mod option_text;
-pub mod orbit;
+mod option_serde;
+pub mod orbit_camera;
 pub mod place_text;
-pub mod places;
 pub mod presets;
 pub mod search;
 pub mod settings;
@@ -23,3 +22,4 @@ pub mod timeline;
 pub mod tour;
 pub mod view_state;
 pub mod viewer;
+pub mod what_to_see_now;

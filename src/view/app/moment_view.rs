@@ -4,8 +4,8 @@
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
-use crate::view::app::orbit::OrbitCamera;
-use crate::view::app::places::BodyPositions;
+use crate::view::app::body_positions::BodyPositions;
+use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
 
 /// The view of a moment; quality, effects and layers come from `base_view`.

@@ -1,6 +1,6 @@
 //! Latitude and longitude as text, with translated compass directions.
 //!
-//! In: latitudes, longitudes. Out: text. Not here: positions of bodies as vectors (`places`).
+//! In: latitudes, longitudes. Out: text. Not here: positions of bodies as vectors (`body_positions`).
 
 use crate::events::GeodeticPosition;
 use crate::view::language::{decimal, named};

@@ -4,11 +4,11 @@
 //! time. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
 //! `PresetChanges` undoes this for the next view.
 
-use super::now_showing::MOON_FOV_DEG;
-use super::orbit::OrbitCamera;
-use super::places::BodyPositions;
+use super::body_positions::BodyPositions;
+use super::orbit_camera::OrbitCamera;
 use super::settings::Home;
 use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
+use super::what_to_see_now::MOON_FOV_DEG;
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;

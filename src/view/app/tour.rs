@@ -4,9 +4,9 @@
 //! of the stops; along a path, scene time runs without a jump from the time of one view to that of the next; fields that a stop's view omits
 //! have the defaults of a link; a file with an error is rejected with a message that names the stop and the field. Not here: playback.
 
+use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
 use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
-use super::places::{BodyPositions, SessionPositions};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::viewpoint::viewer;

@@ -11,8 +11,8 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
-use crate::view::app::option_text;
-use crate::view::app::orbit::OrbitCamera;
+use crate::view::app::option_serde;
+use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::language;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -120,9 +120,9 @@ pub struct ViewState {
     /// Exposure in stops; `None`: automatic exposure.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
-    #[serde(default, with = "option_text::by_name")]
+    #[serde(default, with = "option_serde::by_name")]
     pub tone_map: ToneMap,
-    #[serde(default, with = "option_text::effects")]
+    #[serde(default, with = "option_serde::effects")]
     pub effects: EffectOverrides,
     /// Show orbits.
     #[serde(default)]
@@ -131,14 +131,14 @@ pub struct ViewState {
     #[serde(default)]
     pub bloom: bool,
     /// Layers other than `orbits` and `bloom`.
-    #[serde(default, with = "option_text::layers")]
+    #[serde(default, with = "option_serde::layers")]
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are brightened.
     #[serde(default)]
     pub stars_boost: f64,
-    #[serde(default, with = "option_text::by_name")]
+    #[serde(default, with = "option_serde::by_name")]
     pub pixels: PixelView,
-    #[serde(default, with = "option_text::by_name")]
+    #[serde(default, with = "option_serde::by_name")]
     pub quality: Quality,
     /// Dome, entire sphere or stereo pair.
     #[serde(default, skip_serializing_if = "CompositionState::is_plain")]

@@ -8,9 +8,9 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::request::Projection;
 use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::time::Instant;
+use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::flight::{Flight, Pose};
-use crate::view::app::orbit::OrbitCamera;
-use crate::view::app::places::BodyPositions;
+use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{
     CameraPose, FOV_DEG, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, body_fixed_orbit_pose, horizontal_view, inertial_orbit_pose, pose_on_ground,

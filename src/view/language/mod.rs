@@ -9,12 +9,12 @@
 
 pub mod choice;
 pub(crate) mod dates;
-mod elsewhere;
 mod files;
+mod layer_texts;
 pub(crate) mod numbers;
 
 pub use self::choice::Language;
-pub use self::elsewhere::{catalog_detail, catalog_text, message_text, reason_text};
+pub use self::layer_texts::{catalog_detail, catalog_text, message_text, reason_text};
 pub(crate) use self::numbers::{decimal, signed};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};

@@ -112,7 +112,7 @@ fn window_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view");
     let mut all = Vec::new();
     sources(&root, &mut all);
-    for name in ["dates.rs", "elsewhere.rs", "numbers.rs"] {
+    for name in ["dates.rs", "layer_texts.rs", "numbers.rs"] {
         all.push((name.into(), std::fs::read_to_string(root.join("language").join(name)).expect("a source")));
     }
     all

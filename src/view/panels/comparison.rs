@@ -6,7 +6,7 @@ use super::Interface;
 use super::fact::grouped;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::KM_PER_AU;
-use crate::view::app::places::{BodyPositions, SessionPositions};
+use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::language::{body_name, decimal, text};
 use crate::view::worker::render_worker::RenderWorker;

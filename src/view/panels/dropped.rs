@@ -4,7 +4,7 @@
 //! for a new image. Always: files are read on the query worker; an invalid file does not change the image.
 
 use super::Interface;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
 /// Files that are being read.
@@ -18,7 +18,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
     for path in paths {
-        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| fault_text(&e)));
+        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| error_text(&e)));
         interface.dropped.reading.push(read);
     }
     let mut answers = Vec::new();

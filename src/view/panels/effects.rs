@@ -5,7 +5,7 @@ use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, decimal, named, reason_text, signed, text};
 use crate::view::worker::query_cache::QueryCache;
@@ -151,7 +151,7 @@ fn measure_costs(
     if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(effect_costs, *effect)) {
         let (request, of_body) = (request.clone(), of_body.clone());
         let question =
-            move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| fault_text(&e));
+            move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| error_text(&e));
         let _ = effect_costs.cache.get(worker, &effect, question);
     }
 }

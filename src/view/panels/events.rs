@@ -8,12 +8,12 @@ use super::{Interface, accessible, information};
 use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
+use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
-use crate::view::app::places::SessionPositions;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::dates::{minute_text, month_day_second_text};
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -184,7 +184,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     let step = move |session: &crate::session::Session| {
         let catalog = session.catalog();
         let row = |event: SkyEvent| Row { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) };
-        let found = search.step(catalog, session.ephemeris()).map_err(|e| fault_text(&e));
+        let found = search.step(catalog, session.ephemeris()).map_err(|e| error_text(&e));
         (search, found.map(|events| events.into_iter().map(row).collect()))
     };
     Some((ask(worker, step), done))
@@ -383,7 +383,7 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
     if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
         let asked_event = Arc::clone(event);
         let question = move |session: &crate::session::Session| {
-            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| fault_text(&e))
+            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
         };
         panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }

@@ -15,7 +15,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::dates::second_text;
 use crate::view::language::numbers::localised;
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
@@ -298,16 +298,16 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, latitude_deg: inputs.place_deg[0], longitude_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
-    let error_text = |e: crate::ephemeris::EphemerisError| fault_text(&e);
+    let text_of = |e: crate::ephemeris::EphemerisError| error_text(&e);
     // J2000 is at 12h TDB, so the days start half a day from it.
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(error_text)),
-        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(error_text)),
-        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_text),
+        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(text_of)),
+        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(text_of)),
+        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(text_of),
         radii: session.catalog().eclipse_radii_text(),
     }
 }

@@ -7,6 +7,7 @@
 mod accessible;
 mod angle;
 mod body_browser;
+mod camera_controls;
 mod compare;
 mod comparison;
 mod composition;
@@ -19,7 +20,6 @@ mod information;
 mod input_order;
 mod layers;
 mod moments;
-mod now;
 mod performance;
 mod render_loop;
 mod search;
@@ -27,7 +27,6 @@ mod shader;
 mod share;
 mod shortcuts;
 mod side_panels;
-mod standpoint;
 mod star;
 mod theme;
 mod time_bar;
@@ -36,12 +35,13 @@ mod top_bar;
 mod tour;
 mod viewport;
 mod warning;
+mod what_to_see_now;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
+use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
-use crate::view::app::places::SessionPositions;
 use crate::view::app::presets::PresetChanges;
 use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
@@ -168,10 +168,10 @@ pub struct Interface {
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
-    now: now::NowShowing,
+    now: what_to_see_now::NowShowing,
     tour: tour::TourPlayer,
     events: events::EventsPanel,
-    standpoint: standpoint::Standpoint,
+    standpoint: camera_controls::Standpoint,
     effect_costs: effects::EffectCosts,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
@@ -216,10 +216,10 @@ impl Interface {
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
-            now: now::NowShowing::default(),
+            now: what_to_see_now::NowShowing::default(),
             tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
-            standpoint: standpoint::Standpoint::default(),
+            standpoint: camera_controls::Standpoint::default(),
             effect_costs: effects::EffectCosts::default(),
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
@@ -265,7 +265,7 @@ impl Interface {
         }
         let mut actions = Vec::new();
         let had_tour = self.tour.is_open();
-        let panels_before = now::open_panels(self);
+        let panels_before = what_to_see_now::open_panels(self);
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::update(self, ui.ctx(), worker);
         dropped::update(self, ui.ctx(), worker);
@@ -278,7 +278,7 @@ impl Interface {
             shortcuts::help(self, ui.ctx());
         }
         warning::show(self, ui.ctx());
-        now::hide_after_input(self, panels_before, &actions);
+        what_to_see_now::hide_after_input(self, panels_before, &actions);
         let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
@@ -326,7 +326,7 @@ impl Interface {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline = timeline::Timeline::default();
-            self.now = now::NowShowing::default();
+            self.now = what_to_see_now::NowShowing::default();
             self.events.rename(worker.session().catalog());
         }
     }

@@ -1,10 +1,10 @@
 //! The Moments panel: *What to see now*, presets, tours, and the catalog's moments by kind.
 
 use super::share::dialog::{self, FileField};
-use super::{Interface, now, tour};
+use super::{Interface, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
+use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::places::SessionPositions;
 use crate::view::app::presets::{Preset, PresetChanges};
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
@@ -30,7 +30,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if filter.is_empty() {
             ui.strong(text!("now"));
-            ui.horizontal_wrapped(|ui| now::row(interface, ui, worker, actions));
+            ui.horizontal_wrapped(|ui| what_to_see_now::row(interface, ui, worker, actions));
             presets(interface, ui, worker, actions);
             tours(interface, ui, worker, actions);
         }

@@ -11,7 +11,7 @@ use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference, Session};
 use crate::view::app::view_state::ViewStateError;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
@@ -159,7 +159,7 @@ impl Interface {
 
     /// Records why there is no image of this view. Before the first image, the reason is also passed to [`Session::notify`], in English.
     fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
-        let text = fault_text(why);
+        let text = error_text(why);
         if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {
             worker.session().notify(&why.to_string());
         }

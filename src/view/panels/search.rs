@@ -3,15 +3,15 @@
 //! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field
 //! gets the focus, its text is selected; similar texts are offered, never chosen automatically.
 
-use super::{Interface, Tab, events, moments, now};
+use super::{Interface, Tab, events, moments, what_to_see_now};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
+use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::places::SessionPositions;
 use crate::view::app::search::{SearchTarget, Suggestion, feature_view, similar_texts, star_view, suggestions};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{catalog_text, text};
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::echo_within;
@@ -156,7 +156,7 @@ fn apply_typed_effects(interface: &mut Interface) -> Option<Result<(), String>> 
     }
     let view = &mut interface.viewer.view;
     let combined = format!("{},{typed}", view.effects.to_text());
-    Some(EffectOverrides::parse(&combined).map(|overrides| view.effects = overrides).map_err(|e| fault_text(&e)))
+    Some(EffectOverrides::parse(&combined).map(|overrides| view.effects = overrides).map_err(|e| error_text(&e)))
 }
 
 /// Applies the chosen suggestion.
@@ -193,7 +193,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Now(item) => {
             let view = item.view(session, interface.viewer.now(), &interface.base_view());
             match view {
-                Some(view) => now::open(interface, ctx, worker, item, view, actions),
+                Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
                 None => interface.message = text!("outside-ephemeris", name = item.name()),
             }
         }

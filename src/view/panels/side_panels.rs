@@ -6,7 +6,7 @@
 //! and the other panel takes its side.
 
 use super::icons::{self, Icon};
-use super::{Interface, Tab, body_browser, compare, effects, events, information, moments, performance, shader, share, standpoint};
+use super::{Interface, Tab, body_browser, camera_controls, compare, effects, events, information, moments, performance, shader, share};
 use crate::view::app::settings::valid_width;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -86,7 +86,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
                 ScrollArea::vertical()
                     .max_height(max_height)
                     .min_scrolled_height(max_height)
-                    .show(ui, |ui| standpoint::panel(interface, ui, actions));
+                    .show(ui, |ui| camera_controls::panel(interface, ui, actions));
             });
             body_browser::tree(interface, ui, actions);
         });

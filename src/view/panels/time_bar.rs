@@ -11,7 +11,7 @@ use crate::view::app::date_text::{is_same_in_every_zone, parse_date};
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
 use crate::view::language::{plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -264,7 +264,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
         interface.time_bar.pending =
-            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| fault_text(&e))));
+            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e))));
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));

@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{catalog_detail, catalog_text, text};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
@@ -72,7 +72,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
             actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
             interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
         }
-        Err(e) => interface.message = fault_text(&e),
+        Err(e) => interface.message = error_text(&e),
     }
 }
 
@@ -80,7 +80,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), fault_text(&e)),
+        Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), error_text(&e)),
     }
 }
 

@@ -3,11 +3,11 @@
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
 use super::render_loop::MAX_SIDE_PX;
-use super::{Interface, now, tour};
+use super::{Interface, tour, what_to_see_now};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
 use crate::scene::labels::{self, FILLS_IMAGE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
-use crate::view::app::orbit::ZOOM_PER_NOTCH;
+use crate::view::app::orbit_camera::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::panels::theme::{BODY, HEADING};
@@ -78,7 +78,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     }
     menu(interface, &response, &placement, actions);
     show_message(interface, ui, rect);
-    now::over_viewport(interface, ui, worker, rect, actions);
+    what_to_see_now::over_viewport(interface, ui, worker, rect, actions);
     if !interface.tour.is_open() && interface.warning.is_none() {
         hints(interface, ui, rect);
     }

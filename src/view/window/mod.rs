@@ -11,7 +11,7 @@ mod painter_texture;
 pub mod placement;
 pub mod presenter;
 pub mod primitives;
-mod settings_keeper;
+mod settings_writer;
 pub mod shader_watcher;
 
 use crate::files::WriteError;
@@ -22,7 +22,7 @@ use crate::view::window::cpu_painter::Painter;
 use crate::view::window::frame_log::{FrameLog, PresentedFrame};
 use crate::view::window::placement::{Monitor, WindowPlacement};
 use crate::view::window::presenter::{PresentError, Presenter};
-use crate::view::window::settings_keeper::{SettingsKeeper, write_changes};
+use crate::view::window::settings_writer::{SettingsKeeper, write_changes};
 use crate::view::window::shader_watcher::ShaderWatcher;
 use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;

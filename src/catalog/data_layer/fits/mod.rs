@@ -7,7 +7,7 @@
 mod header;
 mod wcs;
 
-use super::look::{ImageLook, colours};
+use super::image_look::{ImageLook, colours};
 use header::{BLOCK, Header, WrongCard};
 pub use wcs::ImageWcs;
 
@@ -137,7 +137,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<Plac
 
 #[cfg(test)]
 mod tests {
-    use super::super::look::Stretch;
+    use super::super::image_look::Stretch;
     use super::*;
 
     const TAN: &[(&str, &str)] = &[

@@ -6,6 +6,7 @@
 use super::builder::SsaBuilder;
 use super::error::LowerError;
 use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
+use crate::render::software::program::SLOT_OR_REGISTER_LIMIT;
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
@@ -163,9 +164,8 @@ impl NumberPool {
             return Ok(s);
         }
         self.count += 1;
-        // The limit of `Program::check`: numbers are u16.
-        if self.count >= 60_000 {
-            return Err(LowerError::new("more than 60000 values are live at one time".into(), naga::Span::UNDEFINED));
+        if self.count >= SLOT_OR_REGISTER_LIMIT {
+            return Err(LowerError::new(format!("more than {SLOT_OR_REGISTER_LIMIT} values are live at one time"), naga::Span::UNDEFINED));
         }
         Ok((self.count - 1) as u16)
     }

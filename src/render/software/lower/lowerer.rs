@@ -69,7 +69,7 @@ pub(crate) struct Lowerer<'m> {
     /// Number of conditions around the current statement.
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
-    pub named_values: Option<super::watch::NamedValueCapture>,
+    pub named_values: Option<super::named_values::NamedValueCapture>,
     /// Statements so far, weighted by the length of `env`; at most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].

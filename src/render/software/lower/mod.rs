@@ -11,6 +11,7 @@
 
 mod builder;
 mod calls;
+mod capture;
 mod chains;
 mod control_flow;
 mod discard;
@@ -20,18 +21,17 @@ mod finish;
 mod functions;
 mod loops;
 mod lowerer;
-mod named;
+mod named_values;
 mod native;
 mod place;
 mod statements;
 mod step;
 mod stored;
 mod value;
-mod watch;
 
 pub(crate) use error::LowerError;
+pub(crate) use named_values::FIRST_NAMED_LOCATION;
 pub use stored::lowering;
-pub(crate) use watch::FIRST_NAMED_LOCATION;
 
 use super::program::{LaneInput, LaneOutput, Program, ProgramError, ShaderStage};
 use crate::shader::LoweringFailure;
@@ -40,8 +40,8 @@ use error::Result;
 use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
+use named_values::NamedValueCapture;
 use step::SsaValue;
-use watch::NamedValueCapture;
 
 /// Lowers one entry point, vertex or fragment. `info`: the result of validating `module`.
 ///

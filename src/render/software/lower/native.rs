@@ -2,7 +2,7 @@
 //! shaders/lib/texels_between.wesl by [`TextureOp::Between`].
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that
-//! an edited fragment runs as edited. tests/software/filtered.rs and between.rs check that the operations and the shipped fragments agree.
+//! an edited fragment runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped fragments agree.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 

@@ -7,7 +7,7 @@ use super::pair;
 use crate::measure::error_bounds;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
@@ -85,7 +85,7 @@ impl BoundView {
         self.requested = Some(request.clone());
         let request = request.clone();
         self.pending = Some(ask(worker, move |session: &Session| {
-            let frame = error_bounds(session, &request).map_err(|e| fault_text(&e))?;
+            let frame = error_bounds(session, &request).map_err(|e| error_text(&e))?;
             Ok(ErrorBounds::of(frame.width, frame.height, &frame.display))
         }));
     }

@@ -16,7 +16,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
 use crate::view::app::view_state::ViewState;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{named, plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
@@ -66,7 +66,7 @@ impl ComparisonInput {
     fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
         let variant = &self.variants[variant];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
-        let effects = EffectOverrides::parse(&text).map_err(|e| fault_text(&e))?;
+        let effects = EffectOverrides::parse(&text).map_err(|e| error_text(&e))?;
         Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
     }
 
@@ -234,11 +234,11 @@ fn variant_text(variant: &Variant) -> String {
 /// Draws a variant and measures the time that drawing takes.
 fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
-    let failed = |e: crate::session::SessionError| fault_text(&e);
+    let failed = |e: crate::session::SessionError| error_text(&e);
     // This first plan loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
     let double_renderer =
-        if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| fault_text(&e))?) } else { None };
+        if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
@@ -246,7 +246,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(failed)?;
         let renderer = double_renderer.as_ref().unwrap_or(session.background_renderer());
-        (renderer.render(&plan, session.library(), false).map_err(|e| fault_text(&e))?.0, "software")
+        (renderer.render(&plan, session.library(), false).map_err(|e| error_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedImage { image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })

@@ -4,7 +4,7 @@
 //! as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::BODY;
@@ -34,8 +34,8 @@ impl Pair {
     pub(crate) fn of(left: Result<ComparedImage, String>, right: Result<ComparedImage, String>) -> Result<Self, String> {
         let left = left.map_err(|e| text!("pair-left-failed", e = e))?;
         let right = right.map_err(|e| text!("pair-right-failed", e = e))?;
-        let statistics = left.image.difference(&right.image).map_err(|e| fault_text(&e))?;
-        let difference = left.image.difference_image(&right.image).map_err(|e| fault_text(&e))?;
+        let statistics = left.image.difference(&right.image).map_err(|e| error_text(&e))?;
+        let difference = left.image.difference_image(&right.image).map_err(|e| error_text(&e))?;
         Ok(Self { images: [left, right], statistics, difference })
     }
 }

@@ -16,7 +16,7 @@ use crate::shader::library::Origin;
 use crate::shader::module::diagnosis;
 use crate::shader::translate::Language;
 use crate::shader::{Emitted, ModuleId, ShaderModule};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::text;
 use crate::view::panels::compare::pair::{ComparedImage, Pair};
 use crate::view::panels::render_loop::colour_image;
@@ -130,7 +130,7 @@ impl ShaderQueries {
         let asked_id = id.clone();
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
-                let module = session.library().get(&asked_id).map_err(|e| fault_text(&e))?;
+                let module = session.library().get(&asked_id).map_err(|e| error_text(&e))?;
                 text_of(&module, language).map(Arc::new)
             })
             .cloned()
@@ -142,7 +142,7 @@ impl ShaderQueries {
         self.differences
             .get(worker, ids, move |session| {
                 let emitted = |id: &ModuleId| {
-                    let module = session.library().get(id).map_err(|e| fault_text(&e))?;
+                    let module = session.library().get(id).map_err(|e| error_text(&e))?;
                     Ok::<_, String>(Emitted { wgsl: module.wgsl.clone(), source_map: module.source_map.clone() })
                 };
                 let [first, second] = &asked_ids;
@@ -160,7 +160,7 @@ impl ShaderQueries {
     pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let asked_id = id.clone();
         self.timed.get(worker, id, move |session| {
-            ms_per_megapixel_at(session.background_renderer(), session.library(), &asked_id, TIMED_PX).map_err(|e| fault_text(&e))
+            ms_per_megapixel_at(session.background_renderer(), session.library(), &asked_id, TIMED_PX).map_err(|e| error_text(&e))
         });
     }
 
@@ -175,7 +175,7 @@ impl ShaderQueries {
         self.maps
             .get(worker, &(role, file.to_owned()), move |session| {
                 let decoding = plan::map_decoding(role, Shape::Ellipsoid);
-                let map = session.map(&asked_file, decoding).map_err(|e| fault_text(&e))?;
+                let map = session.map(&asked_file, decoding).map_err(|e| error_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(Level::byte_count).sum();
                 Ok(MapFacts { width: first.width, height: first.height, levels: map.levels.len(), bytes })
@@ -228,8 +228,8 @@ impl ShaderQueries {
 /// Draws the sample body as display bytes, encoded with a gamma of 2.2. Radiance has a fixed scale; other pixel views are scaled so that
 /// the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> SampleResult {
-    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| fault_text(&e))?;
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| fault_text(&e))?;
+    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
@@ -241,7 +241,7 @@ fn draw_sample(session: &Session, key: &ShaderKey) -> SampleResult {
 /// Draws the view, with the key of one draw replaced if `swap` is given.
 fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
-    let mut scene = session.scene(request).map_err(|e| fault_text(&e))?;
+    let mut scene = session.scene(request).map_err(|e| error_text(&e))?;
     for draw in &mut scene.draws {
         if let Some(swap) = swap.filter(|s| draw.body == s.body && draw.part.name() == s.part) {
             draw.features = *swap.key.features();
@@ -249,7 +249,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     }
     let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
     let start = WallInstant::now();
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| fault_text(&e))?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| error_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(ComparedImage { image, by: "software".into(), took_ms })

@@ -3,7 +3,7 @@
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
 use crate::shader::translate::{Language, translate};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use egui::ecolor::HsvaGamma;
 use egui::{Color32, FontId, TextFormat, text::LayoutJob};
 use std::ops::Range;
@@ -27,7 +27,7 @@ pub(crate) struct ModuleText {
 
 /// Translates a module to a language.
 pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<ModuleText, String> {
-    let text = translate(module, language).map_err(|e| fault_text(&e))?;
+    let text = translate(module, language).map_err(|e| error_text(&e))?;
     let map = &module.source_map;
     let has_source_map = language == Language::Wgsl;
     let line = |(index, text): (usize, &str)| {

@@ -7,7 +7,7 @@ use super::{Inspected, ShaderPanel};
 use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
 use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::theme::SMALL;
@@ -41,7 +41,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
     match &bytes {
         None => drop(ui.weak(text!("values-unused"))),
-        Some(Err(error)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = fault_text(error)))),
+        Some(Err(error)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = error_text(error)))),
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);

@@ -13,7 +13,7 @@ use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_im
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::io::Write;
@@ -88,7 +88,7 @@ impl Export {
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
     pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
-        let files = NumberedName::of_sequence(name, count).map_err(|e| fault_text(&e))?;
+        let files = NumberedName::of_sequence(name, count).map_err(|e| error_text(&e))?;
         Ok(Self::of(frames, ExportOutput::Files(files), count, options))
     }
 
@@ -103,7 +103,7 @@ impl Export {
             return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
-        let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| fault_text(&e))?;
+        let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| error_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
         Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, options))
     }
@@ -192,25 +192,25 @@ fn add_frame(
     is_last: bool,
 ) -> FrameResult {
     let (_, drawn) = draw(session, view, options, false)?;
-    animation.writer.add(&drawn.frame.display).map_err(|e| fault_text(&e))?;
+    animation.writer.add(&drawn.frame.display).map_err(|e| error_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));
     }
     let AnimationInProgress { writer, bytes, name } = *animation;
-    writer.finish().map_err(|e| fault_text(&e))?;
+    writer.finish().map_err(|e| error_text(&e))?;
     let bytes = bytes.0.lock();
-    let names = free_names(&name).map_err(|e| fault_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
-    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| fault_text(&e))?;
+    let names = free_names(&name).map_err(|e| error_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
+    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| error_text(&e))?;
     Ok((Some(path), None))
 }
 
 /// Draws one image with the renderer for background work. `is_exr`: for a file of linear light; otherwise as displayed.
 fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = options.size;
-    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| fault_text(&e))?;
+    let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
     request.layers.labels = options.names;
     request.purpose = Purpose::of_file(is_exr);
-    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| fault_text(&e))?;
+    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| error_text(&e))?;
     Ok((request, drawn))
 }
 
@@ -237,7 +237,7 @@ pub(crate) fn save(
         (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
     ];
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_image(files, is_exr(&path), &drawn.frame, &metadata).map_err(|e| fault_text(&e))
+    write_new_image(files, is_exr(&path), &drawn.frame, &metadata).map_err(|e| error_text(&e))
 }
 
 #[cfg(test)]

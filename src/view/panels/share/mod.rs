@@ -17,7 +17,7 @@ use crate::view::app::file_names::{absolute_path, free_names};
 use crate::view::app::settings::{Bookmark, UI_SCALES};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
-use crate::view::faults::fault_text;
+use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_in_digits;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
@@ -137,7 +137,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0))
             .on_hover_text(text!("share-link-field"));
         if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() {
-            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| fault_text(&e));
+            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| error_text(&e));
             show_or_report(interface, read, actions);
         }
     });
@@ -147,8 +147,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let path = PathBuf::from(&interface.share.file);
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
             let text = interface.viewer.shareable().to_json();
-            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| fault_text(&e));
-            let written = free_names(&interface.share.file).map_err(|e| fault_text(&e)).and_then(write);
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| error_text(&e));
+            let written = free_names(&interface.share.file).map_err(|e| error_text(&e)).and_then(write);
             if let Ok(path) = &written {
                 // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
@@ -156,8 +156,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             interface.message = written.map_or_else(|why| why, |path| saved_message(&path));
         }
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
-            let text = read_text(&path, MAX_BYTES).map_err(|e| fault_text(&e));
-            let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| fault_text(&e)));
+            let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
+            let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| error_text(&e)));
             show_or_report(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
         }
     });
@@ -190,7 +190,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
                 interface.message = text!("share-saving", width = options.size[0], height = options.size[1]);
             }
-            Err(e) => interface.message = fault_text(&e),
+            Err(e) => interface.message = error_text(&e),
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {

@@ -3,10 +3,10 @@
 //! In: the time, a session's catalog and positions. Out: titles and views. Always: quality, effects and layers are those of the base view; a view is
 //! omitted if the ephemeris does not cover its time or the catalog lacks its moment.
 
+use super::body_positions::{BodyPositions, SessionPositions};
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
-use super::orbit::OrbitCamera;
-use super::places::{BodyPositions, SessionPositions};
+use super::orbit_camera::OrbitCamera;
 use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
@@ -31,7 +31,7 @@ const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
 /// Name in the catalog of the moment whose shader is shown.
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
-/// The five views, in the order of the row of thumbnails (`view::panels::now`).
+/// The five views, in the order of the row of thumbnails (`view::panels::what_to_see_now`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
     Moon,

@@ -2,7 +2,7 @@
 //!
 //! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
 //! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
-//! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::faults`).
+//! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::error_texts`).
 
 use super::dates::{date_text_of, instant_text};
 use super::numbers::localised;

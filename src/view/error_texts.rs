@@ -16,7 +16,7 @@ use crate::view::language::message_text;
 use std::error::Error;
 
 /// The text of an error.
-pub(crate) fn fault_text(fault: &(dyn Error + 'static)) -> String {
+pub(crate) fn error_text(fault: &(dyn Error + 'static)) -> String {
     message_text(&fault_message(fault))
 }
 
@@ -97,9 +97,9 @@ mod tests {
         ];
         for (error, german) in &errors {
             set(Language::English);
-            assert_eq!(fault_text(&**error), error.to_string());
+            assert_eq!(error_text(&**error), error.to_string());
             set(Language::German);
-            assert!(fault_text(&**error).starts_with(german), "{}", fault_text(&**error));
+            assert!(error_text(&**error).starts_with(german), "{}", error_text(&**error));
         }
         set(Language::English);
     }

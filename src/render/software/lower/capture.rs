@@ -7,9 +7,9 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
+use super::named_values::CapturedValue;
 use super::step::{SsaStep, SsaValue};
 use super::value::Value;
-use super::watch::CapturedValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
 

@@ -1,7 +1,7 @@
 //! Bilinear interpolation by `texels_between` (shaders/lib/texels_between.wesl): the function run as four texel loads per lane, against the single
 //! texture operation that the software renderer substitutes for it. Only the unedited function is replaced.
 
-use super::filtered::{program, reads};
+use super::filtered_map::{program, reads};
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
