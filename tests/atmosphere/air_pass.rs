@@ -231,7 +231,7 @@ fn draft_quality_includes_multiple_scattering_near_the_air() {
         (over([20.0, -90.0], 1.24), AtmosphereModel::Table),
         (on_ground, AtmosphereModel::Table),
     ] {
-        let scene = SESSION.scene(&view_of_earth(day, position.clone(), Quality::Draft)).expect("a scene");
+        let scene = SESSION.scene(&view_of_earth(day, position, Quality::Draft)).expect("a scene");
         let models: Vec<_> = scene.draws.iter().map(|d| d.features.air.model).filter(|m| *m != AtmosphereModel::None).collect();
         assert!(!models.is_empty() && models.iter().all(|m| *m == expected), "{position:?}: {models:?}");
     }

@@ -119,9 +119,9 @@ fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
 mod avx2 {
     use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST, LANES, LAST, LEVELS};
     use std::arch::x86_64::{
-        __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_i32gather_epi32, _mm256_max_ps,
-        _mm256_min_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps, _mm256_slli_epi32,
-        _mm256_srli_epi32, _mm256_unpackhi_epi64, _mm256_unpacklo_epi64,
+        __m256, __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_i32gather_epi32,
+        _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps,
+        _mm256_slli_epi32, _mm256_srli_epi32, _mm256_unpackhi_epi64, _mm256_unpacklo_epi64,
     };
     use std::mem::transmute;
 
@@ -131,7 +131,7 @@ mod avx2 {
     fn levels(table: &[u32; CELLS], factor: f32, values: &[f32; 8]) -> __m256i {
         let word = |bits: u32| _mm256_set1_epi32(bits.cast_signed());
         // SAFETY: eight words in either form.
-        let values = _mm256_mul_ps(unsafe { transmute::<[f32; 8], _>(*values) }, _mm256_set1_ps(factor));
+        let values = _mm256_mul_ps(unsafe { transmute::<[f32; 8], __m256>(*values) }, _mm256_set1_ps(factor));
         // If one operand is NaN, the maximum is the second operand.
         let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST)));
         let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST))));

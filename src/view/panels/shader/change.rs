@@ -62,7 +62,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    let (first, second) = match both_modules(&mut panel.queries, inspected.worker, &ids) {
+    let [first, second] = match both_modules(&mut panel.queries, inspected.worker, &ids) {
         Some(Ok(modules)) => modules,
         Some(Err(failure)) => return super::show_failure(ui, &failure),
         None => {
@@ -90,11 +90,11 @@ fn both_modules(
     queries: &mut ShaderQueries,
     worker: &dyn RenderWorker,
     ids: &[ModuleId; 2],
-) -> Option<Result<(Arc<LoadedModule>, Arc<LoadedModule>), Arc<ModuleFailure>>> {
+) -> Option<Result<[Arc<LoadedModule>; 2], Arc<ModuleFailure>>> {
     // Request both before waiting for either.
     match [queries.module(worker, &ids[0]), queries.module(worker, &ids[1])] {
         [Some(Err(failure)), _] | [_, Some(Err(failure))] => Some(Err(failure)),
-        [Some(Ok(first)), Some(Ok(second))] => Some(Ok((first, second))),
+        [Some(Ok(first)), Some(Ok(second))] => Some(Ok([first, second])),
         _ => None,
     }
 }
@@ -133,7 +133,7 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let ids = keys.map(ModuleId::Planet);
     samples(panel, ui, inspected, &keys, names);
     pair_in_view(panel, ui, inspected);
-    let Some(Ok((first, second))) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
+    let Some(Ok([first, second])) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
         cost_table(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
         timing(&mut panel.queries, ui, inspected.worker, &ids, names);
