@@ -6,6 +6,7 @@ use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{Meshes, RendererPreference, SessionError, cache_folder, read_catalog};
+use crate::wording::counted;
 
 /// Appends a line to the report, which is printed once at the end.
 macro_rules! push_line {
@@ -26,7 +27,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
             catalog
         }
         Err(SessionError::Catalog(e)) => {
-            push_line!(out, "catalogs  {} invalid fields:", e.problems.len());
+            push_line!(out, "catalogs  {}:", counted(e.problems.len(), "invalid field"));
             e.to_string().lines().for_each(|problem| push_line!(out, "          {problem}"));
             embedded
         }

@@ -1,7 +1,7 @@
 //! Cost and error of complete images: qualities, stars, renderers.
 
 use super::drawings::standard_request;
-use super::images::{DualRenderer, LinearImage, level_differences, p999};
+use super::images::{LinearImage, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -19,12 +19,13 @@ pub(super) fn precision_of(quality: Quality) -> Precision {
 
 /// `--quality`: everything that the option sets, over the standard scenes.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     let mut views = Vec::new();
     for name in SCENES {
-        let request = dual.with_metered_exposure(standard_request(name, effort)?)?;
+        let request = renderers.with_metered_exposure(standard_request(name, effort)?)?;
         let reference_request = ViewRequest { quality: Quality::Reference, ..request.clone() };
-        let reference = dual.light(&dual.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+        let reference =
+            renderers.light(&renderers.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
         views.push((request, reference));
     }
     let mut candidates = Vec::new();
@@ -32,12 +33,12 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
-            let view = dual.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(level_differences(&dual.light(&view, precision_of(quality))?, reference)));
+            let view = renderers.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
+            worst = worst.max(p999(level_differences(&renderers.light(&view, precision_of(quality))?, reference)));
             planned_views.push(view);
         }
-        let dual = &dual;
-        let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, precision_of(quality))));
+        let renderers = &renderers;
+        let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, precision_of(quality))));
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], workload });
     }
     let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
@@ -46,25 +47,27 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
 
 /// No stars (`--layers -stars`) against the star catalogue; the error is that of the image's summed green light.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let Some(sky) = sky else { return measure_choice("stars", "no night sky", ErrorUnit::PercentOfLight, 1, Vec::new()) };
-    let request = dual.with_metered_exposure(sky)?;
+    let request = renderers.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
-    let view = |stars: bool| dual.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
+    let view =
+        |stars: bool| renderers.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let reference = green_sum(&dual.light(&view(true)?, Precision::F64)?);
+    let reference = green_sum(&renderers.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
         let planned_view = view(has_stars)?;
-        let error = 100.0 * (green_sum(&dual.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
-        let dual = &dual;
+        let error =
+            100.0 * (green_sum(&renderers.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
+        let renderers = &renderers;
         candidates.push(Candidate {
             name: name.to_owned(),
             error,
             default_of,
-            workload: Box::new(move || dual.draw(&planned_view, Precision::F32)),
+            workload: Box::new(move || renderers.draw(&planned_view, Precision::F32)),
         });
     }
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
@@ -80,17 +83,17 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
         return Ok(None);
     }
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let drawn = session.draw(&request, sampling, true)?;
     if drawn.by.adapter.is_none() {
         return Ok(None);
     }
-    let view = dual.plan_view(&request, sampling)?;
-    let reference = dual.light(&view, Precision::F64)?;
+    let view = renderers.plan_view(&request, sampling)?;
+    let reference = renderers.light(&view, Precision::F64)?;
     let on_gpu = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
-    let in_software = dual.light(&view, Precision::F32)?;
+    let in_software = renderers.light(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
@@ -102,7 +105,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
             name: "software".to_owned(),
             error: p999(level_differences(&in_software, &reference)),
             default_of: vec![],
-            workload: Box::new(|| dual.draw(&view, Precision::F32)),
+            workload: Box::new(|| renderers.draw(&view, Precision::F32)),
         },
     ];
     measure_choice("renderer", "Saturn with its rings; against f64", ErrorUnit::Levels, effort.rounds(), candidates).map(Some)

@@ -3,7 +3,7 @@
 //! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. The model
 //! that a quality uses is read from the scene that the program builds at that quality; its precision and resolution are stated here.
 
-use super::images::{DualRenderer, LinearImage, PlannedView, level_differences, p999};
+use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -58,10 +58,14 @@ pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest
 }
 
 /// The qualities at which the scene of this view contains a draw that satisfies `condition`.
-fn qualities(dual: &DualRenderer<'_>, request: &ViewRequest, condition: impl Fn(&Draw) -> bool) -> Result<Vec<Quality>, SessionError> {
+fn qualities(
+    renderers: &PrecisionRenderers<'_>,
+    request: &ViewRequest,
+    condition: impl Fn(&Draw) -> bool,
+) -> Result<Vec<Quality>, SessionError> {
     let mut found = Vec::new();
     for quality in Quality::ALL {
-        let view = dual.plan_view(&ViewRequest { quality, ..request.clone() }, SINGLE_SAMPLE)?;
+        let view = renderers.plan_view(&ViewRequest { quality, ..request.clone() }, SINGLE_SAMPLE)?;
         if view.scene.draws.iter().any(&condition) {
             found.push(quality);
         }
@@ -88,35 +92,36 @@ fn summed_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 
 
 /// The candidate that draws one planned view.
 fn candidate<'a>(
-    dual: &'a DualRenderer<'_>,
+    renderers: &'a PrecisionRenderers<'_>,
     name: &str,
     view: PlannedView,
     precision: Precision,
     default_of: Vec<Quality>,
     error: impl Fn(&LinearImage) -> f64,
 ) -> Result<Candidate<'a>, SessionError> {
-    let error = error(&dual.light(&view, precision)?);
-    Ok(Candidate { name: name.to_owned(), error, default_of, workload: Box::new(move || dual.draw(&view, precision)) })
+    let error = error(&renderers.light(&view, precision)?);
+    Ok(Candidate { name: name.to_owned(), error, default_of, workload: Box::new(move || renderers.draw(&view, precision)) })
 }
 
 /// The eclipse models.
 pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     let request = view_from_direction(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
     let with_model = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
-    let reference = dual.light(&dual.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
+    let reference = renderers.light(&renderers.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
         let request_of_model = with_model(model)?;
-        let default_of = qualities(&dual, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
-        let measured = candidate(&dual, model.name(), dual.plan_view(&request_of_model, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
-            max_percent_of_light(p, &reference)
-        })?;
+        let default_of = qualities(&renderers, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
+        let measured =
+            candidate(&renderers, model.name(), renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
+                max_percent_of_light(p, &reference)
+            })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
-        let final_image = dual.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
-        let dual = &dual;
-        candidates.push(Candidate { default_of, workload: Box::new(move || dual.draw(&final_image, Precision::F32)), ..measured });
+        let final_image = renderers.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
+        let renderers = &renderers;
+        candidates.push(Candidate { default_of, workload: Box::new(move || renderers.draw(&final_image, Precision::F32)), ..measured });
     }
     measure_choice(
         "eclipse",
@@ -128,29 +133,30 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
 }
 
 /// The planned view with `change` applied to all draws of its scene.
-fn with_draws(dual: &DualRenderer<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
-    let mut scene = dual.plan_view(request, SINGLE_SAMPLE)?.scene;
+fn with_draws(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
+    let mut scene = renderers.plan_view(request, SINGLE_SAMPLE)?.scene;
     scene.draws.iter_mut().for_each(change);
-    let plan = plan::plan(&scene, dual.session, SINGLE_SAMPLE)?;
+    let plan = plan::plan(&scene, renderers.session, SINGLE_SAMPLE)?;
     Ok(PlannedView { scene, plan })
 }
 
 /// The models of the rings' shadow on their planet.
 pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
     let plan_of = |model: RingShadow| {
-        with_draws(&dual, &request, |d| {
+        with_draws(&renderers, &request, |d| {
             if d.features.ring_shadow != RingShadow::None {
                 d.features.ring_shadow = model;
             }
         })
     };
-    let reference = dual.light(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
+    let reference = renderers.light(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
-        let default_of = qualities(&dual, &request, |d| d.features.ring_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
+        let default_of = qualities(&renderers, &request, |d| d.features.ring_shadow == model)?;
+        candidates
+            .push(candidate(&renderers, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "ring-shadow",
@@ -163,32 +169,33 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 
 /// The models of the planet's shadow on its rings.
 pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     // From the direction of Uranus the shadow is visible beside the globe.
-    let request = dual.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort))?;
+    let request = renderers.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort))?;
     let plan_of = |model: BodyShadow| {
-        with_draws(&dual, &request, |d| {
+        with_draws(&renderers, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
                 d.features.body_shadow = model;
             }
         })
     };
-    let reference = dual.light(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
+    let reference = renderers.light(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
-        let default_of = qualities(&dual, &request, |d| d.features.body_shadow == model)?;
-        candidates.push(candidate(&dual, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
+        let default_of = qualities(&renderers, &request, |d| d.features.body_shadow == model)?;
+        candidates
+            .push(candidate(&renderers, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// The Earth by day and night from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The last two look north, with the Sun 10 to 15
 /// degrees above the horizon in the west, outside the image.
-fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
+fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
     // Twice the size, so that the disc is large enough for the coarse image of the air (`air-pass`), as it is in a window.
     let globe = ViewRequest { width: 2 * globe.width, height: 2 * globe.height, ..globe };
-    let radii_km = dual.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
+    let radii_km = renderers.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
     let northwards = |latitude_deg: f64, height_km: f64, altitude_deg: f64| {
         let (_, zenith) = ground_point_km(radii_km, latitude_deg, LONGITUDE_OF_LOW_SUN_DEG, height_km);
         let north = (DVec3::Z - zenith * zenith.z).normalize();
@@ -204,50 +211,50 @@ fn atmosphere_views(dual: &DualRenderer<'_>, effort: Effort) -> Result<[ViewRequ
     };
     // From 400 km the horizon is 20 degrees below the horizontal.
     let (limb, sky) = (northwards(20.0, 400.0, -20.0), northwards(5.0, 0.1, 10.0));
-    Ok([dual.with_metered_exposure(globe.clone())?, dual.with_metered_exposure(limb)?, dual.with_metered_exposure(sky)?])
+    Ok([renderers.with_metered_exposure(globe.clone())?, renderers.with_metered_exposure(limb)?, renderers.with_metered_exposure(sky)?])
 }
 
 /// The models of atmospheric scattering, seen from far away.
 pub(super) fn air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let [globe, ..] = atmosphere_views(&dual, effort)?;
-    air_choice(&dual, "air", "the Earth from 3 radii, against the table; the others leave out light scattered twice", &[globe], effort)
+    let renderers = PrecisionRenderers::new(session)?;
+    let [globe, ..] = atmosphere_views(&renderers, effort)?;
+    air_choice(&renderers, "air", "the Earth from 3 radii, against the table; the others leave out light scattered twice", &[globe], effort)
 }
 
 /// The models of atmospheric scattering, seen from the air and from an orbit close to it.
 pub(super) fn near_air_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let [_, limb, sky] = atmosphere_views(&dual, effort)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let [_, limb, sky] = atmosphere_views(&renderers, effort)?;
     let about =
         "the Earth's limb from 400 km and its sky at a low Sun, the worse; against the table; the others leave out light scattered twice";
-    air_choice(&dual, "air-near", about, &[limb, sky], effort)
+    air_choice(&renderers, "air-near", about, &[limb, sky], effort)
 }
 
 fn air_choice(
-    dual: &DualRenderer<'_>,
+    renderers: &PrecisionRenderers<'_>,
     name: &'static str,
     about: &'static str,
     views: &[ViewRequest],
     effort: Effort,
 ) -> Result<ChoiceMeasure, SessionError> {
     let plan_of = |request: &ViewRequest, model: AtmosphereModel| {
-        dual.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", model.name()))?, SINGLE_SAMPLE)
+        renderers.plan_view(&with_effects(request, &format!("-clouds,+atmosphere={}", model.name()))?, SINGLE_SAMPLE)
     };
     let mut references = Vec::new();
     for request in views {
-        references.push(dual.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
+        references.push(renderers.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
     for model in AtmosphereModel::CHOICES {
-        let default_of = qualities(dual, &views[0], |d| d.features.air.model == model)?;
+        let default_of = qualities(renderers, &views[0], |d| d.features.air.model == model)?;
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
             let view = plan_of(request, model)?;
-            worst = worst.max(summed_percent_of_light(&dual.light(&view, Precision::F32)?, reference));
+            worst = worst.max(summed_percent_of_light(&renderers.light(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
-        let workload = Box::new(move || planned_views.iter().try_for_each(|view| dual.draw(view, Precision::F32)));
+        let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, Precision::F32)));
         candidates.push(Candidate { name: model.name().to_owned(), error: worst, default_of, workload });
     }
     measure_choice(name, about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
@@ -255,19 +262,20 @@ fn air_choice(
 
 /// Shading with the normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort);
-    let request =
-        dual.with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
+    let request = renderers
+        .with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
     let plan_of = |shape: Shape| {
         let effect = if shape == Shape::Ellipsoid { "+ellipsoid" } else { "-ellipsoid" };
-        dual.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
+        renderers.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
     };
-    let reference = dual.light(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
+    let reference = renderers.light(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
-        let default_of = qualities(&dual, &request, |d| d.body == SATURN && d.features.shape == shape)?;
-        candidates.push(candidate(&dual, name, plan_of(shape)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
+        let default_of = qualities(&renderers, &request, |d| d.body == SATURN && d.features.shape == shape)?;
+        candidates
+            .push(candidate(&renderers, name, plan_of(shape)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice(
         "shape",
@@ -280,17 +288,17 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
 
 /// Options that differ in sampling: timed in f32; their errors are those of images in f64, which exclude rounding.
 fn sampling_candidates<'a>(
-    dual: &'a DualRenderer<'_>,
+    renderers: &'a PrecisionRenderers<'_>,
     request: &ViewRequest,
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let reference = dual.light(&dual.plan_target(request, finest)?, Precision::F64)?;
+    let reference = renderers.light(&renderers.plan_target(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
-        let view = dual.plan_target(request, sampling)?;
-        let error = p999(level_differences(&dual.light(&view, Precision::F64)?, &reference));
-        candidates.push(Candidate { name, error, default_of, workload: Box::new(move || dual.draw(&view, Precision::F32)) });
+        let view = renderers.plan_target(request, sampling)?;
+        let error = p999(level_differences(&renderers.light(&view, Precision::F64)?, &reference));
+        candidates.push(Candidate { name, error, default_of, workload: Box::new(move || renderers.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
 }
@@ -302,46 +310,46 @@ fn qualities_sampling(matches_sampling: impl Fn(SamplingQuality) -> bool) -> Vec
 
 /// Anisotropy: taps along the footprint of a pixel on a map.
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(standard_request("moon-limb", effort)?)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(standard_request("moon-limb", effort)?)?;
     let options = [1_u8, 2, 4, 8, 16].map(|anisotropy| {
         let sampling = SamplingQuality { samples: 4, anisotropy };
         (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
     });
-    let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
+    let candidates = sampling_candidates(&renderers, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
     measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// Samples per pixel.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let options = [1_u8, 4]
         .map(|samples| (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_sampling(|s| s.samples == samples)));
-    let candidates = sampling_candidates(&dual, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
+    let candidates = sampling_candidates(&renderers, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
     measure_choice("samples", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
 /// Full resolution, or the lower resolutions that the window scales up while the view moves.
 pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(standard_request("saturn", effort)?)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let side = |divisor: u32| request.width.div_ceil(divisor);
     let plan_reduced = |divisor: u32| {
-        dual.plan_target(
+        renderers.plan_target(
             &ViewRequest { width: side(divisor), height: side(divisor), ..request.clone() },
             SamplingQuality::of(Quality::Standard),
         )
     };
-    let full_resolution = dual.light(&plan_reduced(1)?, Precision::F32)?;
+    let full_resolution = renderers.light(&plan_reduced(1)?, Precision::F32)?;
     let mut candidates = Vec::new();
     for divisor in [5, 4, 3, 2, 1] {
         let view = plan_reduced(divisor)?;
         let error =
             |p: &LinearImage| p999(level_differences(&p.upsampled(full_resolution.width, full_resolution.height), &full_resolution));
         let default_of = if divisor == 1 { Quality::ALL.to_vec() } else { vec![] };
-        candidates.push(candidate(&dual, &format!("1/{divisor}"), view, Precision::F32, default_of, error)?);
+        candidates.push(candidate(&renderers, &format!("1/{divisor}"), view, Precision::F32, default_of, error)?);
     }
     let about =
         "Saturn in motion, drawn with fewer pixels on each side and stretched; the window takes the finest that keeps 30 frames a second";
@@ -350,15 +358,15 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
 
 /// Precision: f32 or f64.
 pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
-    let view = || dual.plan_view(&request, SINGLE_SAMPLE);
-    let reference = dual.light(&view()?, Precision::F64)?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
+    let view = || renderers.plan_view(&request, SINGLE_SAMPLE);
+    let reference = renderers.light(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
     {
-        candidates.push(candidate(&dual, name, view()?, precision, default_of, |p| p999(level_differences(p, &reference)))?);
+        candidates.push(candidate(&renderers, name, view()?, precision, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice("precision", "the Earth from 3 radii in an eclipse", ErrorUnit::Levels, effort.rounds(), candidates)
 }

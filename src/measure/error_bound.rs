@@ -6,7 +6,7 @@
 //! left out. The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
 
 use super::complete_images::precision_of;
-use super::images::{DualRenderer, PlannedView};
+use super::images::{PlannedView, PrecisionRenderers};
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
@@ -55,10 +55,10 @@ struct BoundInputs {
 /// # Errors
 /// The reason why the view cannot be drawn.
 pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
-    let dual = DualRenderer::new(session)?;
+    let renderers = PrecisionRenderers::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
-    let view = dual.plan_view(request, sampling)?;
-    let inputs = bound_inputs(&dual, request, &view)?;
+    let view = renderers.plan_view(request, sampling)?;
+    let inputs = bound_inputs(&renderers, request, &view)?;
     let factor = view.scene.exposure.factor();
     let is_display = view.scene.purpose == Purpose::Display;
     let (width, height) = (request.width, request.height);
@@ -112,12 +112,13 @@ fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
 }
 
 /// Draws the images from which the bounds of a view are computed, all at the view's exposure.
-fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
+fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
     let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
     let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
-    let drawn = |request: &ViewRequest| Ok::<_, SessionError>(dual.light(&dual.plan_view(request, sampling)?, Precision::F32)?.light);
+    let drawn =
+        |request: &ViewRequest| Ok::<_, SessionError>(renderers.light(&renderers.plan_view(request, sampling)?, Precision::F32)?.light);
     let without = |effect: Effect| {
         let mut request = exposed.clone();
         request.effects.set(effect, false);
@@ -125,8 +126,8 @@ fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedVi
     };
     // Differences from the reference's models are measured with an image; the errors of the reference's models are the stated ones.
     let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
-    let reference_models =
-        dual.plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
+    let reference_models = renderers
+        .plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     let features = || reference_models.scene.draws.iter().map(|d| d.features);
     let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
@@ -140,9 +141,9 @@ fn bound_inputs(dual: &DualRenderer<'_>, request: &ViewRequest, view: &PlannedVi
     } else {
         None
     };
-    let shown = dual.light(view, precision)?.light;
-    let other_precision = dual.light(view, other)?.light;
-    let reference_models = dual.light(&reference_models, Precision::F32)?.light;
+    let shown = renderers.light(view, precision)?.light;
+    let other_precision = renderers.light(view, other)?.light;
+    let reference_models = renderers.light(&reference_models, Precision::F32)?.light;
     Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, without_air })
 }
 

@@ -83,13 +83,13 @@ pub(crate) fn p999(mut values: Vec<f64>) -> f64 {
 }
 
 /// Draws views in either precision.
-pub(crate) struct DualRenderer<'a> {
+pub(crate) struct PrecisionRenderers<'a> {
     pub session: &'a Session,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
 }
 
-impl<'a> DualRenderer<'a> {
+impl<'a> PrecisionRenderers<'a> {
     pub(crate) fn new(session: &'a Session) -> Result<Self, SessionError> {
         Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
     }

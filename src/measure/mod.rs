@@ -19,7 +19,7 @@ mod view;
 
 pub(crate) use complete_images::renderer;
 pub(crate) use error_bound::error_bounds;
-pub(crate) use images::{DualRenderer, LinearImage, PlannedView, level_differences};
+pub(crate) use images::{LinearImage, PlannedView, PrecisionRenderers, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 

@@ -4,7 +4,7 @@
 //! sufficient quality.
 
 use super::complete_images::precision_of;
-use super::images::{DualRenderer, level_differences, p999};
+use super::images::{PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
@@ -28,20 +28,20 @@ pub(crate) struct ViewMeasure {
 /// # Errors
 /// The reason why the view cannot be drawn.
 pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Effort) -> Result<ViewMeasure, SessionError> {
-    let dual = DualRenderer::new(session)?;
-    let request = dual.with_metered_exposure(request.clone())?;
-    let plan_view = |quality: Quality| dual.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
-    let reference = dual.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
+    let renderers = PrecisionRenderers::new(session)?;
+    let request = renderers.with_metered_exposure(request.clone())?;
+    let plan_view = |quality: Quality| renderers.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
+    let reference = renderers.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
     let mut candidates = Vec::new();
     let mut sufficient = None;
     for quality in Quality::ALL {
         let view = plan_view(quality)?;
-        let error = p999(level_differences(&dual.light(&view, precision_of(quality))?, &reference));
+        let error = p999(level_differences(&renderers.light(&view, precision_of(quality))?, &reference));
         if error <= SUFFICIENT_LEVELS {
             sufficient.get_or_insert(quality);
         }
-        let dual = &dual;
-        let workload = Box::new(move || dual.draw(&view, precision_of(quality)));
+        let renderers = &renderers;
+        let workload = Box::new(move || renderers.draw(&view, precision_of(quality)));
         candidates.push(Candidate { name: quality.name().to_owned(), error, default_of: vec![quality], workload });
     }
     let qualities = measure_choice("quality", "this view, against the reference quality", ErrorUnit::Levels, effort.rounds(), candidates)?;

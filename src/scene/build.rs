@@ -117,8 +117,8 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// The bodies whose city lights the exposure depends on.
-    pub(crate) fn required_night_lights(&self, known: &Resources) -> Vec<NaifId> {
-        auto_exposure::required_night_lights(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+    pub(crate) fn night_lights_to_meter(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
     /// Meters the light again, now including city lights.

@@ -1,12 +1,12 @@
 //! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides index them.
 //!
-//! Each constant is defined once, here. `shader::constants` writes them as WGSL; the modules of `scene` that fill the tables re-export them under names of
-//! their own. Not here: constants that are used only in Rust or only in shaders.
+//! Each constant is defined once, here. `shader::constants` writes those that shaders need as WGSL, some as a reciprocal; the modules of `scene` that fill the
+//! tables import them, some under names of their own. Not here: constants of shaders alone.
 
 /// Maximum number of slopes in a ring's table: x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]) for x from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLOPES: u32 = 97;
 pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
-/// Rows of a ring's table that contain its bins.
+/// Rows of a ring's table that contain its bins: even steps of 1 / radius, each with the interval of constant optical depth in which it begins.
 pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slope: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;

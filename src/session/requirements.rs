@@ -52,7 +52,7 @@ impl Session {
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.timed(Stage::Scene, begin)?;
         let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
-        for body in builder.required_night_lights(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+        for body in builder.night_lights_to_meter(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }

@@ -43,7 +43,7 @@ pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [
     let draws = view.plan.passes.first().map(|p| p.draws.as_slice()).unwrap_or_default();
     let values_of = |draw: &PlanDraw| {
         let values = |precision| {
-            let renderer = bench.dual.renderer(precision);
+            let renderer = bench.renderers.renderer(precision);
             renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);

@@ -84,11 +84,11 @@ pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
-        let request = bench.dual.with_metered_exposure(request)?;
+        let request = bench.renderers.with_metered_exposure(request)?;
         let fine = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
-        let coarse = bench.light(&bench.dual.plan_target(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.dual.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
+        let coarse = bench.light(&bench.renderers.plan_target(&request, sampling)?, Precision::F32)?;
+        let fine = bench.light(&bench.renderers.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_of(&differences);

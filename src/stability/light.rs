@@ -87,7 +87,7 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
         let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
-                let prober = Prober { session, renderer: bench.dual.renderer(precision) };
+                let prober = Prober { session, renderer: bench.renderers.renderer(precision) };
                 let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let one_occluder: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
                 sky.sunlight(&one_occluder, &points, None).ok()
@@ -168,7 +168,7 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
-                let (frame, _) = bench.dual.renderer(precision).render(&view.plan, session.library(), true)?;
+                let (frame, _) = bench.renderers.renderer(precision).render(&view.plan, session.library(), true)?;
                 let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
                 // Radiance too faint for a display level counts as well.
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));

@@ -16,7 +16,7 @@ mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{DualRenderer, Effort, LinearImage, PlannedView};
+use crate::measure::{Effort, LinearImage, PlannedView, PrecisionRenderers};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
@@ -112,7 +112,7 @@ pub struct InjectedFaults {
 
 /// What a sweep runs with: renderers, effort, seed and injected faults.
 pub struct SweepBench<'a> {
-    dual: DualRenderer<'a>,
+    renderers: PrecisionRenderers<'a>,
     effort: Effort,
     seed: u64,
     /// Number of random views; `None`: the effort decides.
@@ -124,7 +124,7 @@ impl<'a> SweepBench<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
-        Ok(Self { dual: DualRenderer::new(session)?, effort, seed, views: None, faults })
+        Ok(Self { renderers: PrecisionRenderers::new(session)?, effort, seed, views: None, faults })
     }
 
     /// Sets the number of random views; `None`: the effort decides.
@@ -134,7 +134,7 @@ impl<'a> SweepBench<'a> {
     }
 
     fn session(&self) -> &'a Session {
-        self.dual.session
+        self.renderers.session
     }
 
     /// `short` for a short effort, otherwise `full`.
@@ -156,7 +156,7 @@ impl<'a> SweepBench<'a> {
     /// The light of a view. In f32 the GPU draws it if the user requests the GPU.
     fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
-            return self.dual.light(view, precision);
+            return self.renderers.light(view, precision);
         }
         let frame = self.session().draw_plan(&view.plan, true)?;
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
@@ -165,7 +165,7 @@ impl<'a> SweepBench<'a> {
     /// The finished image of a view, drawn as in [`Self::light`].
     fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
-            let (frame, _) = self.dual.renderer(precision).render(&view.plan, self.session().library(), false)?;
+            let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), false)?;
             return Ok(frame.display);
         }
         Ok(self.session().draw_plan(&view.plan, false)?.display)

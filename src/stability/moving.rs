@@ -97,7 +97,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         let Some(radius_km) = bench.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
         let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
         let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
-        let base = bench.dual.with_metered_exposure(base)?;
+        let base = bench.renderers.with_metered_exposure(base)?;
         let perpendicular = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera before {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
@@ -119,7 +119,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
         let Ok(from) = Instant::parse(from) else { continue };
-        let base = bench.dual.with_metered_exposure(ViewRequest {
+        let base = bench.renderers.with_metered_exposure(ViewRequest {
             fov_deg: fov,
             width: side,
             height: side,

@@ -82,7 +82,7 @@ struct FramePair {
 /// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because the difference of two models
 /// is not the effect of an omitted feature.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
-    let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         everything.effects.set(*effect, true);
@@ -129,7 +129,7 @@ fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pi
     let both = frames(bench, request, purpose, &Effect::ALL)?;
     let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
     let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
-    let exposed = bench.dual.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
     let [chosen, all] = [bench.light(&both.chosen, Precision::F32)?, bench.light(&both.all, Precision::F32)?];

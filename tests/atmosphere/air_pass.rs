@@ -236,3 +236,30 @@ fn draft_quality_includes_multiple_scattering_near_the_air() {
         assert!(!models.is_empty() && models.iter().all(|m| *m == expected), "{position:?}: {models:?}");
     }
 }
+
+/// From inside the air, from its top and from above: the column between the camera and the ground is that of each pixel's own evaluation.
+#[test]
+fn the_air_is_interpolated_at_any_height() {
+    let mut readers = 0;
+    for (body, radius_km) in [(NaifId::EARTH, 6378.137), (MARS, 3396.19), (NaifId(606), 2575.0)] {
+        for height_km in [0.1, 1.0, 5.0, 20.0, 60.0, 150.0, 500.0] {
+            let up = glam::DVec3::new(0.1, 0.97, 0.2).normalize();
+            let request = ViewRequest {
+                position: Position::Offset { body, offset_km: up * (radius_km + height_km), axes: Axes::BodyFixed },
+                effects: EffectOverrides::parse("-detail").expect("effects"),
+                quality: Quality::Standard,
+                width: 160,
+                height: 160,
+                fov_deg: Some(60.0),
+                ..ViewRequest::of(body, Instant::parse("2024-06-08T18:17:16Z").expect("a time"))
+            };
+            let scene = SESSION.scene(&request).expect("a scene");
+            readers += scene.draws.iter().filter(|d| d.features.air_pass.is_reader()).count();
+            let found = difference(&image_by_pixel(&request), &image(&scene), scene.exposure.white());
+            let report = format!("{} from {height_km} km: {} levels, {:.2} thresholds", body.0, found.levels, found.thresholds);
+            println!("{report}");
+            assert!(found.levels <= MAX_LEVELS && found.thresholds <= MAX_THRESHOLDS, "{report}");
+        }
+    }
+    assert!(readers > 10, "{readers} draws read a coarse image");
+}

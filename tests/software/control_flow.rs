@@ -44,6 +44,18 @@ fn early_return_from_the_entry_point() {
     );
 }
 
+/// A variable keeps the value of an input if a loop or a branch that would overwrite it does not run for any lane.
+#[test]
+fn an_input_outlives_writes_that_are_jumped_over() {
+    let block = "struct U { n: i32, } @group(0) @binding(0) var<uniform> u: U;";
+    let looped = "var x = p.x; for (var i = 0; i < u.n; i++) { x = f32(i) + 0.5; } return vec4f(x, 0.0, 0.0, 1.0);";
+    let branched = "var x = p.x; if (u.n > 1) { x = 7.5; } return vec4f(x, 0.0, 0.0, 1.0);";
+    for n in [0_i32, 1, 3] {
+        check_uniform(block, looped, &n.to_le_bytes(), 0.0, |x, _| [if n > 0 { f64::from(n) - 0.5 } else { x }, 0.0, 0.0, 1.0]);
+        check_uniform(block, branched, &n.to_le_bytes(), 0.0, |x, _| [if n > 1 { 7.5 } else { x }, 0.0, 0.0, 1.0]);
+    }
+}
+
 #[test]
 fn counted_loops() {
     let program = compile(

@@ -36,7 +36,7 @@ pub(super) fn lane_y(i: usize) -> f32 {
     10.0 - i as f32 * 0.5
 }
 
-/// Runs a program on one batch; returns the outputs of each lane, and the lanes that were active and not discarded.
+/// Runs a program on one batch, with NaN in inputs that it does not read; returns the outputs of each lane, and the lanes that were active and not discarded.
 pub(super) fn run_with<R: Real>(
     program: &Program,
     class: KernelClass,
@@ -47,6 +47,10 @@ pub(super) fn run_with<R: Real>(
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
     let prepared = program.prepare_for::<R>(uniform_bytes, class);
     for (k, input) in program.inputs.iter().enumerate() {
+        if !executor.reads_input(k) {
+            executor.set_input_constant(k, R::from_f64(f64::NAN));
+            continue;
+        }
         let values = executor.input_mut(k);
         for (i, v) in values.iter_mut().enumerate() {
             *v = match input {

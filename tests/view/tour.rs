@@ -202,3 +202,30 @@ fn a_tour_plays_in_the_window() {
     window.run_steps(2);
     assert_eq!(window.state().viewer.view.target, NaifId(699));
 }
+
+/// Between two fisheyes the field of view stays within those of the stops, also at the greatest one; from a perspective view the fisheye starts with its own.
+#[test]
+fn the_field_of_a_fisheye_changes_only_between_fisheyes() {
+    let stop =
+        |composition: &str| format!(r#"{{"view": {{"target": "earth", "composition": {composition}}}, "travel_s": 3, "hold_s": 1}}"#);
+    let fisheye = |deg: f64| stop(&format!(r#"{{"projection": "fisheye", "fisheye_deg": {deg}}}"#));
+    let perspective = stop("{}");
+    for (first, second, from_deg, to_deg) in [
+        (fisheye(360.0), fisheye(360.0), 360.0, 360.0),
+        (fisheye(180.0), fisheye(360.0), 180.0, 360.0),
+        (fisheye(1.0), fisheye(1.0), 1.0, 1.0),
+        (perspective, fisheye(60.0), 60.0, 60.0),
+    ] {
+        let tour = parse(&format!(r#"{{"title": "t", "stops": [{first}, {second}]}}"#)).unwrap_or_else(|e| panic!("{first} {second}: {e}"));
+        let mut last_deg = from_deg;
+        for k in 0..=60 {
+            let view = tour.at(1.0 + f64::from(k) * 0.05).view;
+            let fisheye_deg = view.composition.fisheye_deg;
+            assert!((last_deg..=to_deg).contains(&fisheye_deg), "{first} {second} at {k}: {fisheye_deg}");
+            last_deg = fisheye_deg;
+            if let Err(e) = view.request(session().catalog(), session().ephemeris(), 16, 16) {
+                panic!("{first} {second} at {k}: {e}");
+            }
+        }
+    }
+}

@@ -1,8 +1,8 @@
-//! Lines on the ground of one body, on the side that faces the camera: its planetographic grid and its terminator; and the drawing of smooth lines through
+//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator; and the drawing of smooth lines through
 //! points, which `eclipse_lines` uses.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
-//! depth test, so that lines do not flicker. Nearer bodies are drawn later. Not modelled: relief, shape models, and the effect of three unequal axes on
+//! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three unequal axes on
 //! latitude.
 
 use crate::message::{Reason, TextLanguage, reason};

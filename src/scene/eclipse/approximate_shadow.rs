@@ -38,6 +38,7 @@ impl<'a> ApproximateShadow<'a> {
             // Solar radii per unit of length at the occluder's distance.
             let scale = self.axis.cot_sun_radius / depth;
             let (separation, radius) = ((occluder.across - across).length() * scale, occluder.semi.x * scale);
+            // Rises linearly from outer contact to full overlap, where the discs' areas decide.
             let obscuration =
                 ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * (radius * radius).min(1.0);
             fraction = fraction.min(1.0 - obscuration);

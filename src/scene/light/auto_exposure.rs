@@ -3,7 +3,7 @@
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
 //! weight; the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the
 //! Sun's glare whitens at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
-//! as continuously as the meter's reading. Pixel views of quantities have a fixed exposure, given by their legend.
+//! as continuously as the meter's reading. Pixel views of quantities have a fixed exposure unless the user sets one; their legend states it.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -97,8 +97,9 @@ fn from_reading(reading: MeterReading) -> Exposure {
     Exposure::of(-white.log2(), reason_of(&metered, |m| power(m) / total_power, whites))
 }
 
-/// Bodies in the frame whose city lights the exposure would overexpose.
-pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
+/// Bodies in the frame whose city lights this exposure would overexpose: their maps are loaded, and the exposure is metered again with their light. None if the
+/// exposure is set by the user or the effect is off.
+pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let drawn = request.effects.override_of(Effect::Night) != Some(false);
@@ -109,7 +110,7 @@ pub(crate) fn required_night_lights(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered && drawn).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// The main subject with its luminance, a second subject with at least a tenth of the weight, and what limited the exposure. The last argument: the
+/// The main subject with its luminance, a second subject that contributes at least a tenth, and what limited the exposure. The last argument: the
 /// radiances that the subjects, the glare and the night sky each require as white.
 fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_white, glare_white, night_white]: [f64; 3]) -> Reason {
     let candelas = |radiance: f64| {

@@ -1,11 +1,11 @@
-//! The table of dimensions: the only place that names a dimension's values, in key texts and in the `@if` conditions of WESL files.
+//! The table of dimensions: defines the names of each dimension's values, in key texts and in the `@if` conditions of WESL files.
 
 use crate::scene::draw::{
     AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
     Shape, Surface,
 };
 
-/// A part of the text form. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
+/// A part of a shader key's text. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum KeyPart {
     Surface,
@@ -189,6 +189,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
+        // Reads the coarse image of the air; draws its samples; reads it for ground and clouds; draws the samples of the sunlight, too.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],

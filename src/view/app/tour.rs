@@ -9,6 +9,7 @@ use super::composition_state::CompositionState;
 use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
+use crate::scene::request::Projection;
 use crate::scene::viewpoint::viewer;
 use crate::session::Session;
 use crate::time::Instant;
@@ -90,7 +91,8 @@ struct CameraPath {
     flight: Flight,
     from_tdb_s: f64,
     from_fov_deg: f64,
-    from_fisheye_deg: f64,
+    /// If both stops are fisheyes.
+    from_fisheye_deg: Option<f64>,
     /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
 }
@@ -248,13 +250,9 @@ impl CameraPath {
         let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());
         let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km;
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
-        Ok(Self {
-            flight: Flight::new(start, end),
-            from_tdb_s: from.tdb_s,
-            from_fov_deg: from.fov_deg,
-            from_fisheye_deg: from.composition.fisheye_deg,
-            lift,
-        })
+        let are_fisheyes = [from, to].iter().all(|view| view.composition.projection == Projection::Fisheye);
+        let from_fisheye_deg = are_fisheyes.then_some(from.composition.fisheye_deg);
+        Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, from_fisheye_deg, lift })
     }
 
     /// The view at a fraction of the path that leads to `to`.
@@ -262,8 +260,12 @@ impl CameraPath {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
         let eased = ease_in_out(fraction);
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
-        let between = |from_deg: f64, to_deg: f64| (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp();
-        let fisheye_deg = between(self.from_fisheye_deg, to.composition.fisheye_deg);
+        // Clamped, because rounding could exceed the greatest field of view.
+        let between = |from_deg: f64, to_deg: f64| {
+            (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
+        };
+        let to_fisheye_deg = to.composition.fisheye_deg;
+        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| between(from_deg, to_fisheye_deg));
         ViewState {
             composition: CompositionState { fisheye_deg, ..to.composition.clone() },
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,

@@ -223,16 +223,22 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read before the next write, in tape order. Tape order suffices: a value that the
-/// next iteration of a loop needs is copied to another slot before the loop's end, and if a jump skips the next write, no lane uses what is read after it.
+/// Whether the value that a slot has before the instruction `from` is read before a write that no jump can skip, in tape order. Tape order suffices: a
+/// value that the next iteration of a loop needs is copied to another slot before the loop's end. A skip of instructions without an active lane
+/// ([`Instr::SkipIfNoLane`]) does not count as a jump: what it skips is merged by a select, which reads the old value.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
-    for instr in &program.lane_tape[from..] {
+    // Instructions before this one can be skipped by a jump.
+    let mut skippable_until = from;
+    for (at, instr) in program.lane_tape.iter().enumerate().skip(from) {
         if instr.operands().iter().any(reads) {
             return true;
         }
-        if instr.written_slots().contains(&slot) {
+        if at >= skippable_until && instr.written_slots().contains(&slot) {
             return false;
+        }
+        if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
+            skippable_until = skippable_until.max(*target as usize);
         }
     }
     program.output_operands.iter().chain(&program.discarded).any(reads)

@@ -147,6 +147,11 @@ impl<R: Real> Executor<R> {
         &mut self.arena[k].0
     }
 
+    /// Whether the program reads input `k`. One that it does not read need not be written.
+    pub fn reads_input(&self, k: usize) -> bool {
+        self.program.reads_input(k)
+    }
+
     /// Sets all lanes of input `k` to one value.
     pub fn set_input_constant(&mut self, k: usize, value: R) {
         self.input_mut(k).fill(value);
