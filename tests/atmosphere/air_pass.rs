@@ -241,9 +241,10 @@ fn draft_quality_includes_multiple_scattering_near_the_air() {
 #[test]
 fn the_air_is_interpolated_at_any_height() {
     let mut readers = 0;
-    for (body, radius_km) in [(NaifId::EARTH, 6378.137), (MARS, 3396.19), (NaifId(606), 2575.0)] {
+    // The sign of y puts the place on the day side.
+    for (body, radius_km, y) in [(NaifId::EARTH, 6378.137, -0.97), (MARS, 3396.19, 0.97), (NaifId(606), 2575.0, 0.97)] {
         for height_km in [0.1, 1.0, 5.0, 20.0, 60.0, 150.0, 500.0] {
-            let up = glam::DVec3::new(0.1, 0.97, 0.2).normalize();
+            let up = glam::DVec3::new(0.1, y, 0.2).normalize();
             let request = ViewRequest {
                 position: Position::Offset { body, offset_km: up * (radius_km + height_km), axes: Axes::BodyFixed },
                 effects: EffectOverrides::parse("-detail").expect("effects"),
