@@ -41,7 +41,7 @@ impl FragmentPlan {
     pub(crate) fn new<R: Real>(fragment: &dyn LaneProgram<R>, depth: DepthState, has_depth: bool) -> Self {
         let outputs = fragment.outputs();
         let (mut interpolated, mut flat) = (0, 0);
-        let source_of = |input: &LaneInput| match *input {
+        let mut source_of = |input: &LaneInput| match *input {
             LaneInput::FragCoord { component: 0 } => FragmentInputSource::PixelX,
             LaneInput::FragCoord { component: 1 } => FragmentInputSource::PixelY,
             LaneInput::FragCoord { component: 2 } => FragmentInputSource::Depth,
@@ -58,10 +58,12 @@ impl FragmentPlan {
             // Each pixel is shaded once, as sample 0; the other two do not occur in a fragment stage.
             LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
         };
-        let mut input_sources: Vec<_> = fragment.inputs().iter().map(source_of).collect();
-        for (_, source) in input_sources.iter_mut().enumerate().filter(|(k, _)| !fragment.reads_input(*k)) {
-            *source = FragmentInputSource::Unread;
-        }
+        let source_if_read = |(k, input)| {
+            // Also called for inputs that are not read, because it counts the scalars.
+            let source = source_of(input);
+            if fragment.reads_input(k) { source } else { FragmentInputSource::Unread }
+        };
+        let input_sources = fragment.inputs().iter().enumerate().map(source_if_read).collect();
         let colour_outputs = [0, 1, 2, 3]
             .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
         let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));

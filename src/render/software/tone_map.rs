@@ -198,6 +198,9 @@ impl ToneMapUniforms {
     pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
+        if !self.is_linear(light) {
+            self.compress(&mut exposed);
+        }
         encode_generic(exposed.each_ref(), out);
     }
 
@@ -223,6 +226,7 @@ impl ToneMapUniforms {
         }
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
+        self.compress(&mut exposed);
         avx2::encode(exposed.each_ref(), 1.0, out);
     }
 
@@ -236,6 +240,7 @@ impl ToneMapUniforms {
         }
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
+        self.compress(&mut exposed);
         avx2::encode_rows(exposed.each_ref(), 1.0, rows);
     }
 
@@ -252,7 +257,7 @@ impl ToneMapUniforms {
         f32::from_bits(greatest.cast_unsigned()) * self.exposure <= self.linear_limit
     }
 
-    /// Light after exposure and tone curve; NaN becomes 0.
+    /// Light after exposure; values that are negative or NaN become 0.
     #[inline(always)]
     fn expose(&self, light: [&[f32; LANES]; 3], exposed: &mut [[f32; LANES]; 3]) {
         for (exposed, light) in exposed.iter_mut().zip(light) {
@@ -260,9 +265,6 @@ impl ToneMapUniforms {
                 let value = light[i] * self.exposure;
                 exposed[i] = if value > 0.0 { value } else { 0.0 };
             }
-        }
-        if !self.is_linear(light) {
-            self.compress(exposed);
         }
     }
 
