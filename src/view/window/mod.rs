@@ -22,7 +22,7 @@ use crate::view::window::cpu_painter::Painter;
 use crate::view::window::frame_log::{FrameLog, PresentedFrame};
 use crate::view::window::placement::{Monitor, WindowPlacement};
 use crate::view::window::presenter::{PresentError, Presenter};
-use crate::view::window::settings_writer::{SettingsKeeper, write_changes};
+use crate::view::window::settings_writer::{SettingsSender, write_changes};
 use crate::view::window::shader_watcher::ShaderWatcher;
 use crate::view::worker::render_worker::{RenderWorker, ThreadedWorker};
 use egui_winit::accesskit_winit;
@@ -88,7 +88,7 @@ pub(crate) fn run(
         let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        let (keeper, changes) = SettingsKeeper::new(&interface.settings);
+        let (settings_sender, changes) = SettingsSender::new(&interface.settings);
         let save_settings = &save_settings;
         let writer = scope.spawn(move || {
             // Reported only once, because on a full disk every write would fail.
@@ -118,7 +118,7 @@ pub(crate) fn run(
             gpu_failed: false,
             next_redraw: None,
             failure: None,
-            keeper,
+            settings_sender,
             frame_log: FrameLog::of_environment(),
         };
         let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
@@ -240,7 +240,7 @@ struct App<'a> {
     next_redraw: Option<WallInstant>,
     /// Why the loop was ended, if not by the user.
     failure: Option<WindowError>,
-    keeper: SettingsKeeper,
+    settings_sender: SettingsSender,
     frame_log: Option<FrameLog>,
 }
 
@@ -309,7 +309,7 @@ impl App<'_> {
             self.painter.free_texture(id);
         }
         self.interface.settings.window_placement = Some(opened.placement);
-        self.keeper.note(&self.interface.settings);
+        self.settings_sender.send_if_changed(&self.interface.settings);
         let is_shown = presented?;
         if let Some(log) = &mut self.frame_log {
             let image = self.interface.shown().map(|rendered| ([rendered.width, rendered.height], rendered.took_ms));

@@ -11,14 +11,14 @@ use std::time::Duration;
 /// Time without a change after which settings are written, so that a drag of a slider counts as one change.
 const QUIET_TIME: Duration = Duration::from_millis(500);
 
-/// Sends changed settings to the writing thread, which ends when the keeper is dropped.
-pub(crate) struct SettingsKeeper {
+/// Sends changed settings to the writing thread, which ends when the sender is dropped.
+pub(crate) struct SettingsSender {
     changes: Sender<Settings>,
     /// The settings that were sent last.
     last: Settings,
 }
 
-impl SettingsKeeper {
+impl SettingsSender {
     /// `settings`: the current content of the settings file. The returned receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
@@ -26,7 +26,7 @@ impl SettingsKeeper {
     }
 
     /// Sends the settings to the writer if they differ from the last ones.
-    pub(crate) fn note(&mut self, settings: &Settings) {
+    pub(crate) fn send_if_changed(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
             // Cannot fail, because the writing thread ends only after this sender.
@@ -35,7 +35,7 @@ impl SettingsKeeper {
     }
 }
 
-/// Writes changes until the keeper is dropped. Blocks, so it needs its own thread.
+/// Writes changes until the sender is dropped. Blocks, so it needs its own thread.
 pub(crate) fn write_changes(changes: &Receiver<Settings>, write: impl FnMut(&Settings)) {
     write_after(changes, QUIET_TIME, write);
 }
@@ -59,22 +59,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_of_several_changes_is_written_once_and_none_after_the_keeper_is_dropped() {
+    fn the_last_of_several_changes_is_written_once_and_none_after_the_sender_is_dropped() {
         let zoomed = |zoom| Settings { zoom, ..Settings::default() };
-        let (mut keeper, changes) = SettingsKeeper::new(&zoomed(1.0));
+        let (mut sender, changes) = SettingsSender::new(&zoomed(1.0));
         let (written, seen) = channel();
         std::thread::scope(|scope| {
             scope.spawn(move || write_after(&changes, Duration::from_millis(50), |s| written.send(s.zoom).expect("a test that listens")));
             for zoom in [1.0, 1.1, 1.1, 1.2] {
-                keeper.note(&zoomed(zoom));
+                sender.send_if_changed(&zoomed(zoom));
             }
             assert_eq!(seen.recv(), Ok(1.2));
-            keeper.note(&zoomed(1.2));
-            keeper.note(&zoomed(1.3));
+            sender.send_if_changed(&zoomed(1.2));
+            sender.send_if_changed(&zoomed(1.3));
             assert_eq!(seen.recv(), Ok(1.3));
-            // Still pending when the keeper is dropped, hence left to the caller.
-            keeper.note(&zoomed(1.4));
-            drop(keeper);
+            // Still pending when the sender is dropped, hence left to the caller.
+            sender.send_if_changed(&zoomed(1.4));
+            drop(sender);
         });
         assert!(seen.try_recv().is_err());
     }
