@@ -2,7 +2,7 @@
 //!
 //! In: metered exposures of drawn images, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays as
 //! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate. The exposure takes the metered value at once for the first image, after a cut
-//! (another target or standpoint without a flight), and after manual exposure. This module reads no clock. Saved images do not adapt: their
+//! (another target or camera position without a flight), and after manual exposure. This module reads no clock. Saved images do not adapt: their
 //! automatic exposure is the metered value.
 
 use crate::catalog::NaifId;

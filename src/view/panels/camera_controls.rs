@@ -13,7 +13,7 @@ use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 /// The place typed into the fields for *Stand on surface*, degrees. On the Earth the fields show the observer's place instead, which events
 /// and the times of rise and set use too.
 #[derive(Default)]
-pub(crate) struct Standpoint {
+pub(crate) struct TypedPlace {
     latitude_deg: f64,
     longitude_deg: f64,
 }
@@ -37,11 +37,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     });
     view_from_list(interface, ui, selected, actions);
     let on_earth = selected == NaifId::EARTH;
-    let (standpoint, home) = (&mut interface.standpoint, &mut interface.information.home);
+    let (typed_place, home) = (&mut interface.typed_place, &mut interface.information.home);
     let (latitude_deg, longitude_deg) = if on_earth {
         (&mut home.latitude_deg, &mut home.longitude_deg)
     } else {
-        (&mut standpoint.latitude_deg, &mut standpoint.longitude_deg)
+        (&mut typed_place.latitude_deg, &mut typed_place.longitude_deg)
     };
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
         for (label, value_deg, limit_deg) in
