@@ -168,7 +168,7 @@ pub struct Interface {
     compare: compare::ComparePanel,
     information: information::InformationPanel,
     moments: moments::MomentsPanel,
-    now: what_to_see_now::NowShowing,
+    now_thumbnails: what_to_see_now::NowThumbnails,
     tour: tour::TourPlayer,
     events: events::EventsPanel,
     typed_place: camera_controls::TypedPlace,
@@ -216,7 +216,7 @@ impl Interface {
             shader: shader::ShaderPanel::default(),
             compare: compare::ComparePanel::default(),
             moments: moments::MomentsPanel::default(),
-            now: what_to_see_now::NowShowing::default(),
+            now_thumbnails: what_to_see_now::NowThumbnails::default(),
             tour: tour::TourPlayer::default(),
             events: events::EventsPanel::default(),
             typed_place: camera_controls::TypedPlace::default(),
@@ -326,7 +326,7 @@ impl Interface {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline = timeline::Timeline::default();
-            self.now = what_to_see_now::NowShowing::default();
+            self.now_thumbnails = what_to_see_now::NowThumbnails::default();
             self.events.rename(worker.session().catalog());
         }
     }

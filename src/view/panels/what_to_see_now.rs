@@ -51,10 +51,9 @@ enum ThumbnailState {
     Missing,
 }
 
+/// The thumbnail of each item.
 #[derive(Default)]
-pub(crate) struct NowShowing {
-    thumbnails: [ThumbnailState; NowItem::ALL.len()],
-}
+pub(crate) struct NowThumbnails([ThumbnailState; NowItem::ALL.len()]);
 
 /// Takes a finished image and requests the next one, one at a time. Called only while the images are shown.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
@@ -64,7 +63,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     let base_view = ViewState { quality: Quality::Standard, ..interface.base_view() };
     let now = interface.viewer.now();
     let mut is_busy = false;
-    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now.thumbnails) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now_thumbnails.0) {
         if let ThumbnailState::Loading(pending) = state {
             match pending.take() {
                 None => is_busy = true,
@@ -153,7 +152,7 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
 pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
-    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now.thumbnails) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now_thumbnails.0) {
         if matches!(state, ThumbnailState::Missing) {
             continue;
         }
