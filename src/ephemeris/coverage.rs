@@ -11,7 +11,7 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 
 /// A field of a body that no theory supports at any time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CoverageFault {
+pub struct UnsupportedField {
     pub body: NaifId,
     /// Key in the body's table of the catalog: `motion`, `parent` or `rotation`.
     pub field: &'static str,
@@ -67,30 +67,30 @@ impl Ephemeris {
     pub(super) fn no_theory(&self, target: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
         let body = self.name_of(target);
         let sources = match source {
-            None => message!("fault-of-sources"),
-            Some(Source::Kernel) => message!("fault-of-kernel"),
-            Some(Source::Series) => message!("fault-of-series"),
-            Some(Source::Mean) => message!("fault-of-mean-elements"),
+            None => message!("error-of-sources"),
+            Some(Source::Kernel) => message!("error-of-kernel"),
+            Some(Source::Series) => message!("error-of-series"),
+            Some(Source::Mean) => message!("error-of-mean-elements"),
         };
         EphemerisError(match self.coverage(target, source) {
-            None => message!("fault-no-place", sources = sources, body = &body),
+            None => message!("error-no-place", sources = sources, body = &body),
             Some((first, last)) => {
                 let other = match source {
-                    Some(Source::Kernel) => message!("fault-longer-than-kernel"),
-                    _ => message!("fault-longer-kernel"),
+                    Some(Source::Kernel) => message!("error-longer-than-kernel"),
+                    _ => message!("error-longer-kernel"),
                 };
                 let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
-                message!("fault-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = other)
+                message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = other)
             }
         })
     }
 
     /// The fields of a catalog's bodies that no theory supports at any time.
-    pub fn faults(&self, catalog: &Catalog) -> Vec<CoverageFault> {
-        let mut faults = Vec::new();
+    pub fn unsupported_fields(&self, catalog: &Catalog) -> Vec<UnsupportedField> {
+        let mut fields = Vec::new();
         for body in catalog.bodies() {
-            let mut add = |field, why: String| faults.push(CoverageFault { body: body.id, field, why });
-            if let Some((field, why)) = self.fault_of_motion(body.id, &body.motion, body.parent) {
+            let mut add = |field, why: String| fields.push(UnsupportedField { body: body.id, field, why });
+            if let Some((field, why)) = self.unsupported_motion(body.id, &body.motion, body.parent) {
                 add(field, why);
             }
             match body.rotation {
@@ -111,11 +111,11 @@ impl Ephemeris {
                 _ => {}
             }
         }
-        faults
+        fields
     }
 
     /// The catalog field and the reason, if no theory supports the motion.
-    fn fault_of_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
+    fn unsupported_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
         let planetary = |id: NaifId| has_massive_moons(id) || self.in_planetary_sources(id);
         if *motion == Motion::Planetary {
             return (!planetary(id)).then(|| {

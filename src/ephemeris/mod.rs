@@ -105,7 +105,7 @@ pub struct EphemerisError(pub Message);
 impl EphemerisError {
     /// An error whose detail is English in every language.
     pub fn other(detail: impl Into<String>) -> Self {
-        Self(message!("fault-ephemeris", detail = Argument::English(detail.into())))
+        Self(message!("error-ephemeris", detail = Argument::English(detail.into())))
     }
 }
 

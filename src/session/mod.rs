@@ -181,7 +181,7 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
         let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| failed(e.to_string()))?;
         ephemeris = ephemeris.with_kernel(&name, bytes)?;
     }
-    let mut problems: Vec<_> = ephemeris.faults(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
+    let mut problems: Vec<_> = ephemeris.unsupported_fields(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
     problems.sort_by(|a, b| (&a.file, a.line).cmp(&(&b.file, b.line)));
     if problems.is_empty() { Ok(ephemeris) } else { Err(CatalogError { problems }.into()) }
 }

@@ -139,14 +139,14 @@ impl Emitter<'_> {
 
     /// Emits the fragment that an import names, unless the module already contains it.
     fn append_import(&mut self, from: &str, import: &Import, importing_feature: u16) -> Result<(), ShaderError> {
-        let fault = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
+        let error = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;
         let Some((text, fragment)) = fragments.parsed(&import.path) else {
-            return Err(fault(format!("there is no fragment `{}`; an import names a fragment and an item of it", import.path)));
+            return Err(error(format!("there is no fragment `{}`; an import names a fragment and an item of it", import.path)));
         };
         let fragment = fragment?;
         if !fragment.declared.contains(&import.item) {
-            return Err(fault(format!("shaders/{} declares no `{}`", import.path, import.item)));
+            return Err(error(format!("shaders/{} declares no `{}`", import.path, import.item)));
         }
         if self.map.fragments.contains(&import.path) {
             return Ok(());

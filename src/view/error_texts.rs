@@ -16,55 +16,55 @@ use crate::view::language::message_text;
 use std::error::Error;
 
 /// The text of an error.
-pub(crate) fn error_text(fault: &(dyn Error + 'static)) -> String {
-    message_text(&fault_message(fault))
+pub(crate) fn error_text(error: &(dyn Error + 'static)) -> String {
+    message_text(&error_message(error))
 }
 
-fn fault_message(fault: &(dyn Error + 'static)) -> Message {
-    let detail = || Argument::English(fault.to_string());
-    if let Some(e) = fault.downcast_ref::<SessionError>() {
-        return session_fault(e);
+fn error_message(error: &(dyn Error + 'static)) -> Message {
+    let detail = || Argument::English(error.to_string());
+    if let Some(e) = error.downcast_ref::<SessionError>() {
+        return session_error_message(e);
     }
-    if let Some(e) = fault.downcast_ref::<SceneError>() {
-        return scene_fault(e);
+    if let Some(e) = error.downcast_ref::<SceneError>() {
+        return scene_error_message(e);
     }
-    if let Some(EphemerisError(why)) = fault.downcast_ref() {
+    if let Some(EphemerisError(why)) = error.downcast_ref() {
         return why.clone();
     }
-    if let Some(WriteError { path, why }) = fault.downcast_ref() {
-        return message!("fault-write", path = Argument::English(path.clone()), why = Argument::English(why.clone()));
+    if let Some(WriteError { path, why }) = error.downcast_ref() {
+        return message!("error-write", path = Argument::English(path.clone()), why = Argument::English(why.clone()));
     }
-    match fault.downcast_ref() {
+    match error.downcast_ref() {
         Some(ViewStateError::Ephemeris(EphemerisError(why))) => why.clone(),
-        Some(ViewStateError::Request(e)) => scene_fault(e),
-        Some(ViewStateError::Field(_) | ViewStateError::NoSuchBody(_)) => message!("fault-request", detail = detail()),
-        None if fault.is::<ImageError>() => message!("fault-map", detail = detail()),
-        None => message!("fault-other", detail = detail()),
+        Some(ViewStateError::Request(e)) => scene_error_message(e),
+        Some(ViewStateError::Field(_) | ViewStateError::NoSuchBody(_)) => message!("error-request", detail = detail()),
+        None if error.is::<ImageError>() => message!("error-map", detail = detail()),
+        None => message!("error-other", detail = detail()),
     }
 }
 
-fn session_fault(fault: &SessionError) -> Message {
-    let detail = Argument::English(fault.to_string());
-    match fault {
+fn session_error_message(error: &SessionError) -> Message {
+    let detail = Argument::English(error.to_string());
+    match error {
         SessionError::File { path, why } => {
-            message!("fault-file", path = Argument::English(path.clone()), why = Argument::English(why.clone()))
+            message!("error-file", path = Argument::English(path.clone()), why = Argument::English(why.clone()))
         }
-        SessionError::Catalog(_) | SessionError::Stars(_) | SessionError::SmallBodies(_) => message!("fault-catalog", detail = detail),
+        SessionError::Catalog(_) | SessionError::Stars(_) | SessionError::SmallBodies(_) => message!("error-catalog", detail = detail),
         SessionError::Ephemeris(EphemerisError(why)) => why.clone(),
-        SessionError::Scene(e) => scene_fault(e),
-        SessionError::Plan(PlanError::Map { .. }) => message!("fault-map", detail = detail),
-        SessionError::Plan(_) | SessionError::Shaders(_) | SessionError::Surface(_) => message!("fault-shader", detail = detail),
-        SessionError::Renderer(RendererError::Software(_)) => message!("fault-drawing", detail = detail),
-        SessionError::Renderer(_) => message!("fault-gpu", detail = detail),
+        SessionError::Scene(e) => scene_error_message(e),
+        SessionError::Plan(PlanError::Map { .. }) => message!("error-map", detail = detail),
+        SessionError::Plan(_) | SessionError::Shaders(_) | SessionError::Surface(_) => message!("error-shader", detail = detail),
+        SessionError::Renderer(RendererError::Software(_)) => message!("error-drawing", detail = detail),
+        SessionError::Renderer(_) => message!("error-gpu", detail = detail),
     }
 }
 
-fn scene_fault(fault: &SceneError) -> Message {
-    match fault {
+fn scene_error_message(error: &SceneError) -> Message {
+    match error {
         SceneError::Ephemeris(EphemerisError(why)) => why.clone(),
-        SceneError::Inside(body) => message!("fault-inside", body = body),
-        SceneError::Unknown(_) => message!("fault-unknown", detail = Argument::English(fault.to_string())),
-        SceneError::Request(_) | SceneError::NotABody(_) => message!("fault-request", detail = Argument::English(fault.to_string())),
+        SceneError::Inside(body) => message!("error-inside", body = body),
+        SceneError::Unknown(_) => message!("error-unknown", detail = Argument::English(error.to_string())),
+        SceneError::Request(_) | SceneError::NotABody(_) => message!("error-request", detail = Argument::English(error.to_string())),
     }
 }
 

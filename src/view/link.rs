@@ -28,16 +28,16 @@ const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
 /// Largest accepted text, bytes; texts written here have about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
 /// Maximum number of listed errors.
-const MAX_FAULTS: usize = 20;
+const MAX_ERRORS: usize = 20;
 /// Maximum number of characters of a listed error.
-const MAX_FAULT_CHARACTERS: usize = 200;
+const MAX_ERROR_CHARACTERS: usize = 200;
 
 /// Why a text does not describe a view, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewTextError {
     /// The errors of the text's fields.
-    #[error("{}", faults_text(.0))]
-    Faults(Vec<String>),
+    #[error("{}", errors_text(.0))]
+    Fields(Vec<String>),
     /// Each field is valid alone, but their combination is not.
     #[error(transparent)]
     View(#[from] ViewStateError),
@@ -46,12 +46,12 @@ pub enum ViewTextError {
     Scene(#[from] SessionError),
 }
 
-fn faults_text(faults: &[String]) -> String {
-    match faults {
+fn errors_text(errors: &[String]) -> String {
+    match errors {
         [one] => one.clone(),
         all => {
-            let left_out = if all.len() > MAX_FAULTS { "; …" } else { "" };
-            format!("{} errors: {}{left_out}", all.len(), all[..all.len().min(MAX_FAULTS)].join("; "))
+            let left_out = if all.len() > MAX_ERRORS { "; …" } else { "" };
+            format!("{} errors: {}{left_out}", all.len(), all[..all.len().min(MAX_ERRORS)].join("; "))
         }
     }
 }
@@ -102,7 +102,7 @@ impl ViewState {
 /// The fields that a text contains, and the errors found so far.
 struct PartialView {
     fields: Map<String, Value>,
-    faults: Vec<String>,
+    errors: Vec<String>,
 }
 
 impl PartialView {
@@ -117,27 +117,27 @@ impl PartialView {
     }
 
     fn from_error(why: String) -> Self {
-        let mut given = Self { fields: Map::new(), faults: Vec::new() };
-        given.fault(why);
+        let mut given = Self { fields: Map::new(), errors: Vec::new() };
+        given.record_error(why);
         given
     }
 
     /// Records an error, cut to one line of limited length, since the text is untrusted.
-    fn fault(&mut self, why: String) {
+    fn record_error(&mut self, why: String) {
         let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(MAX_FAULT_CHARACTERS).map(plain).collect();
-        if line.len() < why.len() && why.chars().count() > MAX_FAULT_CHARACTERS {
+        let mut line: String = why.chars().take(MAX_ERROR_CHARACTERS).map(plain).collect();
+        if line.len() < why.len() && why.chars().count() > MAX_ERROR_CHARACTERS {
             line.push('…');
         }
-        self.faults.push(line);
+        self.errors.push(line);
     }
 
     fn of_link(link: &str) -> Self {
         let Some(query) = query_of(link) else { return Self::from_error(format!("a link starts with {SCHEME}")) };
-        let mut given = Self { fields: Map::new(), faults: Vec::new() };
+        let mut given = Self { fields: Map::new(), errors: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
             if let Err(why) = given.take_pair(pair) {
-                given.fault(why);
+                given.record_error(why);
             }
         }
         given
@@ -167,14 +167,14 @@ impl PartialView {
 
     fn of_json(text: &str) -> Self {
         match serde_json::from_str(text) {
-            Ok(fields) => Self { fields, faults: Vec::new() },
+            Ok(fields) => Self { fields, errors: Vec::new() },
             Err(e) => Self::from_error(e.to_string()),
         }
     }
 
     /// Replaces names of bodies with their codes. An unknown name is recorded as an error, and its field is removed.
     fn resolve_body_names(&mut self, catalog: &Catalog) {
-        let mut faults = Vec::new();
+        let mut errors = Vec::new();
         let code = |field: &str, value: &Value| match value {
             Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
@@ -191,7 +191,7 @@ impl PartialView {
                 }
                 Err(why) => {
                     map.remove(name);
-                    faults.push(why);
+                    errors.push(why);
                 }
             }
         };
@@ -199,7 +199,7 @@ impl PartialView {
         if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
             set_field("eye.body", eye, "body");
         }
-        faults.into_iter().for_each(|why| self.fault(why));
+        errors.into_iter().for_each(|why| self.record_error(why));
     }
 
     /// The target; requires that [`Self::resolve_body_names`] was called.
@@ -212,11 +212,11 @@ impl PartialView {
     fn time(&mut self) -> Option<Instant> {
         let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if tdb_s.is_some() && date.is_some() {
-            self.fault("time and tdb_s are two forms of one value: leave one out".into());
+            self.record_error("time and tdb_s are two forms of one value: leave one out".into());
         }
         if let Some(date) = date {
             let time = read::<String>("time", &date).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
-            return time.map_err(|why| self.fault(why)).ok();
+            return time.map_err(|why| self.record_error(why)).ok();
         }
         // An invalid `tdb_s` is reported later, with the other fields.
         read("tdb_s", &tdb_s?).ok().map(Instant::from_tdb_seconds_past_j2000)
@@ -242,17 +242,17 @@ impl PartialView {
                 value => self.set_field::<ViewState>("", &mut merged, &name, value),
             }
         }
-        let mut view: Option<ViewState> = serde_json::from_value(Value::Object(merged)).map_err(|e| self.fault(e.to_string())).ok();
+        let mut view: Option<ViewState> = serde_json::from_value(Value::Object(merged)).map_err(|e| self.record_error(e.to_string())).ok();
         if let Some(view) = &mut view {
             // The window has separate switches for these two layers, which are fields of the view, so they are moved to these fields.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
         // An unreadable field now has its default, so it is not reported again.
-        view.iter().flat_map(|view| view.faults(catalog)).for_each(|why| self.fault(why));
+        view.iter().flat_map(|view| view.field_errors(catalog)).for_each(|why| self.record_error(why));
         match view {
-            Some(view) if self.faults.is_empty() => Ok(view),
-            _ => Err(ViewTextError::Faults(self.faults)),
+            Some(view) if self.errors.is_empty() => Ok(view),
+            _ => Err(ViewTextError::Fields(self.errors)),
         }
     }
 
@@ -269,7 +269,7 @@ impl PartialView {
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
-            self.fault(format!("{parent}{name}: {why}"));
+            self.record_error(format!("{parent}{name}: {why}"));
         }
     }
 
@@ -283,12 +283,12 @@ impl PartialView {
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
                 for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given.contains_key(*name)) {
-                    self.fault(format!("eye.{name} is missing: a free camera has no default"));
+                    self.record_error(format!("eye.{name} is missing: a free camera has no default"));
                 }
                 object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
             }
             _ => {
-                self.fault(format!("eye.kind {kind}: one of orbit, ground, centre, free"));
+                self.record_error(format!("eye.kind {kind}: one of orbit, ground, centre, free"));
                 return None;
             }
         };

@@ -435,7 +435,7 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
             Some((7, "Nereid.rotation")),
         ),
     ];
-    for (catalog, expected_fault) in cases {
+    for (catalog, expected_error) in cases {
         std::fs::write(&file, &catalog).expect("written");
         let verbs: [&[&str]; 4] = [
             &["explain", "--target", "earth", "--time", "2024-04-08"],
@@ -446,18 +446,18 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
         for verb in verbs {
             let out = orrery(&[verb, &["--catalogs", path_text(folder.path())]].concat());
             let line = stderr_text(&out);
-            match expected_fault {
+            match expected_error {
                 None => assert!(out.status.success(), "{catalog}: {line}"),
-                Some((fault_line, field)) => {
+                Some((error_line, field)) => {
                     assert!(
-                        out.status.code() == Some(1) && line.contains(&format!("mine.toml:{fault_line}: {field}")),
+                        out.status.code() == Some(1) && line.contains(&format!("mine.toml:{error_line}: {field}")),
                         "{catalog}: {line}"
                     );
                     assert!(line.contains("write") || line.contains("is a cycle"), "{line}");
                 }
             }
         }
-        if expected_fault.is_none() && catalog.contains("Testa") {
+        if expected_error.is_none() && catalog.contains("Testa") {
             let out = orrery(&["explain", "--target", "testa", "--time", "2024-04-08", "--catalogs", path_text(folder.path())]);
             assert!(out.status.success(), "a body that loads must be drawn: {}", stderr_text(&out));
         }
@@ -468,7 +468,7 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
 fn every_shipped_body_has_a_position_source() {
     let catalog = orrery::catalog::Catalog::embedded();
     let ephemeris = orrery::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped kernel");
-    assert_eq!(ephemeris.faults(&catalog), Vec::new());
+    assert_eq!(ephemeris.unsupported_fields(&catalog), Vec::new());
 }
 
 /// Graphics drivers print a line of their own if XDG_RUNTIME_DIR is missing or invalid.

@@ -153,7 +153,7 @@ fn german_panels_have_no_english_words() {
             || text.contains("//")
     };
     let mut checked = 0;
-    let mut faults = Vec::new();
+    let mut errors = Vec::new();
     for tab in std::iter::once(None).chain(Tab::ALL.map(Some)) {
         harness.state_mut().tab = tab;
         settle(&mut harness);
@@ -163,12 +163,12 @@ fn german_panels_have_no_english_words() {
             let plain: String = text.split_whitespace().filter(|word| !word.contains(['-', '.', '='])).collect::<Vec<_>>().join(" ");
             let found = english_words(&plain);
             if !found.is_empty() {
-                faults.push(format!("{tab:?}: {found:?} in {}", text.chars().take(120).collect::<String>()));
+                errors.push(format!("{tab:?}: {found:?} in {}", text.chars().take(120).collect::<String>()));
             }
         }
     }
     assert!(checked > 600, "{checked} texts");
-    assert!(faults.is_empty(), "{faults:#?}");
+    assert!(errors.is_empty(), "{errors:#?}");
     // Negative control: in an English window such words are found.
     harness.state_mut().language = Language::English;
     settle(&mut harness);

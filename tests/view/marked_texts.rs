@@ -169,14 +169,14 @@ pub struct Scan {
     names: BTreeSet<String>,
     modules: BTreeSet<String>,
     keys: BTreeSet<String>,
-    pub faults: BTreeSet<String>,
+    pub errors: BTreeSet<String>,
     /// Number of texts checked.
     pub checked: usize,
 }
 
 impl Scan {
     pub fn new() -> Self {
-        Self { names: catalog_names(), modules: module_names(), keys: key_names(), faults: BTreeSet::new(), checked: 0 }
+        Self { names: catalog_names(), modules: module_names(), keys: key_names(), errors: BTreeSet::new(), checked: 0 }
     }
 
     fn is_allowed(&self, place: &str, part: &str) -> bool {
@@ -231,7 +231,7 @@ impl Scan {
             for part in parts_without_message(&text) {
                 if !self.is_allowed(place, &part) {
                     let full_text: String = text.chars().take(160).collect();
-                    self.faults.insert(format!("{place}: {part}   in: {full_text}"));
+                    self.errors.insert(format!("{place}: {part}   in: {full_text}"));
                 }
             }
         }
@@ -373,7 +373,7 @@ fn every_panel_shows_only_messages() {
     settle(&mut window);
     scan.check("help", texts(&window, false));
     assert!(scan.checked > if sweep::in_full() { 5000 } else { 500 }, "{} texts", scan.checked);
-    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
+    assert!(scan.errors.is_empty(), "{} of {} texts: {:#?}", scan.errors.len(), scan.checked, scan.errors);
 }
 
 /// Texts that the window shows after an action: searches, menus, measured angles, tours, events, pages of the Shader panel, comparisons, a warning.
@@ -441,7 +441,7 @@ fn results_of_actions_show_only_messages() {
             scan_with_tooltips(&mut scan, &mut window, &format!("{tab:?} after {button}"), &mut hovered);
         }
     }
-    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
+    assert!(scan.errors.is_empty(), "{} of {} texts: {:#?}", scan.errors.len(), scan.checked, scan.errors);
 }
 
 /// The scan detects a label, a number or a tooltip that does not come from a message.

@@ -53,7 +53,7 @@ fn reasons_of_scenes_are_messages() {
     }
     let (min_features, min_reasons) = if sweep::in_full() { (36, 2001) } else { (20, 201) };
     assert!(features.len() >= min_features && scan.checked >= min_reasons, "{} features, {} reasons", features.len(), scan.checked);
-    assert!(scan.faults.is_empty(), "{} of {} texts: {:#?}", scan.faults.len(), scan.checked, scan.faults);
+    assert!(scan.errors.is_empty(), "{} of {} texts: {:#?}", scan.errors.len(), scan.checked, scan.errors);
     language::set(Language::English);
 }
 
@@ -84,6 +84,6 @@ fn texts_of_catalogs_are_messages() {
     }
     assert!(texts.len() > 100, "{} texts", texts.len());
     scan.check("catalogs", texts);
-    assert!(scan.faults.is_empty(), "{:#?}", scan.faults);
+    assert!(scan.errors.is_empty(), "{:#?}", scan.errors);
     language::set(Language::English);
 }

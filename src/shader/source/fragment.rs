@@ -3,7 +3,7 @@
 use super::block::{Block, ROOT};
 use super::condition::{Condition, Features};
 use super::limits::first_exceeded_limit;
-use super::scan::{ConditionChain, Fault, Scan, scan};
+use super::scan::{ConditionChain, Scan, ScanError, scan};
 use crate::shader::ShaderError;
 use std::ops::Range;
 
@@ -72,7 +72,7 @@ impl Fragment {
                         statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the fragments of this version)";
             return Err(error(legacy_at, what.into()));
         }
-        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|Fault { at: byte, what }| error(byte, what))?;
+        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|ScanError { at: byte, what }| error(byte, what))?;
         Ok(Self::of(text, scan))
     }
 

@@ -11,7 +11,7 @@ use wgsl_parse::lexer::{Lexer, Token};
 use wgsl_parse::syntax::{Import as NestedImport, ImportContent, ImportStatement, PathOrigin};
 
 /// An error at a byte position of the text.
-pub(super) struct Fault {
+pub(super) struct ScanError {
     pub at: usize,
     pub what: String,
 }
@@ -72,17 +72,17 @@ struct Scanner<'a> {
 
 /// # Errors
 /// Unbalanced brackets, invalid conditions, and conditional attributes inside an item.
-pub(super) fn scan(path: &str, text: &str) -> Result<Scan, Fault> {
+pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {
-        let (start, token, end) = token.map_err(|(at, _, _)| Fault { at, what: "this is not a WGSL token".into() })?;
+        let (start, token, end) = token.map_err(|(at, _, _)| ScanError { at, what: "this is not a WGSL token".into() })?;
         tokens.push((start..end, token));
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
     scanner.scan_items(ROOT, List::Module)?;
     match scanner.token() {
         "" => Ok(scanner.scan),
-        bracket => Err(scanner.fault(format!("`{bracket}` has no opening bracket"))),
+        bracket => Err(scanner.error(format!("`{bracket}` has no opening bracket"))),
     }
 }
 
@@ -102,8 +102,8 @@ impl<'a> Scanner<'a> {
         self.next.checked_sub(1).and_then(|k| self.tokens.get(k)).map_or(0, |(span, _)| span.end)
     }
 
-    fn fault(&self, what: String) -> Fault {
-        Fault { at: self.at(), what }
+    fn error(&self, what: String) -> ScanError {
+        ScanError { at: self.at(), what }
     }
 
     fn is_at_end_of_list(&self) -> bool {
@@ -113,7 +113,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Scans items up to the bracket that closes their list; the bracket is not consumed.
-    fn scan_items(&mut self, parent: u32, list: List) -> Result<(), Fault> {
+    fn scan_items(&mut self, parent: u32, list: List) -> Result<(), ScanError> {
         // The blocks of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
@@ -123,7 +123,7 @@ impl<'a> Scanner<'a> {
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
             if continues_chain && unless.is_none() {
-                return Err(Fault { at: start, what: "the item before has no `@if`".into() });
+                return Err(ScanError { at: start, what: "the item before has no `@if`".into() });
             }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
@@ -165,7 +165,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Scans the attributes before an item; returns the conditional one with its span.
-    fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, Fault> {
+    fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, ScanError> {
         let mut found = None;
         while self.token() == "@" {
             let start = self.at();
@@ -184,8 +184,8 @@ impl<'a> Scanner<'a> {
             };
             let condition = |what: &str| {
                 let span =
-                    argument.clone().ok_or_else(|| Fault { at: start, what: format!("`@{what}` has no condition in parentheses") })?;
-                Condition::parse(&self.text[span.clone()]).map_err(|what| Fault { at: span.start, what })
+                    argument.clone().ok_or_else(|| ScanError { at: start, what: format!("`@{what}` has no condition in parentheses") })?;
+                Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { at: span.start, what })
             };
             let branch = match name.as_str() {
                 "if" => Branch::If(condition("if")?),
@@ -194,22 +194,22 @@ impl<'a> Scanner<'a> {
                 _ => continue,
             };
             if found.replace((branch, start..self.previous_end())).is_some() {
-                return Err(Fault { at: start, what: "an item has one condition; join several with `&&`".into() });
+                return Err(ScanError { at: start, what: "an item has one condition; join several with `&&`".into() });
             }
         }
         Ok(found)
     }
 
-    fn expect(&mut self, word: &str) -> Result<(), Fault> {
+    fn expect(&mut self, word: &str) -> Result<(), ScanError> {
         if self.token() != word {
-            return Err(self.fault(format!("`{word}` is missing here")));
+            return Err(self.error(format!("`{word}` is missing here")));
         }
         self.next += 1;
         Ok(())
     }
 
     /// Scans one item after its attributes, including the semicolon or comma that ends it.
-    fn scan_item(&mut self, block: u32, list: List) -> Result<(), Fault> {
+    fn scan_item(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let first = self.next;
         if list == List::Module {
             self.record_declaration(first);
@@ -237,7 +237,7 @@ impl<'a> Scanner<'a> {
                 }
                 "@" if matches!(self.tokens.get(self.next + 1).map(|(s, _)| &self.text[s.clone()]), Some("if" | "elif" | "else")) => {
                     let what = "a condition must come before a declaration, a member, a parameter or a statement; here it is within one";
-                    return Err(self.fault(what.into()));
+                    return Err(self.error(what.into()));
                 }
                 _ => self.next += 1,
             }
@@ -245,7 +245,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), Fault> {
+    fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let open = self.at();
         let close = match self.token() {
             "(" => ")",
@@ -257,7 +257,7 @@ impl<'a> Scanner<'a> {
         self.scan_items(block, list)?;
         // `>>` closes two template lists.
         if !self.token().starts_with(close) {
-            return Err(Fault { at: open, what: format!("this is not closed by `{close}`") });
+            return Err(ScanError { at: open, what: format!("this is not closed by `{close}`") });
         }
         self.next += 1;
         Ok(())
@@ -279,26 +279,26 @@ impl<'a> Scanner<'a> {
         self.scan.declared.push(name.to_owned());
     }
 
-    fn scan_import(&mut self, block: u32) -> Result<(), Fault> {
+    fn scan_import(&mut self, block: u32) -> Result<(), ScanError> {
         let at = self.at();
         while !matches!(self.token(), ";" | "") {
             self.next += 1;
         }
         self.expect(";")?;
         let span = at..self.previous_end();
-        let fault = |what: String| Fault { at, what };
-        let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| fault(e.error.to_string()))?;
+        let error = |what: String| ScanError { at, what };
+        let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| error(e.error.to_string()))?;
         let mut base: Vec<String> = match statement.path.as_ref().map(|p| &p.origin) {
             Some(PathOrigin::Absolute) => Vec::new(),
             Some(PathOrigin::Relative(levels_up)) => {
                 let own_path: Vec<String> = self.path.split('/').map(str::to_owned).collect();
                 own_path[..own_path.len().saturating_sub(*levels_up)].to_vec()
             }
-            _ => return Err(fault("an import begins with `package::` or `super::`".into())),
+            _ => return Err(error("an import begins with `package::` or `super::`".into())),
         };
         base.extend(statement.path.iter().flat_map(|p| p.components.clone()));
         let mut items = Vec::new();
-        collect(&base, &statement.content, &mut items).map_err(fault)?;
+        collect(&base, &statement.content, &mut items).map_err(error)?;
         self.scan.removed_spans.push(span);
         self.scan.imports.push(Imported { at, block, items });
         Ok(())

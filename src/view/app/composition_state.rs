@@ -69,7 +69,7 @@ impl CompositionState {
     }
 
     /// Reports each number that is out of range.
-    pub(super) fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    pub(super) fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)
         });

@@ -67,7 +67,7 @@ impl CameraPose {
     }
 
     /// Calls `check` for each number: with whether it is possible, and the message if it is not.
-    fn faults(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
             check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
@@ -207,8 +207,8 @@ impl ViewState {
     /// # Errors
     /// If the view cannot be drawn; the error is one line that says why.
     pub fn request(&self, catalog: &Catalog, ephemeris: &Ephemeris, width: u32, height: u32) -> Result<ViewRequest, ViewStateError> {
-        if let Some(fault) = self.faults(catalog).into_iter().next() {
-            return Err(ViewStateError::Field(fault));
+        if let Some(error) = self.field_errors(catalog).into_iter().next() {
+            return Err(ViewStateError::Field(error));
         }
         let mut request = ViewRequest::of(self.target, self.time());
         let pose = self.pose(catalog, ephemeris)?;
@@ -241,11 +241,11 @@ impl ViewState {
     }
 
     /// One line for each field with an impossible value. Combinations of fields (such as a camera inside a body) are not checked.
-    pub(crate) fn faults(&self, catalog: &Catalog) -> Vec<String> {
-        let mut faults = Vec::new();
-        let mut check = |ok: bool, fault: &dyn Fn() -> String| {
+    pub(crate) fn field_errors(&self, catalog: &Catalog) -> Vec<String> {
+        let mut errors = Vec::new();
+        let mut check = |ok: bool, error: &dyn Fn() -> String| {
             if !ok {
-                faults.push(fault());
+                errors.push(error());
             }
         };
         for (field, id) in [("target", self.target), ("eye.body", self.eye.body())] {
@@ -265,9 +265,9 @@ impl ViewState {
                 check(false, &|| format!("effects: {e}"));
             }
         }
-        self.eye.faults(&mut check);
-        self.composition.faults(&mut check);
-        faults
+        self.eye.field_errors(&mut check);
+        self.composition.field_errors(&mut check);
+        errors
     }
 
     fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {

@@ -4,8 +4,8 @@ use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// The arguments of each message of some files, by its id; an id that occurs twice is added to `faults`.
-fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
+/// The arguments of each message of some files, by its id; an id that occurs twice is added to `errors`.
+fn messages<'f>(files: &[&'f str], errors: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
     let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for file in files {
         let mut id = "";
@@ -13,7 +13,7 @@ fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str
             if let Some(new_id) = files::ids(line).next() {
                 id = new_id;
                 if found.insert(id, BTreeSet::new()).is_some() {
-                    faults.push(format!("{id} occurs twice"));
+                    errors.push(format!("{id} occurs twice"));
                 }
             }
             let arguments = line.split("{ $").skip(1).filter_map(|rest| rest.split([' ', '}']).next());
@@ -26,19 +26,19 @@ fn messages<'f>(files: &[&'f str], faults: &mut Vec<String>) -> BTreeMap<&'f str
 
 /// One line for each message or argument that only one of two languages has.
 fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
-    let mut faults = Vec::new();
-    let [first, second] = [first, second].map(|files| messages(files, &mut faults));
+    let mut errors = Vec::new();
+    let [first, second] = [first, second].map(|files| messages(files, &mut errors));
     for (id, arguments) in &first {
         match second.get(id) {
-            None => faults.push(format!("{id} is missing in the second")),
+            None => errors.push(format!("{id} is missing in the second")),
             // A message for a date uses only the arguments that its language needs.
             Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
-            Some(others) if others != arguments => faults.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
+            Some(others) if others != arguments => errors.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
             Some(_) => {}
         }
     }
-    faults.extend(second.keys().filter(|id| !first.contains_key(*id)).map(|id| format!("{id} is missing in the first")));
-    faults
+    errors.extend(second.keys().filter(|id| !first.contains_key(*id)).map(|id| format!("{id} is missing in the first")));
+    errors
 }
 
 #[test]
@@ -63,8 +63,8 @@ fn differences_finds_missing_messages_missing_arguments_and_duplicates() {
 fn every_file_is_valid_fluent() {
     for language in Language::ALL {
         for file in files::of(language).iter().chain(files::of_catalogs(language)) {
-            let fault = FluentResource::try_new((*file).to_owned()).err().map(|(_, errors)| format!("{errors:?}"));
-            assert_eq!(fault, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
+            let error = FluentResource::try_new((*file).to_owned()).err().map(|(_, errors)| format!("{errors:?}"));
+            assert_eq!(error, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
         }
         let all = messages(files::of(language), &mut Vec::new());
         let formatted = &super::messages(language).plain;

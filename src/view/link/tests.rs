@@ -96,7 +96,7 @@ fn target_and_time_of_a_link_are_known_before_the_other_fields_are_read() {
     assert_eq!(given("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
     for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
         let mut given = given(bad);
-        assert!(given.time().is_none() && given.faults.iter().any(|why| why.contains(names)), "{bad}: {:?}", given.faults);
+        assert!(given.time().is_none() && given.errors.iter().any(|why| why.contains(names)), "{bad}: {:?}", given.errors);
     }
 }
 
@@ -181,8 +181,8 @@ fn broken_links_are_refused_in_one_line() {
 
 /// All pairs of these errors, and all sets of at least 14 of the 15: each error of the link is reported, and no other.
 #[test]
-fn all_faults_of_a_link_are_listed() {
-    let faults = [
+fn all_errors_of_a_link_are_listed() {
+    let errors = [
         ("target=jupitre", "jupitre"),
         ("aim=3", "aim"),
         ("fov_deg=500", "fov_deg"),
@@ -199,13 +199,13 @@ fn all_faults_of_a_link_are_listed() {
         ("bloom", "bloom"),
         ("orbits=%zz", "orbits"),
     ];
-    for chosen in (1_u32..1 << faults.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
+    for chosen in (1_u32..1 << errors.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
         let is_chosen = |k: &usize| chosen & (1 << k) != 0;
-        let pairs: Vec<&str> = (0..faults.len()).filter(is_chosen).map(|k| faults[k].0).collect();
+        let pairs: Vec<&str> = (0..errors.len()).filter(is_chosen).map(|k| errors[k].0).collect();
         let link = format!("orrery://view?{}", pairs.join("&"));
         let why = of_link(&link).expect_err(&link);
         assert!(why.starts_with(&format!("{} errors: ", pairs.len())), "{link}: {why}");
-        for (k, (_, name)) in faults.iter().enumerate() {
+        for (k, (_, name)) in errors.iter().enumerate() {
             assert_eq!(why.contains(name), is_chosen(&k), "{link}: `{name}` in {why}");
         }
     }
