@@ -24,7 +24,7 @@ fn german_has_its_own_numbers_names_and_times() {
         assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (text, english));
     }
     // The compass point E is O (Osten) in German.
-    assert_eq!((german.name("body", "Earth"), german.name("point", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
+    assert_eq!((german.name("body", "Earth"), german.name("compass", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
     assert_eq!(german.time("2024-04-08T18:17:16.250Z"), "8. April 2024, 18:17:16,250 UTC");
     assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
     assert_eq!(german.time("JD 5000000.5 UTC"), "JD 5000000.5 UTC", "not a calendar date");
@@ -41,7 +41,7 @@ fn german_has_its_own_numbers_names_and_times() {
 #[test]
 fn texts_in_images_are_simple_and_in_both_languages() {
     let ids = |file: &'static str| -> HashSet<&str> {
-        let of_images = |line: &&str| ["image-", "point-", "body-"].iter().any(|kind| line.starts_with(kind));
+        let of_images = |line: &&str| ["image-", "compass-", "body-"].iter().any(|kind| line.starts_with(kind));
         file.lines().filter(of_images).filter_map(|line| Some(line.split_once(" = ")?.0)).collect()
     };
     assert!(ids(ENGLISH_FILE).len() > 30);

@@ -195,7 +195,7 @@ impl GroundLineBuilder<'_, '_> {
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => signed_angle_text(line.coordinate_deg),
-                GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("point", "E")),
+                GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("compass", "E")),
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {

@@ -153,7 +153,7 @@ pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
     let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
-    if (eighth - eighth.round()).abs() < 1e-9 { language.name("point", POINTS[point]).to_owned() } else { angle_text(degrees) }
+    if (eighth - eighth.round()).abs() < 1e-9 { language.name("compass", POINTS[point]).to_owned() } else { angle_text(degrees) }
 }
 
 /// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges.

@@ -93,9 +93,9 @@ impl Margin {
                     "image-from-ground",
                     body = name_of(body),
                     latitude = format_args!("{:.2}", latitude_deg.abs()),
-                    north = language.name("point", if latitude_deg < 0.0 { "S" } else { "N" }),
+                    north = language.name("compass", if latitude_deg < 0.0 { "S" } else { "N" }),
                     longitude = format_args!("{:.2}", signed_longitude_deg.abs()),
-                    east = language.name("point", if signed_longitude_deg < 0.0 { "W" } else { "E" }),
+                    east = language.name("compass", if signed_longitude_deg < 0.0 { "W" } else { "E" }),
                 )
             }
             Position::Over { .. } | Position::Offset { .. } => match target {

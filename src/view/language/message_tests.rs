@@ -70,7 +70,7 @@ fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
         }
     }
     // Names of bodies, compass points and months have ids that are put together at run time.
-    let is_named = |id: &str| ["body-", "point-", "month-"].iter().any(|kind| id.starts_with(kind));
+    let is_named = |id: &str| ["body-", "compass-", "month-"].iter().any(|kind| id.starts_with(kind));
     // Some ids are passed without the macros, such as those of the quantities of stated errors.
     let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));
     let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id) && !is_named(id)).collect();
