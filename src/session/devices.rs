@@ -77,7 +77,7 @@ impl Devices {
     ) -> Result<RenderOutput, RendererError> {
         let (frame, timings) = software.render(plan, library, requested == RequestedOutput::Linear)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
-        Ok(RenderOutput { frame, on_gpu: None, by })
+        Ok(RenderOutput { frame, gpu_image: None, by })
     }
 
     /// If a plan has new modules with the user's fragments, draws it in software first, because the software renderer detects an endless loop, which would hang

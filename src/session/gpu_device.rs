@@ -255,10 +255,10 @@ impl Gpu {
             }),
         };
         match drawn {
-            Ok((frame, on_gpu, timings)) => {
+            Ok((frame, gpu_image, timings)) => {
                 let adapter = Some(renderer.facts().to_string());
                 let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
-                Some(RenderOutput { frame, on_gpu, by })
+                Some(RenderOutput { frame, gpu_image, by })
             }
             Err(e) => {
                 let last_error = self.last_error.lock().replace(e.clone());

@@ -94,7 +94,7 @@ pub struct DrawnFrame {
     /// The pixels.
     pub frame: Frame,
     /// The image, if it stays on the GPU that drew it; `frame` has no pixels then.
-    pub on_gpu: Option<GpuImage>,
+    pub gpu_image: Option<GpuImage>,
     /// The renderer that drew the frame.
     pub by: DrawnBy,
 }
@@ -441,8 +441,8 @@ impl Session {
     }
 }
 
-fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, on_gpu, by }: RenderOutput) -> DrawnFrame {
-    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, on_gpu, by }
+fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, gpu_image, by }: RenderOutput) -> DrawnFrame {
+    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, gpu_image, by }
 }
 
 impl Session {

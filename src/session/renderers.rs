@@ -65,7 +65,7 @@ pub struct DrawnBy {
 pub struct RenderOutput {
     pub frame: Frame,
     /// The image, if it stays on the GPU; `frame` has no pixels then.
-    pub on_gpu: Option<GpuImage>,
+    pub gpu_image: Option<GpuImage>,
     pub by: DrawnBy,
 }
 

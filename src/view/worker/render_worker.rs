@@ -120,7 +120,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         width: drawn.frame.width,
         height: drawn.frame.height,
         rgba: drawn.frame.display,
-        gpu_image: drawn.on_gpu,
+        gpu_image: drawn.gpu_image,
         by: drawn.by,
         took_ms,
         waited_ms: 0.0,
