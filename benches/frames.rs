@@ -5,6 +5,7 @@
 //! all threads. Times are wall times, so nothing else should run at the same time.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+use orrery::FrameImages;
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{self, AddressMode, SamplerState, SamplingQuality};
 use orrery::render::software::exec::{Gradients, TextureUnit};
@@ -41,7 +42,7 @@ fn frames(c: &mut Criterion) {
             b.iter(|| plan::plan(black_box(&built), &session, SAMPLING).expect("a plan"));
         });
         c.bench_function(&format!("draw/{}", scene.name), |b| {
-            b.iter(|| renderer.render(black_box(&planned), session.library(), false).expect("a frame"));
+            b.iter(|| renderer.render(black_box(&planned), session.library(), FrameImages::Display).expect("a frame"));
         });
     }
 }

@@ -17,6 +17,7 @@ fn main() {
 #[cfg(target_arch = "x86_64")]
 fn main() {
     use heavy::{WGSL, cpu_seconds, map, median, module, plan, simple_module, tone_map_plan};
+    use orrery::FrameImages;
     use orrery::render::software::kernels::KernelClass;
     use orrery::render::software::{Options, Precision, SoftwareRenderer};
 
@@ -48,7 +49,7 @@ fn main() {
         hand_s.push(cpu_seconds() - start);
         for (renderer, times) in renderers.iter().zip(&mut tape_s) {
             let start = cpu_seconds();
-            let (frame, _) = renderer.render(&plan, &module, true).expect("draws");
+            let (frame, _) = renderer.render(&plan, &module, FrameImages::DisplayAndHdr).expect("draws");
             times.push(cpu_seconds() - start);
             let worst =
                 frame.hdr.iter().zip(&by_hand_image).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
@@ -66,7 +67,7 @@ fn main() {
         let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32 }).expect("a renderer");
         let times = (0..ROUNDS).map(|_| {
             let start = cpu_seconds();
-            renderer.render(&plan, &module, false).expect("draws");
+            renderer.render(&plan, &module, FrameImages::Display).expect("draws");
             cpu_seconds() - start
         });
         println!("tone map, {}: {:.1} ms", class.name(), 1e3 * median(times.collect()));

@@ -27,7 +27,7 @@ use orrery::view::app::settings::Settings;
 use orrery::view::app::tour::Tour;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::view_from_text;
-use orrery::{Catalog, Fragments, Instant, NaifId, Session, ShaderModule, Sources, lowering};
+use orrery::{Catalog, Fragments, FrameImages, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -448,7 +448,7 @@ fn key(bytes: &[u8]) {
     assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key is that key");
     let library = ShaderLibrary::in_memory(lowering());
     let plan = sample_plan(&library, &key, 12, HALF_SIDE_WITH_LIMB).expect("a key has a module");
-    let (frame, _) = RENDERER.render(&plan, &library, true).expect("a module is drawn");
+    let (frame, _) = RENDERER.render(&plan, &library, FrameImages::DisplayAndHdr).expect("a module is drawn");
     RENDERER.forget_modules();
     assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is no number");
 }

@@ -15,11 +15,11 @@
 //! Render an image:
 //!
 //! ```no_run
-//! use orrery::{SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_image};
+//! use orrery::{FrameImages, SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_image};
 //!
 //! let session = Session::open(&Sources::default(), |message| eprintln!("{message}"))?;
 //! let request = ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z")?);
-//! let drawn = session.draw(&request, SamplingQuality::of(request.quality), false)?;
+//! let drawn = session.draw(&request, SamplingQuality::of(request.quality), FrameImages::Display)?;
 //! write_image("earth.png".as_ref(), &drawn.frame, &[])?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -88,7 +88,7 @@ pub mod wording;
 pub use catalog::{Catalog, NaifId};
 pub use ephemeris::Ephemeris;
 pub use files::WriteError;
-pub use render::frame::Frame;
+pub use render::frame::{Frame, FrameImages};
 pub use render::plan::SamplingQuality;
 pub use render::software::lowering;
 pub use scene::request::ViewRequest;

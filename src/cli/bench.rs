@@ -11,7 +11,7 @@ use crate::render::plan::SamplingQuality;
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
-use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
+use crate::session::{DrawnBy, FrameImages, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -111,7 +111,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (earlier, _) = session.report();
             let before = process_cpu();
             let start = WallInstant::now();
-            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), false)?.by);
+            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.by);
             let wall = start.elapsed();
             let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
@@ -147,7 +147,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 /// The pixels, operations and texture reads of one frame in the fragment shaders of bodies, summed over the pixels of the cost view.
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
     // The cost view shows bodies only, so stars and lines of the sky are not counted.
-    let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, true)?;
+    let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, FrameImages::DisplayAndHdr)?;
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
         "operations": sum(0).round(), "texture_reads": (sum(1) / INSTRUCTIONS_PER_READ).round() }))
@@ -161,7 +161,7 @@ fn effects(
     pair_count: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
 ) -> Result<Vec<Value>, CliError> {
-    let drawn_with = session.draw(request, sampling, true)?;
+    let drawn_with = session.draw(request, sampling, FrameImages::DisplayAndHdr)?;
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
     let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
@@ -170,7 +170,7 @@ fn effects(
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);
         // Also loads the modules and maps of this variant before the timing.
-        let drawn_without = session.draw(&request_without, sampling, true)?;
+        let drawn_without = session.draw(&request_without, sampling, FrameImages::DisplayAndHdr)?;
         let frames = interleaved(pair_count as usize, &[&|| measure(&request_with), &|| measure(&request_without)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
         let pairs = || frames[0].iter().zip(&frames[1]);

@@ -10,7 +10,7 @@ use crate::measure::error_bounds;
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
-use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
+use crate::session::{DrawnBy, FrameImages, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
@@ -145,8 +145,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             continue;
         }
         let request = request_of(number);
-        let keep_hdr = path.as_ref().is_some_and(|p| is_exr(p));
-        let drawn = session.draw(&request, sampling, keep_hdr)?;
+        let is_linear = path.as_ref().is_some_and(|p| is_exr(p));
+        let images = if is_linear { FrameImages::DisplayAndHdr } else { FrameImages::Display };
+        let drawn = session.draw(&request, sampling, images)?;
         first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());

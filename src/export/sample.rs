@@ -7,7 +7,7 @@ use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
 use crate::render::software::{Options, Precision, SoftwareRenderer};
-use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
+use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::luminance;
@@ -113,7 +113,7 @@ impl SampleRenderer {
     pub(crate) fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
-            let drawn = renderer.render(&plan, &SingleModule(module), true);
+            let drawn = renderer.render(&plan, &SingleModule(module), FrameImages::DisplayAndHdr);
             // The next module may have the same name, and thousands of modules may follow.
             renderer.forget_modules();
             Ok(drawn?.0.hdr)

@@ -7,7 +7,7 @@ use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
-use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
+use crate::session::{FrameImages, RendererPreference, Session, SessionError, standard_scenes};
 
 /// Scenes with discs, rings, atmospheres, maps and limbs, without features whose size is in pixels.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
@@ -86,7 +86,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
-    let drawn = session.draw(&request, sampling, true)?;
+    let drawn = session.draw(&request, sampling, FrameImages::DisplayAndHdr)?;
     if drawn.by.adapter.is_none() {
         return Ok(None);
     }
@@ -99,7 +99,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
             error: p999(level_differences(&on_gpu, &reference)),
             default_of: vec![],
-            workload: Box::new(|| session.draw(&request, sampling, false).map(drop)),
+            workload: Box::new(|| session.draw(&request, sampling, FrameImages::Display).map(drop)),
         },
         Candidate {
             name: "software".to_owned(),

@@ -9,7 +9,7 @@ use crate::render::plan::{self, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, ViewRequest};
-use crate::session::{Session, SessionError};
+use crate::session::{FrameImages, Session, SessionError};
 
 /// The finest sampling.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
@@ -109,14 +109,14 @@ impl<'a> PrecisionRenderers<'a> {
 
     /// Draws the view and returns its linear image.
     pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
-        let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), true)?;
+        let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), FrameImages::DisplayAndHdr)?;
         let exposure_factor = view.scene.exposure.factor();
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
 
     /// Draws the view and discards the result, for timing.
     pub(crate) fn draw(&self, view: &PlannedView, precision: Precision) -> Result<(), SessionError> {
-        self.renderer(precision).render(&view.plan, self.session.library(), false)?;
+        self.renderer(precision).render(&view.plan, self.session.library(), FrameImages::Display)?;
         Ok(())
     }
 

@@ -8,6 +8,7 @@ use crate::render::plan::{
     Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
+use crate::session::FrameImages;
 use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;
@@ -55,7 +56,7 @@ impl ProbeBatch {
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(queries.len());
         for chunk in queries.chunks(MAX_QUERIES_PER_TARGET) {
-            let (frame, _) = renderer.render(&self.plan(chunk), library, true)?;
+            let (frame, _) = renderer.render(&self.plan(chunk), library, FrameImages::DisplayAndHdr)?;
             let width = chunk.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");

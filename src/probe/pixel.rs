@@ -11,6 +11,7 @@ use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, Purpose, ViewRequest};
+use crate::session::FrameImages;
 use crate::shader::ModuleId;
 use crate::time::Instant;
 use serde::Deserialize;
@@ -180,7 +181,7 @@ fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32
     }
     pass.draws.retain(|d| d.scissor[0] < d.scissor[2] && d.scissor[1] < d.scissor[3]);
     let index = (y * pass.width + x) as usize;
-    let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), true)?;
+    let (frame, _) = prober.renderer.render(&Plan { passes: vec![pass] }, prober.library(), FrameImages::DisplayAndHdr)?;
     frame.hdr.get(index).map(|p| [p[0], p[1], p[2]]).ok_or_else(|| "the image has no such pixel".into())
 }
 

@@ -7,6 +7,7 @@
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
+use crate::render::frame::FrameImages;
 use crate::render::plan::Plan;
 #[cfg(feature = "gpu")]
 use crate::render::software::RenderError;
@@ -75,7 +76,8 @@ impl Devices {
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        let (frame, timings) = software.render(plan, library, requested == RequestedOutput::Linear)?;
+        let images = if let RequestedOutput::Frame(images) = requested { images } else { FrameImages::Display };
+        let (frame, timings) = software.render(plan, library, images)?;
         let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
         Ok(RenderOutput { frame, gpu_image: None, by })
     }
@@ -93,7 +95,7 @@ impl Devices {
             return Ok(());
         }
         // Any other error is ignored here, because drawing on the GPU reports it.
-        if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, false) {
+        if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, FrameImages::Display) {
             return Err(endless.into());
         }
         self.dry_run_modules.lock().extend(new);

@@ -4,6 +4,7 @@
 //! both images have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
 
 use super::{Session, SessionError};
+use crate::render::frame::FrameImages;
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
@@ -80,7 +81,7 @@ impl Session {
         for _ in 0..ROUNDS {
             for (k, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
-                let (frame, _) = self.background_renderer().render(plan, self.library(), true)?;
+                let (frame, _) = self.background_renderer().render(plan, self.library(), FrameImages::DisplayAndHdr)?;
                 fastest[k] = fastest[k].min(start.elapsed());
                 light[k] = frame.hdr;
             }

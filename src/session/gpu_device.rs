@@ -4,7 +4,7 @@
 //! driver.
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
-use crate::render::frame::Frame;
+use crate::render::frame::{Frame, FrameImages};
 use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::shader::ModuleId;
@@ -246,9 +246,9 @@ impl Gpu {
         notify: &Notify,
     ) -> Option<RenderOutput> {
         let drawn = match output {
-            RequestedOutput::Pixels | RequestedOutput::Linear => renderer
-                .render_in(frame_guard, plan, library, output == RequestedOutput::Linear)
-                .map(|(frame, timings)| (frame, None, timings)),
+            RequestedOutput::Frame(images) => {
+                renderer.render_in(frame_guard, plan, library, images).map(|(frame, timings)| (frame, None, timings))
+            }
             RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(image, timings)| {
                 let frame = Frame { width: image.width, height: image.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(image), timings)
@@ -313,8 +313,10 @@ impl Gpu {
         *state = self.prepare(move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
-            let errors =
-                [Some(renderer.render(&plan, &modules, false).err()), window.map(|w| renderer.prepare_windows(&w, &modules).err())];
+            let errors = [
+                Some(renderer.render(&plan, &modules, FrameImages::Display).err()),
+                window.map(|w| renderer.prepare_windows(&w, &modules).err()),
+            ];
             match errors.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),
                 None => Ok(renderer),

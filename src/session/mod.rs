@@ -47,8 +47,8 @@ pub use lunar_heights::read_lunar_heights;
 pub(crate) use meshes::Meshes;
 use parking_lot::Mutex;
 pub use provenance::{ExistingImage, Provenance};
-pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference};
-use renderers::{RenderOutput, RequestedOutput};
+use renderers::RenderOutput;
+pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference, RequestedOutput};
 use ring_shine_files::RingShineFiles;
 pub use sample::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_plan, sample_plan_of};
 pub use sources::Sources;
@@ -67,6 +67,7 @@ use crate::files::{read_bytes, read_text};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture, StoredMaps};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
+pub use crate::render::frame::FrameImages;
 use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::draw::RingTable;
@@ -396,14 +397,19 @@ impl Session {
         Ok(plan::graph::listing(&steps, &plan))
     }
 
-    /// Draws a view with the chosen renderer, or in software if the GPU fails. `keep_hdr`: the frame also keeps its linear pixels.
-    pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
-        self.draw_by(self.renderer(), request, sampling, keep_hdr)
+    /// Draws a view with the chosen renderer, or in software if the GPU fails. `images`: what the frame contains.
+    pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, images: FrameImages) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.renderer(), request, sampling, images)
     }
 
     /// As [`Self::draw`], but on the threads of [`Self::background_renderer`].
-    pub fn draw_in_background(&self, request: &ViewRequest, sampling: SamplingQuality, keep_hdr: bool) -> Result<DrawnFrame, SessionError> {
-        self.draw_by(self.background_renderer(), request, sampling, keep_hdr)
+    pub fn draw_in_background(
+        &self,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        images: FrameImages,
+    ) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.background_renderer(), request, sampling, images)
     }
 
     fn draw_by(
@@ -411,12 +417,11 @@ impl Session {
         software: &SoftwareRenderer,
         request: &ViewRequest,
         sampling: SamplingQuality,
-        keep_hdr: bool,
+        images: FrameImages,
     ) -> Result<DrawnFrame, SessionError> {
-        let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
-            match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, requested)) {
+            match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, RequestedOutput::Frame(images))) {
                 Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
                 Err(_) if self.replace_forged(&plan.modules()) => {}
                 Err(why) => return Err(why.into()),
@@ -425,9 +430,8 @@ impl Session {
     }
 
     /// Draws a plan with the chosen renderer, as [`Self::draw`] does.
-    pub(crate) fn draw_plan(&self, plan: &Plan, keep_hdr: bool) -> Result<Frame, SessionError> {
-        let requested = if keep_hdr { RequestedOutput::Linear } else { RequestedOutput::Pixels };
-        Ok(self.devices.draw(self.renderer(), plan, &self.library, requested)?.frame)
+    pub(crate) fn draw_plan(&self, plan: &Plan, images: FrameImages) -> Result<Frame, SessionError> {
+        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
     }
 
     /// Drops the modules whose entries on disk were forged, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
@@ -452,9 +456,13 @@ impl Session {
         self.devices.forget_modules();
     }
 
-    /// Draws a view for a window; in software if the GPU is not ready for this view. `on_gpu`: the image may stay on the GPU.
-    pub fn draw_or_fall_back(&self, request: &ViewRequest, sampling: SamplingQuality, on_gpu: bool) -> Result<DrawnFrame, SessionError> {
-        let requested = if on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Pixels };
+    /// Draws a view for a window; in software if the GPU is not ready for this view.
+    pub fn draw_or_fall_back(
+        &self,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        requested: RequestedOutput,
+    ) -> Result<DrawnFrame, SessionError> {
         loop {
             let (scene, plan) = self.plan(request, sampling)?;
             // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.

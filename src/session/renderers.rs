@@ -1,6 +1,6 @@
 //! The renderers that a user may request, and the result of drawing a plan.
 
-use crate::render::frame::Frame;
+use crate::render::frame::{Frame, FrameImages};
 #[cfg(feature = "gpu")]
 use crate::render::gpu::GpuError;
 use crate::render::plan::GpuImage;
@@ -72,10 +72,8 @@ pub struct RenderOutput {
 /// The form in which the caller needs a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RequestedOutput {
-    /// Display pixels in CPU memory.
-    Pixels,
-    /// Display pixels and linear pixels in CPU memory.
-    Linear,
+    /// Pixels in CPU memory.
+    Frame(FrameImages),
     /// The image may stay on the GPU that draws it.
     OnGpu,
 }

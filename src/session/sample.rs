@@ -7,6 +7,7 @@
 use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
+use crate::render::frame::FrameImages;
 use crate::render::plan::{
     AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw,
     PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
@@ -404,7 +405,7 @@ pub fn ms_per_megapixel_at(
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
-        renderer.render(&plan, library, false)?;
+        renderer.render(&plan, library, FrameImages::Display)?;
         best = best.min(1e3 * start.elapsed().as_secs_f64());
     }
     Ok(Some(best * 1e6 / (f64::from(side_px) * f64::from(side_px))))

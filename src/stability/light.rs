@@ -12,7 +12,7 @@ use crate::scene::draw::EclipseModel;
 use crate::scene::eclipse::{EclipseModelChoice, Receiver};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{ExposureRequest, Layers, ViewRequest};
-use crate::session::SessionError;
+use crate::session::{FrameImages, SessionError};
 use crate::time::Instant;
 use crate::units::{SPEED_OF_LIGHT_KM_S, SUN_RADIUS_KM};
 use glam::DVec3;
@@ -168,7 +168,7 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
-                let (frame, _) = bench.renderers.renderer(precision).render(&view.plan, session.library(), true)?;
+                let (frame, _) = bench.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
                 let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
                 // Radiance too faint for a display level counts as well.
                 let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));

@@ -20,7 +20,7 @@ use crate::measure::{Effort, LinearImage, PlannedView, PrecisionRenderers};
 use crate::render::plan::{Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{RendererPreference, Session, SessionError};
+use crate::session::{FrameImages, RendererPreference, Session, SessionError};
 use crate::time::Instant;
 use glam::DVec3;
 use serde_json::Value;
@@ -158,17 +158,17 @@ impl<'a> SweepBench<'a> {
         if precision == Precision::F64 || !self.is_on_gpu() {
             return self.renderers.light(view, precision);
         }
-        let frame = self.session().draw_plan(&view.plan, true)?;
+        let frame = self.session().draw_plan(&view.plan, FrameImages::DisplayAndHdr)?;
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
     }
 
     /// The finished image of a view, drawn as in [`Self::light`].
     fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
-            let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), false)?;
+            let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), FrameImages::Display)?;
             return Ok(frame.display);
         }
-        Ok(self.session().draw_plan(&view.plan, false)?.display)
+        Ok(self.session().draw_plan(&view.plan, FrameImages::Display)?.display)
     }
 
     /// Whether the user requests the GPU.

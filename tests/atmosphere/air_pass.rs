@@ -2,6 +2,7 @@
 //! states. It is measured in display levels, and in multiples of the smallest visible change of light (thresholds).
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
@@ -59,7 +60,7 @@ pub(super) type LevelsAndLight = (Vec<[u8; 4]>, Vec<[f32; 4]>);
 
 pub(super) fn image(scene: &Scene) -> LevelsAndLight {
     let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn");
+    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn");
     (frame.display, frame.hdr)
 }
 

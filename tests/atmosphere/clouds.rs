@@ -2,6 +2,7 @@
 
 use crate::support::session::SESSION;
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -23,7 +24,7 @@ fn earth(effects: &str) -> ViewRequest {
 }
 
 fn draw(effects: &str) -> DrawnFrame {
-    SESSION.draw(&earth(effects), SAMPLING, true).expect("draws")
+    SESSION.draw(&earth(effects), SAMPLING, FrameImages::DisplayAndHdr).expect("draws")
 }
 
 fn sum_of_green(drawn: &DrawnFrame) -> f64 {
@@ -63,7 +64,7 @@ fn full_disc(effects: &str) -> (f64, f64) {
         fov_deg: Some(0.6),
         ..earth(effects)
     };
-    let drawn = SESSION.draw(&request, SAMPLING, true).expect("draws");
+    let drawn = SESSION.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("draws");
     let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
     let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
     let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);

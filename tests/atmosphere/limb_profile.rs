@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use crate::support::sweep;
+use orrery::FrameImages;
 use orrery::catalog::{Body, NaifId};
 use orrery::render::plan::{SamplingQuality, plan};
 use orrery::scene::effects::EffectOverrides;
@@ -52,7 +53,7 @@ fn profile(id: i32, phase_deg: f64, diameter_px: u32, effects: &str) -> Profile 
     };
     let scene = SESSION.scene(&request).expect("a scene");
     let plan = plan(&scene, &*SESSION, SAMPLING).expect("a plan");
-    let hdr = SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
+    let hdr = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
     let row = &hdr[(height / 2 * width) as usize..((height / 2 + 1) * width) as usize];
     let light: Vec<_> = row.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect();
     Profile { light, limb_px: 0.5 * f64::from(diameter_px) }

@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::probe::Prober;
@@ -37,7 +38,7 @@ fn view_of(body: NaifId, time: Instant, fov_deg: f64, side: u32, effects: &str) 
 
 fn light(scene: &Scene, renderer: &SoftwareRenderer) -> Vec<[f64; 3]> {
     let plan = plan(scene, &*SESSION, SAMPLING).expect("a plan");
-    let hdr = renderer.render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
+    let hdr = renderer.render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
     hdr.iter().map(|p| [p[0], p[1], p[2]].map(f64::from)).collect()
 }
 

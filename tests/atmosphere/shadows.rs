@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::{NaifId, Ring};
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
@@ -27,7 +28,7 @@ fn request(target: NaifId, time: &str, position: Position, effects: &str) -> Vie
 
 fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
     let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-    SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
+    SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr
 }
 
 /// The rim of Saturn's air seen from the equatorial plane, at right angles to the Sun. An opaque ring from below the ground out to 50 radii

@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
@@ -130,7 +131,14 @@ fn earth_at(time: &str, effects: &str) -> ViewRequest {
 }
 
 fn sum(session: &Session, request: &ViewRequest) -> f64 {
-    session.draw(request, SAMPLING, true).expect("draws").frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum()
+    session
+        .draw(request, SAMPLING, FrameImages::DisplayAndHdr)
+        .expect("draws")
+        .frame
+        .hdr
+        .iter()
+        .map(|p| f64::from(p[0] + p[1] + p[2]))
+        .sum()
 }
 
 /// An atmosphere of zero density, evaluated in each pixel, gives the same image bit for bit as no atmosphere; with the coarse image of the
@@ -152,11 +160,11 @@ fn an_empty_atmosphere_changes_nothing() {
     let draws_with_air =
         empty_air.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
-    let airless = empty_air.draw(&without, SAMPLING, true).expect("draws").frame.hdr;
+    let airless = empty_air.draw(&without, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
     let by_pixel = ViewRequest { coarse_air: false, ..with.clone() };
-    assert!(empty_air.draw(&by_pixel, SAMPLING, true).expect("draws").frame.hdr == airless, "the pixels differ");
+    assert!(empty_air.draw(&by_pixel, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr == airless, "the pixels differ");
     // With the coarse image the ground's draw shades the clouds, and rounds differently.
-    let coarse = empty_air.draw(&with, SAMPLING, true).expect("draws").frame.hdr;
+    let coarse = empty_air.draw(&with, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
     let relative_difference = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, f32::max);
     let greatest = coarse.iter().zip(&airless).map(|(a, b)| relative_difference(a, b)).fold(0.0, f32::max);
     assert!(greatest < 2e-3, "{greatest:e}");
@@ -271,8 +279,10 @@ fn multiple_scattering_is_negligible_in_thin_air_and_brightens_the_earth() {
     let time = "2024-06-08T06:00:00Z";
     let (single, multiple) =
         (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
-    let (single, multiple) =
-        (SESSION.draw(&single, SAMPLING, true).expect("draws"), SESSION.draw(&multiple, SAMPLING, true).expect("draws"));
+    let (single, multiple) = (
+        SESSION.draw(&single, SAMPLING, FrameImages::DisplayAndHdr).expect("draws"),
+        SESSION.draw(&multiple, SAMPLING, FrameImages::DisplayAndHdr).expect("draws"),
+    );
     let total_blue = |d: &orrery::session::DrawnFrame| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
     let ratio = total_blue(&multiple) / total_blue(&single);
     assert!(ratio > 1.1 && ratio < 2.0, "{ratio}");

@@ -3,6 +3,7 @@
 
 use crate::support::session::{SESSION, session_over};
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
@@ -58,7 +59,7 @@ fn view_from_behind(body: i32, k: f64, d: f64, position_angle: f64, radius_px: f
 /// The sum of an image's pixels per channel, and the image.
 fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Vec<[f32; 4]>) {
     let (_, plan) = session.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
-    let hdr = RENDERER.render(&plan, session.library(), true).expect("drawn").0.hdr;
+    let hdr = RENDERER.render(&plan, session.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
     ([0, 1, 2].map(|c| hdr.iter().map(|p| f64::from(p[c])).sum()), hdr)
 }
 

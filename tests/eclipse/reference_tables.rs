@@ -3,6 +3,7 @@
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::{DVec3, Vec4};
+use orrery::FrameImages;
 use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::image::{MapDecoding, SharedTexture};
@@ -490,7 +491,7 @@ fn an_occluder_that_hides_nothing_changes_no_bit_of_the_image() {
             draw.uniforms.eclipse.occluder_positions.iter_mut().for_each(|p| p.x += 50.0);
         }
         let plan = plan(&scene, &WithoutMaps, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-        SINGLE.render(&plan, SESSION.library(), true).expect("an image").0
+        SINGLE.render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("an image").0
     };
     const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
     let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{WITHOUT_SURFACE_EFFECTS}")));

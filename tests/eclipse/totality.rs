@@ -2,6 +2,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -42,7 +43,7 @@ pub(super) fn on_ground(body: NaifId, (latitude_deg, longitude_deg): (f64, f64))
 }
 
 pub(super) fn drawn(request: &ViewRequest) -> DrawnFrame {
-    SESSION.draw(request, SAMPLING, true).expect("draws")
+    SESSION.draw(request, SAMPLING, FrameImages::DisplayAndHdr).expect("draws")
 }
 
 fn luminance(p: &[f32; 4]) -> f64 {
@@ -334,7 +335,7 @@ fn single_precision_is_enough_for_totality() {
             position: on_ground(NaifId::EARTH, DALLAS),
             ..request(target, parse_time(TOTALITY), fov_deg, 40, stops, "-albedo,-normal,-clouds")
         };
-        let (single, exact) = (drawn(&view), double.draw(&view, SAMPLING, true).expect("draws"));
+        let (single, exact) = (drawn(&view), double.draw(&view, SAMPLING, FrameImages::DisplayAndHdr).expect("draws"));
         let level = |v: f32| {
             let x = (f64::from(v) * stops.exp2()).clamp(0.0, 1.0);
             255.0 * if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }

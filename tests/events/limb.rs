@@ -7,7 +7,6 @@
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::sweep;
 use glam::{DMat3, DVec3};
-use orrery::Instant;
 use orrery::catalog::NaifId;
 use orrery::catalog::lunar_heights::HeightMap;
 use orrery::ephemeris::orientation::earth_itrs_from_gcrs;
@@ -17,6 +16,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
 use orrery::session::{Session, Sources};
+use orrery::{FrameImages, Instant};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
@@ -205,7 +205,7 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
             },
             ..ViewRequest::of(NaifId::MOON, t)
         };
-        let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("draws").frame;
+        let frame = session.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("draws").frame;
         // The threshold excludes earthshine on the Moon.
         frame.hdr.iter().map(|p| f64::from(p[1])).filter(|v| *v > threshold).sum::<f64>()
     };

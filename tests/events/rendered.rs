@@ -6,12 +6,12 @@
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::session::SESSION;
 use glam::{DMat4, DVec4};
-use orrery::Instant;
 use orrery::catalog::{NaifId, Photometry};
 use orrery::events::{GeodeticPosition, LocalCircumstances, solar_eclipses};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
+use orrery::{FrameImages, Instant};
 use std::f64::consts::PI;
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
@@ -69,7 +69,7 @@ fn light_and_radius_ratio(place: GeodeticPosition, time: Instant, effects: &str)
         },
         ..ViewRequest::of(NaifId::SUN, time)
     };
-    let drawn = SESSION.draw(&request, SAMPLING, true).expect("draws");
+    let drawn = SESSION.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("draws");
     let angular_radius = |body: NaifId| {
         let b = drawn.scene.body(body).expect("a body");
         (b.placement.radii_km.x / b.distance_km).asin()

@@ -14,6 +14,7 @@ use crate::support::gpu::{gpu, or_skipped};
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use crate::support::views::views;
+use orrery::FrameImages;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
 use orrery::render::gpu::{AdapterKind, GpuError, GpuRenderer};
@@ -22,7 +23,8 @@ use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
 use orrery::session::{
-    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, Session, Sources, sample_plan, standard_scenes,
+    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, RequestedOutput, Session, Sources, sample_plan,
+    standard_scenes,
 };
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::covering;
@@ -83,7 +85,7 @@ fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
     // "moon" always runs, for the negative control.
     for (_, (name, request)) in compared_views().into_iter().enumerate().filter(|(k, (name, _))| *name == "moon" || sweep::runs(*k, 4)) {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
-        let drawn = match gpu.render(&plan, session.library(), false) {
+        let drawn = match gpu.render(&plan, session.library(), FrameImages::Display) {
             // A GL driver that cannot blend 32-bit floats refuses these views; a session then draws them in software.
             Err(GpuError::NotDrawn(why))
                 if ["night-sky", "halley", "milky-way", "dome-dusk"].contains(&name) && gpu.facts().backend == "gl" =>
@@ -93,7 +95,7 @@ fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
             }
             drawn => drawn.expect("drawn").0,
         };
-        let (soft, _) = session.renderer().render(&plan, session.library(), false).expect("drawn");
+        let (soft, _) = session.renderer().render(&plan, session.library(), FrameImages::Display).expect("drawn");
         let (drawn, soft) = (image(drawn), image(soft));
         let difference = soft.difference(&drawn).expect("one size");
         println!("{name}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
@@ -106,7 +108,7 @@ fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
             let tone_map = brighter.passes.last_mut().and_then(|p| p.draws.last_mut()).expect("a tone map");
             let exposure = f32::from_le_bytes(tone_map.uniform_bytes[..4].try_into().expect("four bytes"));
             tone_map.uniform_bytes[..4].copy_from_slice(&(1.4 * exposure).to_le_bytes());
-            let (other, _) = gpu.render(&brighter, session.library(), false).expect("drawn");
+            let (other, _) = gpu.render(&brighter, session.library(), FrameImages::Display).expect("drawn");
             assert!(exceeds_bounds(&soft.difference(&image(other)).expect("one size")), "half a stop is not detected");
         }
     }
@@ -126,7 +128,7 @@ fn pairs_of_key_values_match_the_software_renderer() {
     let (mut failures, mut not_drawn) = (Vec::new(), None);
     for key in &keys {
         let plan = sample_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
-        let (drawn, _) = match gpu.render(&plan, &library, true) {
+        let (drawn, _) = match gpu.render(&plan, &library, FrameImages::DisplayAndHdr) {
             // The adapter lacks a capability that every linear image needs.
             Err(GpuError::NotDrawn(why)) => {
                 not_drawn = Some(why);
@@ -134,7 +136,7 @@ fn pairs_of_key_values_match_the_software_renderer() {
             }
             drawn => drawn.expect("drawn"),
         };
-        let (soft, _) = software.render(&plan, &library, true).expect("drawn");
+        let (soft, _) = software.render(&plan, &library, FrameImages::DisplayAndHdr).expect("drawn");
         let level = |v: f32| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
         let display_image =
             |f: &Frame| DisplayImage { width: f.width, height: f.height, rgba: f.hdr.iter().map(|p| p.map(level)).collect() };
@@ -153,7 +155,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let Some(renderer) = gpu() else { return };
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw(&request, SAMPLING, false).expect("drawn");
+    let draw = || session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
     assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
@@ -163,7 +165,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         "a window would wait for the pipelines of its frames"
     );
     // The pipelines of a window's frame are compiled while the software renderer draws it.
-    session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
+    session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let mut polls = 0;
     while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
@@ -194,7 +196,7 @@ fn a_window_never_blocks_on_shader_compilation() {
     }
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn");
+    let draw = || session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let first = draw();
     assert_eq!(first.by.renderer, "software", "the device was not open yet");
     let mut frames = 0;
@@ -217,7 +219,8 @@ fn a_window_never_waits_for_background_images() {
     }
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let draw_window = || session.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
+    let draw_window =
+        || session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
     let mut frames = 0;
     while draw_window() != "gpu" {
         frames += 1;
@@ -234,7 +237,7 @@ fn a_window_never_waits_for_background_images() {
         let drawing = scope.spawn(|| {
             for (k, view) in background.iter().enumerate() {
                 in_progress.store(k + 1, SeqCst);
-                assert_eq!(session.draw_in_background(view, SAMPLING, false).expect("drawn").by.renderer, "gpu");
+                assert_eq!(session.draw_in_background(view, SAMPLING, FrameImages::Display).expect("drawn").by.renderer, "gpu");
                 in_progress.store(0, SeqCst);
             }
         });
@@ -259,7 +262,8 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     }
     let (session, messages, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let renderer_used = |s: &Session| s.draw_or_fall_back(&request, SAMPLING, false).expect("drawn").by.renderer;
+    let renderer_used =
+        |s: &Session| s.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
     assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software", "the window must not wait for a compiler");
@@ -291,8 +295,9 @@ fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
             session.plan(&request, SAMPLING).expect("a plan").1
         })
         .collect();
-    let upload_bytes =
-        || -> Vec<u64> { plans.iter().map(|plan| gpu.render(plan, session.library(), false).expect("drawn").1.sent_bytes).collect() };
+    let upload_bytes = || -> Vec<u64> {
+        plans.iter().map(|plan| gpu.render(plan, session.library(), FrameImages::Display).expect("drawn").1.sent_bytes).collect()
+    };
     let first = upload_bytes();
     let resources = gpu.resource_use();
     assert!(first[0] > 0, "the first frame must upload its maps");
@@ -313,13 +318,13 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
     let mut too_wide = plan.clone();
     too_wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
-    let refused = gpu.render(&too_wide, session.library(), false).expect_err("no adapter is that wide");
+    let refused = gpu.render(&too_wide, session.library(), FrameImages::Display).expect_err("no adapter is that wide");
     assert!(matches!(refused, GpuError::Size { width, .. } if width == 1 << 20) && !refused.is_final(), "{refused}");
     let mut without_textures = plan.clone();
     without_textures.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
-    let refused = gpu.render(&without_textures, session.library(), false).expect_err("a map is missing");
+    let refused = gpu.render(&without_textures, session.library(), FrameImages::Display).expect_err("a map is missing");
     assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
-    gpu.render(&plan, session.library(), false).expect("the device still works after a refused plan");
+    gpu.render(&plan, session.library(), FrameImages::Display).expect("the device still works after a refused plan");
 }
 
 /// Resident memory of this process, bytes; `None` if the system does not report it.
@@ -343,7 +348,7 @@ fn ten_thousand_frames_grow_no_memory() {
         let effects = effects[k as usize % effects.len()];
         request.effects = orrery::scene::effects::EffectOverrides::parse(effects).expect("effects");
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
-        gpu.render(&plan, session.library(), false).expect("drawn");
+        gpu.render(&plan, session.library(), FrameImages::Display).expect("drawn");
         if k % 1000 == 999 {
             let now = (gpu.resource_use(), resident_bytes());
             println!("{k}: {} bytes of textures, {} pipelines, {:?} bytes resident", now.0.0, now.0.1, now.1);

@@ -4,6 +4,7 @@
 //! function that is smooth at the pole (terms r^p cos(m phi) with p >= m), and 1/cos² of the latitude for white noise in the texels.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
 use orrery::image::{MapDecoding, MapStore, PoleFilter, TexelFormat, Texture};
 use orrery::render::plan::{ResourceProvider, SamplingQuality, map_decoding};
@@ -139,7 +140,8 @@ fn no_map_has_a_dot_at_its_pole() {
                 effects: EffectOverrides::parse("-normal,-clouds,-rings,-atmosphere").expect("effects"),
                 ..ViewRequest::of(body.id, time)
             };
-            let hdr = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("draws").frame.hdr;
+            let hdr =
+                SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
             let at = |x: i32, y: i32| hdr[(y * 41 + x) as usize][1];
             let ring = |radius_px: i32| {
                 let angles = (0..12).map(|k| f64::from(k) * TAU / 12.0);

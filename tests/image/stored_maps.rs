@@ -1,6 +1,7 @@
 //! Images drawn from decoded maps that an earlier session stored, against those of the session that decoded them.
 
 use crate::support::sweep;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::image::StoredMaps;
 use orrery::render::plan::SamplingQuality;
@@ -46,7 +47,7 @@ fn views() -> Vec<(String, ViewRequest)> {
 fn a_session_with_stored_maps_draws_the_same_bytes() {
     let cache = tempfile::tempdir().expect("a folder");
     let draw = |session: &Session, request: &ViewRequest, sampling| {
-        let frame = session.draw(request, sampling, true).expect("drawn").frame;
+        let frame = session.draw(request, sampling, FrameImages::DisplayAndHdr).expect("drawn").frame;
         (frame.display, frame.hdr.into_iter().map(|pixel| pixel.map(f32::to_bits)).collect::<Vec<_>>())
     };
     // The first session decodes and stores every map that it needs.

@@ -6,6 +6,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DMat3, DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::composite::{Arrangement, CompositeFrames};
@@ -30,12 +31,12 @@ fn time(text: &str) -> Instant {
 
 /// The drawn frame, with its display pixels only.
 fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
-    session.draw(request, SAMPLING, false).expect("drawn")
+    session.draw(request, SAMPLING, FrameImages::Display).expect("drawn")
 }
 
 /// The drawn frame, with its linear pixels.
 fn draw_linear(session: &Session, request: &ViewRequest) -> DrawnFrame {
-    session.draw(request, SAMPLING, true).expect("drawn")
+    session.draw(request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn")
 }
 
 fn composed(projection: Projection, request: ViewRequest) -> ViewRequest {

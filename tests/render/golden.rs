@@ -16,7 +16,7 @@ use orrery::render::software::{Options, SoftwareRenderer};
 use orrery::scene::Scene;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::session::Session;
-use orrery::{Catalog, Ephemeris, Instant, NaifId};
+use orrery::{Catalog, Ephemeris, FrameImages, Instant, NaifId};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ impl GoldenRenderer {
 
     fn draw_in(&self, session: &Session, request: &ViewRequest) -> DisplayImage {
         let (_, plan) = session.plan(request, SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
-        let (frame, _) = self.renderer.render(&plan, session.library(), false).expect("drawn");
+        let (frame, _) = self.renderer.render(&plan, session.library(), FrameImages::Display).expect("drawn");
         DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
     }
 }
@@ -225,7 +225,7 @@ fn beads_look_as_recorded() {
         let scene = Scene::build(&catalog, &ephemeris, &beads()).expect("a scene");
         let plan = orrery::render::plan::plan(&scene, &*crate::support::session::SESSION, SamplingQuality { samples: 4, anisotropy: 8 })
             .expect("a plan");
-        let (frame, _) = renderer.render(&plan, crate::support::session::SESSION.library(), false).expect("drawn");
+        let (frame, _) = renderer.render(&plan, crate::support::session::SESSION.library(), FrameImages::Display).expect("drawn");
         DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }
     };
     let drawn = draw(Catalog::embedded().with_lunar_heights(Some(generated_heights())));

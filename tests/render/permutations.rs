@@ -6,6 +6,7 @@
 //! kernel changes it.
 
 use crate::support::sweep;
+use orrery::FrameImages;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, PixelView};
@@ -25,7 +26,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 
 fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
     let plan = sample_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
-    let (frame, _) = renderer.render(&plan, &*LIBRARY, true).map_err(|e| e.to_string())?;
+    let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).map_err(|e| e.to_string())?;
     Ok(frame.hdr)
 }
 
@@ -97,7 +98,7 @@ fn drawn_sheet() -> Sheet {
     let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     let tile = |key: &ShaderKey| {
         let plan = sample_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
-        let (frame, _) = renderer.render(&plan, &*LIBRARY, true).unwrap_or_else(|e| panic!("{key}: {e}"));
+        let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).unwrap_or_else(|e| panic!("{key}: {e}"));
         // A plain power law suffices, since only changes matter.
         frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()
     };
@@ -211,7 +212,8 @@ fn standard_scenes_in_f32_agree_with_those_in_f64() {
     let mut failures = Vec::new();
     for standard in standard_scenes(256, 256) {
         let (scene, plan) = session.plan(&standard.request, SamplingQuality { samples: 1, anisotropy: 8 }).expect("a plan");
-        let [single, double] = renderers.each_ref().map(|r| r.render(&plan, session.library(), true).expect("drawn").0.hdr);
+        let [single, double] =
+            renderers.each_ref().map(|r| r.render(&plan, session.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr);
         // The sRGB value from 0 to 1 that the display shows.
         let shown = |v: f32| {
             let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);

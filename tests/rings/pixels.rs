@@ -5,6 +5,7 @@
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::draw::BodyPart;
@@ -58,7 +59,7 @@ fn saturn_views() -> [ViewRequest; 4] {
 /// Faint outer rings neither change the light of the dense rings nor disappear.
 #[test]
 fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
-    let drawn = |request: &ViewRequest| SESSION.draw(request, SINGLE_SAMPLE, true).expect("drawn");
+    let drawn = |request: &ViewRequest| SESSION.draw(request, SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
     let mut with_the_same_shadow = 0;
     for (k, request) in saturn_views().iter().enumerate() {
         let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with_effects(request, effects)));
@@ -84,8 +85,9 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
 #[test]
 fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
     let request = view(SATURN, "1901-07-06T17:29:57.323Z", 2.419_582_467, [-0.417_697_209, 0.392_843_927, 0.819_269_608], 150.0);
-    let [chosen, all] =
-        ["", "+rings"].map(|effects| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn").frame.display);
+    let [chosen, all] = ["", "+rings"].map(|effects| {
+        SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn").frame.display
+    });
     let difference_levels = greatest_difference(&chosen, &all);
     assert!(difference_levels <= 1, "{difference_levels} levels");
     assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the image");
@@ -100,7 +102,7 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
         let request = with_effects(request, "+rings,+body-shadow");
         let drawn = |scale: u32| {
             let request = ViewRequest { width: SIDE * scale, height: SIDE * scale, ..request.clone() };
-            SESSION.draw(&request, SINGLE_SAMPLE, true).expect("drawn").frame.hdr
+            SESSION.draw(&request, SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
         };
         let (coarse, fine) = (drawn(1), drawn(FINER));
         let mean = |x: u32, y: u32| {
@@ -210,8 +212,13 @@ fn the_penumbra_of_the_globe_is_drawn() {
     assert_eq!(shadow_decision(jd_with_axis_distance(1.0 + 1e-4 * inner)), Some(true));
     let beyond_penumbra = jd_with_axis_distance(1.0 + 4e-4 * inner);
     assert_eq!(shadow_decision(beyond_penumbra), Some(false));
-    let drawn =
-        |effects: &str| SESSION.draw(&with_effects(&request_at(beyond_penumbra), effects), SINGLE_SAMPLE, true).expect("drawn").frame.hdr;
+    let drawn = |effects: &str| {
+        SESSION
+            .draw(&with_effects(&request_at(beyond_penumbra), effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr)
+            .expect("drawn")
+            .frame
+            .hdr
+    };
     assert!(drawn("") == drawn("+body-shadow"), "there is no shadow to draw");
     assert!(drawn("") != drawn("-rings"));
 }
@@ -222,7 +229,8 @@ fn the_penumbra_of_the_globe_is_drawn() {
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
         let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance, direction, fov_deg) };
-        let drawn = |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, true).expect("drawn");
+        let drawn =
+            |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
         let (automatic, requested) = (drawn(""), drawn("+refracted-limb"));
         assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.limbs.is_empty(), "{time}");
     }

@@ -1,6 +1,7 @@
 //! Rings against tables made outside this program, against geometry, and in complete frames.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
@@ -199,7 +200,7 @@ fn one_more_segment_of_a_pixels_footprint_changes_nothing_visible() {
     let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
     let drawn = |half_side: f64| {
         let plan = sample_plan(SESSION.library(), &key, SIDE, half_side as f32).expect("a plan");
-        SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
+        SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr
     };
     let change = |a: f64, b: f64| {
         let (a, b) = (drawn(a), drawn(b));
@@ -251,7 +252,7 @@ fn request(target: NaifId, time: &str, distance_radii: f64, size: u32, effects: 
 
 /// The scene, and the linear pixels drawn from it.
 fn pixels(request: &ViewRequest) -> (Scene, Vec<[f32; 4]>) {
-    let drawn = SESSION.draw(request, SINGLE_SAMPLE, true).expect("drawn");
+    let drawn = SESSION.draw(request, SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
     let hdr = drawn.frame.hdr.clone();
     assert_eq!(hdr.len(), (request.width * request.height) as usize);
     (drawn.scene, hdr)

@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId, Ring};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
@@ -36,7 +37,7 @@ fn night_view(time: &str, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[
     let away_from_sun = from_sun.body(SATURN).expect("Saturn").placement.centre_km.normalize();
     let offset_km = away_from_sun * 3.0 * 60_268.0;
     request.position = Position::Offset { body: SATURN, offset_km, axes: orrery::scene::request::Axes::Icrf };
-    let drawn = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     (drawn.scene, drawn.frame.hdr)
 }
 

@@ -4,6 +4,7 @@
 //! passage.
 
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::small_bodies::{BrightnessLaw, SmallBodies, SmallBody};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
@@ -145,7 +146,7 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         layers: Layers { comets: true, ..Layers::NONE },
         ..ViewRequest::of(NaifId::EARTH, time)
     };
-    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, true).expect("drawn");
+    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     let decision = drawn.scene.sky.iter().find(|d| d.feature == "comets").expect("a reason");
     assert!(decision.on && decision.reason.to_string().contains("1P/Halley"), "{}", decision.reason);
     let sun = session.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km.normalize();
@@ -163,7 +164,7 @@ fn an_image_shows_the_tails_away_from_the_sun() {
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");
     assert!(antisolar_light > 20.0 * sunward_light, "{antisolar_light} {sunward_light}");
     let without = ViewRequest { layers: Layers::NONE, ..request };
-    let without = session.draw(&without, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
+    let without = session.draw(&without, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     assert!(
         without.scene.comets.heads.is_empty()
             && without.scene.sky.iter().any(|d| d.feature == "comets" && !d.on && d.reason.to_string().contains("off unless"))

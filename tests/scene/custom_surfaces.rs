@@ -4,7 +4,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
 use orrery::scene::request::{Position, ViewRequest};
 use orrery::session::{Session, Sources, SurfaceError};
-use orrery::{Instant, SamplingQuality};
+use orrery::{FrameImages, Instant, SamplingQuality};
 use std::path::Path;
 
 const CHECKERS: &str = "import package::lib::custom::surface_point::{CustomSurface, SurfacePoint};
@@ -37,7 +37,7 @@ fn view(body: NaifId) -> ViewRequest {
 
 /// Linear pixels.
 fn light(session: &Session, request: &ViewRequest) -> Vec<[f32; 4]> {
-    session.draw(request, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn").frame.hdr
+    session.draw(request, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
 }
 
 /// Greatest difference in any channel.

@@ -2,6 +2,7 @@
 
 use crate::support::session::session_over;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::apparent::aberrated;
 use orrery::ephemeris::topocentric::ground_point_km;
@@ -75,7 +76,7 @@ fn points_appear_at_their_time_and_place_and_fade() {
     assert!(dots(&session, &without_layer).1.is_empty());
     // In the image, the pixel at the point is red.
     let request = view("2024-03-11T03:00:00Z");
-    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+    let drawn = session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
     let at = dots(&session, &request).1[0].centre_px;
     let pixel = drawn.frame.display[(at.y as usize) * SIDE + at.x as usize];
     assert!(pixel[0] > 200 && pixel[1] < 60 && pixel[2] < 60, "{pixel:?}");
@@ -92,7 +93,7 @@ fn small_points_are_faint_and_never_lost() {
         write_layer(folder.path(), layer, &table);
         let (session, _) = session_over(folder.path());
         let request = view("2024-03-11T03:00:00Z");
-        let image = session.draw(&request, SAMPLING, false).expect("drawn").frame.display.clone();
+        let image = session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn").frame.display.clone();
         (image, dots(&session, &request).1)
     };
     let of_size = |px: &str| drawn(&LAYER.replace("12.0", px).replace("fade_days = 2.0\n", ""));
@@ -100,7 +101,7 @@ fn small_points_are_faint_and_never_lost() {
     let (large, _) = of_size("1.0");
     let hidden = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
     let folder = tempfile::tempdir().expect("a folder");
-    let without = session_over(folder.path()).0.draw(&hidden, SAMPLING, false).expect("drawn").frame.display.clone();
+    let without = session_over(folder.path()).0.draw(&hidden, SAMPLING, FrameImages::Display).expect("drawn").frame.display.clone();
     assert!(points.len() > 30, "{} points", points.len());
     for point in &points {
         let [x, y] = [point.centre_px.x as usize, point.centre_px.y as usize];
@@ -186,7 +187,7 @@ fn outlines_follow_their_coordinates() {
         let distance_px = ends.chunks(2).map(|p| distance_to_segment(p[0], p[1], at)).fold(f64::INFINITY, f64::min);
         assert!(distance_px < 0.15, "{lat} {lon}: {distance_px} pixels");
     }
-    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+    let drawn = session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
     let middle = scene.camera.pixel_of_surface(&earth, ground_point_km(earth.radii_km, 30.0, 150.0, 0.0).0 / earth.radii_km).expect("seen");
     let outline_is_drawn = |drawn: &orrery::session::DrawnFrame| {
         let at = |dx: i64| drawn.frame.display[(middle.y as usize) * SIDE + (middle.x as i64 + dx) as usize];
@@ -195,7 +196,7 @@ fn outlines_follow_their_coordinates() {
     assert!(outline_is_drawn(&drawn));
     let without_layer = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..request.clone() };
     assert!(session.scene(&without_layer).expect("a scene").ground_lines.is_empty());
-    assert!(!outline_is_drawn(&session.draw(&without_layer, SAMPLING, false).expect("drawn")));
+    assert!(!outline_is_drawn(&session.draw(&without_layer, SAMPLING, FrameImages::Display).expect("drawn")));
     // From the other side none of the outline is visible.
     let night = view("2024-03-11T15:00:00Z");
     assert!(session.scene(&night).expect("a scene").ground_lines.is_empty());
@@ -260,7 +261,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
         let camera = &viewer.camera;
         let pixel_of = |v: DVec3| camera.pixel_from_clip(camera.clip(v).expect("ahead"));
         let at = pixel_of(aberrated(direction, viewer.body_velocity_km_s));
-        let drawn = session.draw(&request, SAMPLING, true).expect("drawn");
+        let drawn = session.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn");
         let texel_px = 0.005 / fov_deg * 400.0;
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
         for (k, p) in drawn.frame.hdr.iter().enumerate() {
@@ -298,7 +299,7 @@ fn an_image_of_a_body_covers_its_ground() {
         effects: orrery::scene::effects::EffectOverrides::parse("-clouds,-atmosphere").expect("effects"),
         ..view("2024-03-11T03:00:00Z")
     };
-    let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+    let drawn = session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
     let earth = drawn.scene.body(NaifId::EARTH).expect("the Earth").placement;
     let level = |lat: f64, lon: f64| {
         let at =

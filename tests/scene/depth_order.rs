@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
@@ -40,7 +41,7 @@ fn view(body: NaifId, emitted: Instant, offset: DVec3, distance_km: f64, disc_px
 fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Vec<[f32; 4]>) {
     let (scene, plan) = SESSION.plan(request, SamplingQuality { samples, anisotropy: 1 }).expect("a plan");
     let renderer = &RENDERERS[usize::from(precision == Precision::F64)];
-    let hdr = renderer.render(&plan, SESSION.library(), true).expect("drawn").0.hdr;
+    let hdr = renderer.render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
     (scene, hdr)
 }
 

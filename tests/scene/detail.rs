@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -53,7 +54,7 @@ fn obliquely_lit(body: NaifId, east_deg: f64) -> DVec3 {
 }
 
 fn draw(request: &ViewRequest) -> DrawnFrame {
-    SESSION.draw(request, SAMPLING, true).expect("drawn")
+    SESSION.draw(request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn")
 }
 
 fn light(drawn: &DrawnFrame) -> Vec<f64> {

@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::render::plan::SamplingQuality;
@@ -66,7 +67,7 @@ fn outlines_lie_where_the_shaders_light_changes() {
             effects: EffectOverrides::parse("+eclipse=limb-darkened,-clouds,-atmosphere").expect("effects"),
             ..view(target, time, Layers::NONE)
         };
-        let drawn = SESSION.draw(&shaded, SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
+        let drawn = SESSION.draw(&shaded, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
         let light = |at: DVec2| f64::from(drawn.frame.hdr[at.y as usize * 900 + at.x as usize][1]);
         let built = SESSION.scene(&view(target, time, path_layer())).expect("a scene");
         let placement = built.body(NaifId(target)).expect("in the catalog").placement;

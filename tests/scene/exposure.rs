@@ -2,6 +2,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
@@ -27,7 +28,7 @@ fn scene(request: &ViewRequest) -> Scene {
 
 /// The white fraction of the image, and the mean red and blue levels (of 255) of the pixels that are not black.
 fn white_and_mean_levels(request: &ViewRequest) -> (f64, [f64; 2]) {
-    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, false).expect("drawn").frame;
+    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").frame;
     let white = frame.display.iter().filter(|p| p[..3].iter().all(|v| *v > 250)).count();
     let lit: Vec<_> = frame.display.iter().filter(|p| p[0] > 8).collect();
     let mean = |c: usize| lit.iter().map(|p| f64::from(p[c])).sum::<f64>() / lit.len().max(1) as f64;

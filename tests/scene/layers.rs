@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -87,7 +88,7 @@ fn changed_pixels(a: &orrery::session::DrawnFrame, b: &orrery::session::DrawnFra
 
 fn draw_with(layers: Layers, request: &ViewRequest) -> orrery::session::DrawnFrame {
     let sampling = SamplingQuality { samples: 4, anisotropy: 1 };
-    SESSION.draw(&ViewRequest { layers, ..request.clone() }, sampling, true).expect("drawn")
+    SESSION.draw(&ViewRequest { layers, ..request.clone() }, sampling, FrameImages::DisplayAndHdr).expect("drawn")
 }
 
 #[test]
@@ -208,7 +209,7 @@ fn bloom_spreads_its_share_of_the_light_above_white() {
     assert_eq!(without_bloom.frame.display, bloomed.frame.display);
     // An image of one pixel is valid too.
     let smallest = ViewRequest { width: 1, height: 1, ..request };
-    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, true).expect("drawn");
+    let drawn = SESSION.draw(&ViewRequest { layers: bloom, ..smallest }, sampling, FrameImages::DisplayAndHdr).expect("drawn");
     assert_eq!((drawn.frame.display.len(), drawn.frame.hdr.len()), (1, 1));
 }
 

@@ -2,6 +2,7 @@
 //! all features, and no pixel may differ by more than the floor of the request's purpose.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -16,7 +17,7 @@ const ALL_EFFECTS: &str =
 fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) -> Vec<[f32; 4]> {
     let effects = EffectOverrides::parse(effects).expect("effects");
     let request = ViewRequest { purpose, effects, exposure: ExposureRequest::Stops(stops), ..request.clone() };
-    SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame.hdr
+    SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
 }
 
 /// The greatest difference between channels of two images, relative to the larger of the two values.

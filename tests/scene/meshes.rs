@@ -3,6 +3,7 @@
 
 use crate::support::session::session_over;
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
@@ -56,7 +57,7 @@ impl UserMesh {
     }
 
     fn draw(&self, effects: &str, pixel_view: PixelView, camera_km: DVec3) -> (Scene, Vec<[f32; 4]>) {
-        let drawn = self.session.draw(&Self::request(effects, pixel_view, camera_km), FINE, true).expect("drawn");
+        let drawn = self.session.draw(&Self::request(effects, pixel_view, camera_km), FINE, FrameImages::DisplayAndHdr).expect("drawn");
         (drawn.scene, drawn.frame.hdr)
     }
 }
@@ -190,7 +191,8 @@ fn an_open_bowl_shows_its_inside_only_if_two_sided() {
     assert_eq!(lit_pixels(&one_sided.draw("", PixelView::Albedo, from).1), 0, "from behind its faces nothing is seen");
     // One sample, so that no edge pixel is mixed with black.
     let one_sample = SamplingQuality { samples: 1, anisotropy: 1 };
-    let drawn = two_sided.session.draw(&UserMesh::request("", PixelView::Normal, from), one_sample, true).expect("drawn");
+    let drawn =
+        two_sided.session.draw(&UserMesh::request("", PixelView::Normal, from), one_sample, FrameImages::DisplayAndHdr).expect("drawn");
     assert!(features(&drawn.scene).flags.two_sided);
     let seen: Vec<_> = drawn.frame.hdr.iter().filter(|p| p[..3] != [0.0; 3]).collect();
     assert!(seen.len() > 3000, "{} pixels", seen.len());
@@ -374,7 +376,7 @@ fn a_pixels_values_are_those_of_the_nearest_triangle() {
     let user_mesh = UserMesh::phobos("", &(small + &with_shifted_indices(&globe(24, |d| d * 8.0, None), count)));
     let request = UserMesh::request("", PixelView::Normal, viewpoints()[0]);
     let (_, plan) = user_mesh.session.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-    let (frame, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), true).expect("drawn");
+    let (frame, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), FrameImages::DisplayAndHdr).expect("drawn");
     let draw = plan.passes[0].draws.iter().find(|d| d.label == "Phobos").expect("drawn");
     let mut compared = 0;
     for (x, y) in (0..SIDE).step_by(5).flat_map(|x| (0..SIDE).step_by(5).map(move |y| (x, y))) {
@@ -403,8 +405,8 @@ fn the_gpu_draws_what_the_software_draws() {
     for from in [viewpoints()[0], viewpoints()[3]] {
         let (scene, plan) = user_mesh.session.plan(&UserMesh::request("", PixelView::Final, from), FINE).expect("a plan");
         assert_eq!(features(&scene).shape, Shape::Mesh);
-        let (drawn, _) = gpu.render(&plan, user_mesh.session.library(), false).expect("drawn");
-        let (soft, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), false).expect("drawn");
+        let (drawn, _) = gpu.render(&plan, user_mesh.session.library(), FrameImages::Display).expect("drawn");
+        let (soft, _) = user_mesh.session.renderer().render(&plan, user_mesh.session.library(), FrameImages::Display).expect("drawn");
         let [drawn, soft] = [drawn, soft].map(|f| DisplayImage { width: f.width, height: f.height, rgba: f.display });
         let difference = soft.difference(&drawn).expect("one size");
         println!("from {from:.0}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);

@@ -4,6 +4,7 @@
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::{DMat3, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
@@ -49,7 +50,7 @@ struct DisplayedLevels {
 }
 
 fn displayed_levels(request: &ViewRequest) -> DisplayedLevels {
-    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn").frame;
+    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
     assert!(frame.hdr.iter().flatten().all(|v| v.is_finite()), "{:?}", request.exposure);
     let fraction =
         |is_counted: &dyn Fn(&[u8; 4]) -> bool| frame.display.iter().filter(|p| is_counted(p)).count() as f64 / frame.display.len() as f64;

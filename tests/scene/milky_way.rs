@@ -2,6 +2,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -38,7 +39,7 @@ const MILKY_WAY: Layers = Layers { milky_way: true, ..Layers::NONE };
 const ZODIACAL_LIGHT: Layers = Layers { zodiacal_light: true, ..Layers::NONE };
 
 fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
-    session.draw(request, SAMPLING, true).expect("drawn")
+    session.draw(request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn")
 }
 
 /// Mean luminance of an image.
@@ -147,7 +148,9 @@ fn the_exposure_decides_what_is_visible() {
     let saturn = |stars_boost: f64, layers: Layers| {
         let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
         let position = Position::Over { towards: None, distance_radii: Some(6.0) };
-        SESSION.draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, true).expect("drawn")
+        SESSION
+            .draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
+            .expect("drawn")
     };
     let decision_of =
         |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.to_string()));

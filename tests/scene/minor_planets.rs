@@ -6,6 +6,7 @@
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit, SmallBodies, SmallBody};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
@@ -174,7 +175,7 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
             let request = towards(aim, 0.02, time);
             let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
             let expected_px = camera.pixel_from_clip(camera.clip(direction).expect("ahead"));
-            let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, true).expect("drawn");
+            let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
             let (mut sum, mut moment) = (0.0, DVec2::ZERO);
             for (k, p) in drawn.frame.hdr.iter().enumerate() {
                 let at = DVec2::new((k % 64) as f64 + 0.5, (k / 64) as f64 + 0.5);
@@ -225,7 +226,9 @@ fn minor_planets_are_drawn_only_with_their_layer() {
         layers: Layers::parse(layers).expect("layers"),
         ..ViewRequest::of(NaifId::SUN, time)
     };
-    let draw = |layers: &str| SESSION.draw(&view(layers), SamplingQuality { samples: 1, anisotropy: 1 }, true).expect("drawn");
+    let draw = |layers: &str| {
+        SESSION.draw(&view(layers), SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn")
+    };
     let (without, with) = (draw("-stars"), draw("-stars,+minor-planets"));
     assert!(without.scene.minor_planets.is_none() && with.scene.minor_planets.as_ref().is_some_and(|m| m.times.len() == 602));
     let decision_of =

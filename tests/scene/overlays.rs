@@ -2,6 +2,7 @@
 
 use crate::support::session::session_over;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
@@ -50,7 +51,7 @@ impl UserOverlays {
                 .expect("effects"),
             ..ViewRequest::of(body, Instant::parse("2024-04-23T23:49:00Z").expect("a time"))
         };
-        let drawn = self.session.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, true).expect("drawn");
+        let drawn = self.session.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn");
         (drawn.scene, drawn.frame.hdr)
     }
 }

@@ -1,6 +1,7 @@
 //! Pixel views: each shows what its legend says, checked against numbers known from the scene, and the written file explains its colours.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::draw::PixelView;
@@ -35,7 +36,7 @@ fn drawn(target: i32, distance_radii: f64, time: &str, pixel_view: PixelView) ->
         height: SIDE,
         ..ViewRequest::of(NaifId(target), time)
     };
-    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
     Image { scene: drawn.scene, hdr: drawn.frame.hdr }
 }
 
@@ -126,7 +127,7 @@ fn cost_counts_what_ran() {
             height: SIDE,
             ..ViewRequest::of(NaifId(399), Instant::parse(DAY).expect("a time"))
         };
-        SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, true).expect("drawn").frame.hdr
+        SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
     };
     let albedo_only = draw_with("-normal,-atmosphere,-clouds,-cloud-shadow,-eclipse,-night,-specular", PixelView::Cost);
     let all_effects = draw_with("", PixelView::Cost);

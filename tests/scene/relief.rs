@@ -1,5 +1,6 @@
 //! Relief near the limb: slopes that face away from the viewer leave no black dots.
 
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -19,7 +20,7 @@ fn min_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
             height: 400,
             ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
         };
-        session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn").frame.hdr
+        session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
     };
     let (rough, smooth) = (image("+normal,-planet-shine"), image("-normal,-planet-shine"));
     let lit_pixels = rough.iter().zip(&smooth).filter(|(_, s)| s[1] > 0.01);

@@ -1,5 +1,6 @@
 //! The light of a body that shrinks from a disc to a point is conserved by the scene, the emitted modules and the renderer.
 
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
@@ -34,7 +35,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
         height: side,
         ..ViewRequest::of(subject.body, Instant::parse(subject.time).expect("a time"))
     };
-    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
     let shown_bodies = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
     // Without points, every body is drawn as a disc, however small.
     assert!(shown_bodies(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the image");

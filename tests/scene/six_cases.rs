@@ -2,6 +2,7 @@
 //! its ring. The contents of each image, and which functions its HLSL contains and lacks.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
@@ -45,8 +46,7 @@ fn case(target: i32, time: &str, towards: Option<i32>, distance_radii: f64, over
         .scene(&ViewRequest { position, effects, width: SIZE_PX, height: SIZE_PX, fov_deg: Some(FOV_DEG), ..base })
         .expect("a scene");
     let plan = plan::plan(&scene, &*SESSION, SAMPLING).expect("a plan");
-    let keep_hdr = true;
-    let (frame, _timings) = SESSION.renderer().render(&plan, SESSION.library(), keep_hdr).expect("drawn");
+    let (frame, _timings) = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn");
     Case { scene, hdr: frame.hdr }
 }
 

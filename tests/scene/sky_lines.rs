@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::apparent::aberrated;
 use orrery::ephemeris::topocentric::ground_point_km;
@@ -280,7 +281,8 @@ fn bodies_hide_the_lines_behind_them() {
         layers: Layers::NONE,
         ..ViewRequest::of(NaifId(599), Instant::parse("2024-12-07T20:00:00Z").expect("a time"))
     };
-    let drawn = |layers: Layers| SESSION.draw(&ViewRequest { layers, ..base.clone() }, SAMPLING, true).expect("drawn");
+    let drawn =
+        |layers: Layers| SESSION.draw(&ViewRequest { layers, ..base.clone() }, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn");
     let (plain, with_grid) = (drawn(Layers::NONE), drawn(only("grid-ecliptic")));
     assert!(plain.scene.sky_lines.is_empty() && plain.scene.texts.is_none() && !with_grid.scene.sky_lines.is_empty());
     let placement = plain.scene.body(NaifId(599)).expect("in the catalog").placement;

@@ -15,7 +15,7 @@ use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purp
 use orrery::scene::sky::stars::StarPlacer;
 use orrery::scene::viewpoint::{Viewer, viewer};
 use orrery::scene::{Scene, effects::EffectOverrides};
-use orrery::session::{DrawnFrame, Session, Sources};
+use orrery::session::{DrawnFrame, FrameImages, Session, Sources};
 use orrery::time::Instant;
 use serde::Deserialize;
 use std::f64::consts::PI;
@@ -128,7 +128,7 @@ fn session_of(table: &str) -> (Session, tempfile::TempDir) {
 }
 
 fn draw(session: &Session, request: &ViewRequest) -> DrawnFrame {
-    session.draw(request, SAMPLING, true).expect("drawn")
+    session.draw(request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn")
 }
 
 /// Sum of the light (linear RGB) within `reach_px` of a pixel position in x and y, and the centroid of its green light.
@@ -235,7 +235,7 @@ fn flux_is_kept_over_twenty_magnitudes_at_several_subpixel_positions() {
             let layers = Layers { stars: true, ..Layers::NONE };
             let request =
                 ViewRequest { width: 800, height: 800, purpose: Purpose::LINEAR, exposure: ExposureRequest::Stops(19.0), layers, ..base };
-            let drawn = session.draw(&request, SamplingQuality { samples, anisotropy: 1 }, true).expect("drawn");
+            let drawn = session.draw(&request, SamplingQuality { samples, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
             let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
             assert_eq!(drawn.scene.stars.len(), 21);
             widest = drawn.scene.stars.iter().map(|s| s.radius_px).fold(widest, f32::max);
@@ -460,7 +460,7 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         let layers = Layers { stars: true, ..Layers::NONE };
         let request =
             ViewRequest { width: 160, height: 160, exposure: ExposureRequest::Stops(stops), layers, ..towards(look, fov_deg, time) };
-        let drawn = session.draw(&request, SAMPLING, false).expect("drawn");
+        let drawn = session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
         drawn.frame.display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
     };
     let greatest_difference = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);

@@ -1,6 +1,7 @@
 //! Effects switched by hand in rendered scenes: each changes only its own pixels, and an effect without anything to draw changes nothing.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
@@ -26,7 +27,7 @@ fn over(target: i32, time: &str, distance_radii: f64, towards: Option<i32>) -> V
 
 fn pixels(scene: &Scene) -> Pixels {
     let plan = plan::plan(scene, &*SESSION, SAMPLING).expect("a plan");
-    SESSION.renderer().render(&plan, SESSION.library(), true).expect("drawn").0.hdr
+    SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr
 }
 
 /// The same view with two sets of effects at the same exposure: the scene of the first, and the pixels of both.

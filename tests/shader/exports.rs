@@ -4,6 +4,7 @@
 
 #[cfg(feature = "gpu")]
 use crate::support::gpu::gpu;
+use orrery::FrameImages;
 use orrery::export::report::Report;
 use orrery::export::{Revision, RevisionError, atlas, corpus};
 use orrery::image::{Level, TexelFormat, Texture};
@@ -279,16 +280,15 @@ fn a_corpus_can_be_drawn_from_its_files_alone() {
     #[cfg(feature = "gpu")]
     let gpu = gpu();
     assert_eq!(list(&manifest["cases"]).len(), key_texts.len());
-    let keep_hdr = true;
     for case in list(&manifest["cases"]).iter().filter_map(Value::as_str) {
         let unedited = read_case(folder.path(), case, |wgsl| wgsl);
-        let (frame, _timings) = software.render(&unedited.plan, &unedited, keep_hdr).expect("drawn");
+        let (frame, _timings) = software.render(&unedited.plan, &unedited, FrameImages::DisplayAndHdr).expect("drawn");
         // The edited module has the same id.
         software.forget_modules();
         assert_eq!(unedited.pixels_off(&frame.hdr), 0, "{case} in software");
         #[cfg(feature = "gpu")]
         if let Some(gpu) = &gpu {
-            let (frame, _timings) = gpu.render(&unedited.plan, &unedited, keep_hdr).expect("drawn");
+            let (frame, _timings) = gpu.render(&unedited.plan, &unedited, FrameImages::DisplayAndHdr).expect("drawn");
             gpu.forget_modules();
             let (off, count) = (unedited.pixels_off(&frame.hdr), frame.hdr.len());
             assert!(off <= count / 500, "{case} on the GPU: {off} of {count} pixels");
@@ -297,7 +297,7 @@ fn a_corpus_can_be_drawn_from_its_files_alone() {
             let position = wgsl.find("draw.albedo").unwrap_or_else(|| panic!("{case} has no albedo"));
             format!("{}0.9 * {}", &wgsl[..position], &wgsl[position..])
         });
-        let (frame, _timings) = software.render(&darker.plan, &darker, keep_hdr).expect("drawn");
+        let (frame, _timings) = software.render(&darker.plan, &darker, FrameImages::DisplayAndHdr).expect("drawn");
         software.forget_modules();
         assert!(darker.pixels_off(&frame.hdr) > 100, "{case}: a tenth less albedo is within the tolerance");
     }

@@ -3,7 +3,7 @@
 use orrery::scene::request::Quality;
 use orrery::session::{RendererPreference, Session, Sources};
 use orrery::shader::fragments::FRAGMENTS;
-use orrery::{Fragments, Instant, NaifId, SamplingQuality, ViewRequest};
+use orrery::{Fragments, FrameImages, Instant, NaifId, SamplingQuality, ViewRequest};
 use std::time::{Duration, Instant as Clock};
 
 /// The longest time that drawing or refusing may take. The renderer's own limit for one batch is about a second.
@@ -30,7 +30,10 @@ fn drawn(session: &Session, fragments: Fragments) -> Result<Vec<[u8; 4]>, String
     let time = Instant::parse("2024-01-01T00:00:00Z").expect("a time");
     let request = ViewRequest { width: 48, height: 48, quality: Quality::Draft, ..ViewRequest::of(NaifId::MOON, time) };
     let start = Clock::now();
-    let image = session.draw(&request, SamplingQuality::of(Quality::Draft), false).map(|d| d.frame.display).map_err(|e| e.to_string());
+    let image = session
+        .draw(&request, SamplingQuality::of(Quality::Draft), FrameImages::Display)
+        .map(|d| d.frame.display)
+        .map_err(|e| e.to_string());
     assert!(start.elapsed() < TIMEOUT, "{:?}: {image:?}", start.elapsed());
     image
 }

@@ -1,6 +1,7 @@
 //! The library on disk: damaged and foreign entries, concurrent access, and disks that refuse writes.
 
 use crate::support::sweep;
+use orrery::FrameImages;
 use orrery::shader::library::{ShaderLibrary, file_name};
 use orrery::shader::{Lowering, ModuleId, ShaderModule};
 use std::path::{Path, PathBuf};
@@ -339,7 +340,10 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
         let messages = Arc::clone(&messages);
         let sources = Sources { cache: Some(dir.path().to_owned()), ..Sources::default() };
         let session = Session::open(&sources, move |line| messages.lock().expect("no panic").push(line.to_owned())).expect("opens");
-        session.draw(&request, SamplingQuality::of(request.quality), false).map(|drawn| drawn.frame.display).map_err(|e| e.to_string())
+        session
+            .draw(&request, SamplingQuality::of(request.quality), FrameImages::Display)
+            .map(|drawn| drawn.frame.display)
+            .map_err(|e| e.to_string())
     };
     let expected = draw().expect("an image");
     let shaders =

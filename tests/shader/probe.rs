@@ -2,6 +2,7 @@
 //! of one line.
 
 use crate::support::session::SESSION;
+use orrery::FrameImages;
 use orrery::probe::batch::ProbeBatch;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
@@ -130,7 +131,7 @@ fn a_pixel_reports_the_values_of_its_draws() {
     (request.target, request.purpose) = (None, Purpose::LINEAR);
     CameraFile::parse("camera", CAMERA).expect("reads").resolve(SESSION.catalog(), &mut request).expect("resolves");
     (request.width, request.height) = (SIDE, SIDE);
-    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, true).expect("drawn");
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
     let mars = drawn.scene.bodies.iter().find(|b| b.name == "Mars").expect("Mars");
     for (x, y) in [(32, 32), (25, 40), (40, 22)] {
         let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));

@@ -2,6 +2,7 @@
 //! for every number of threads, and for all kernel classes that round alike.
 
 use glam::{Vec2, Vec3, Vec4};
+use orrery::FrameImages;
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
@@ -108,7 +109,7 @@ pub(super) fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
 
 fn render(plan: &Plan, options: Options) -> Frame {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
-    renderer.render(plan, &*LIBRARY, true).expect("a frame").0
+    renderer.render(plan, &*LIBRARY, FrameImages::DisplayAndHdr).expect("a frame").0
 }
 
 pub(super) fn with_threads(threads: usize) -> Options {
@@ -235,7 +236,7 @@ fn noise(texels: u32) -> Vec<u8> {
 #[test]
 fn an_invalid_plan_is_refused_with_the_kind_of_error() {
     let renderer = SoftwareRenderer::new(with_threads(1)).expect("a renderer");
-    let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, true).expect_err("must be refused");
+    let error = |plan: &Plan| renderer.render(plan, &*LIBRARY, FrameImages::DisplayAndHdr).expect_err("must be refused");
     let without_texture = scene([8, 8], vec![sphere(Vec3::Z, MapSet { albedo: true, ..MapSet::default() })]);
     assert!(matches!(error(&without_texture), RenderError::Binding { binding: 1, .. }));
     let mut reads_later_pass = scene([8, 8], Vec::new());
@@ -271,7 +272,7 @@ fn times_of_the_passes() {
         let renderer = SoftwareRenderer::new(with_threads(threads)).expect("a renderer");
         let mut best = [f64::INFINITY; 3];
         for _ in 0..20 {
-            let timings = renderer.render(&plan, &*LIBRARY, false).expect("a frame").1;
+            let timings = renderer.render(&plan, &*LIBRARY, FrameImages::Display).expect("a frame").1;
             let wall_ms = [timings.passes[0].wall_ms, timings.passes[1].wall_ms, timings.wall_ms];
             best = [0, 1, 2].map(|k| f64::min(best[k], wall_ms[k]));
         }
@@ -289,10 +290,12 @@ fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
     let renderer =
         || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");
-    let (frame, _) = renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), true).expect("the heavy shader draws");
+    let (frame, _) =
+        renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), FrameImages::DisplayAndHdr).expect("the heavy shader draws");
     let [corner, middle] = [0, 32 * 64 + 32].map(|k: usize| frame.hdr[k]);
     assert_eq!(corner, [0.0, 0.0, 0.0, 1.0]);
     assert!(middle.iter().all(|v| v.is_finite() && *v > 0.0), "{middle:?}");
-    let (frame, _) = renderer().render(&heavy::tone_map_plan(64), &heavy::simple_module("tone_map"), false).expect("the tone map draws");
+    let (frame, _) =
+        renderer().render(&heavy::tone_map_plan(64), &heavy::simple_module("tone_map"), FrameImages::Display).expect("the tone map draws");
     assert!(frame.display.iter().any(|p| p[0] > 200) && frame.display.iter().any(|p| p[1] < 64));
 }

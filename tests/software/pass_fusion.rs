@@ -3,6 +3,7 @@
 use super::frame::{pass, scene, sphere, tone_map, with_threads};
 use super::lower::compile;
 use glam::Vec3;
+use orrery::FrameImages;
 use orrery::render::plan::{Blend, ColourFormat, Plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::MapSet;
@@ -23,9 +24,9 @@ fn with_tone_map(from: &str, to: &str) -> ShaderLibrary {
 /// The display bytes of a plan drawn in two passes, because the HDR image is kept, and in fused passes.
 fn separate_and_fused(plan: &Plan, library: &ShaderLibrary, options: Options) -> [Vec<[u8; 4]>; 2] {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
-    [true, false].map(|keep_hdr| {
-        let (frame, timings) = renderer.render(plan, library, keep_hdr).expect("a frame");
-        assert_eq!(frame.hdr.is_empty(), !keep_hdr);
+    [FrameImages::DisplayAndHdr, FrameImages::Display].map(|images| {
+        let (frame, timings) = renderer.render(plan, library, images).expect("a frame");
+        assert_eq!(frame.hdr.is_empty(), images == FrameImages::Display);
         assert_eq!(timings.passes.len(), plan.passes.len());
         frame.display
     })

@@ -3,10 +3,11 @@
 
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
-use orrery::session::{Session, SessionError, Sources};
+use orrery::session::{RequestedOutput, Session, SessionError, Sources};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
@@ -297,7 +298,11 @@ fn an_image_does_not_wait_for_a_query() {
         worker.run(Box::new(move |_| {
             let _ = released.recv();
         }));
-        worker.submit(RenderJob { sampling: SamplingQuality::of(request.quality), request: request.clone(), on_gpu: false });
+        worker.submit(RenderJob {
+            sampling: SamplingQuality::of(request.quality),
+            request: request.clone(),
+            output: RequestedOutput::Frame(FrameImages::Display),
+        });
         let timeout = std::time::Duration::from_secs(120);
         // The window is woken when this image arrives, and not before.
         assert!(worker.is_drawing(), "an image is on its way");

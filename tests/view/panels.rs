@@ -5,6 +5,7 @@ use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::Effect;
@@ -131,7 +132,7 @@ fn the_tone_map_clips_or_compresses_light_above_white() {
     let view = ViewRequest { width: 48, height: 48, exposure: ExposureRequest::Stops(4.5), ..ViewRequest::of(NaifId::MOON, time) };
     let drawn = |tone_map| {
         let view = ViewRequest { tone_map, ..view.clone() };
-        session().draw(&view, SamplingQuality::of(Quality::Standard), true).expect("an image").frame
+        session().draw(&view, SamplingQuality::of(Quality::Standard), FrameImages::DisplayAndHdr).expect("an image").frame
     };
     let (filmic, clipped) = (drawn(ToneMap::Filmic), drawn(ToneMap::Clipped));
     assert_eq!(filmic.hdr, clipped.hdr, "the light is the same");

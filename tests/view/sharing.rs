@@ -4,6 +4,7 @@ use super::input::{SATURN, TIME, Window};
 use crate::view::interface::{harness, interface, session, settle};
 use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, ViewRequest};
 use orrery::session::ExistingImage;
@@ -118,7 +119,7 @@ fn an_animation_is_saved_in_one_file_and_overwrites_none() {
             let view = window.state().viewer.view.clone();
             let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
             let sampling = orrery::render::plan::SamplingQuality::of(request.quality);
-            let drawn = session().draw_in_background(&request, sampling, false).expect("an image").frame.display;
+            let drawn = session().draw_in_background(&request, sampling, FrameImages::Display).expect("an image").frame.display;
             assert_eq!(frames[1].pixels().map(|p| p.0).collect::<Vec<_>>(), drawn);
         } else {
             assert_eq!(std::fs::read(&unused_path).expect("a file")[..6], *b"GIF89a");

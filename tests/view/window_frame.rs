@@ -8,6 +8,7 @@
 use crate::support::gpu::gpu;
 use crate::support::session::SESSION;
 use egui::epaint::{ImageData, ImageDelta};
+use orrery::FrameImages;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
@@ -82,7 +83,7 @@ fn the_renderers_match_the_cpu_painter() {
     let plan = plan_of(&painter, &primitives);
     assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and an image");
     let painted = painted_by_cpu(&painter, &primitives);
-    let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
+    let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
     let soft = image(soft);
     let difference = difference_of(&painted, &soft);
     println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
@@ -91,10 +92,10 @@ fn the_renderers_match_the_cpu_painter() {
     let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
     moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
     let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
-    let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), false).expect("drawn");
+    let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), FrameImages::Display).expect("drawn");
     assert!(exceeds_bounds(&difference_of(&painted, &image(moved))), "a shift by one pixel is not detected");
     let Some(gpu) = gpu() else { return };
-    let (drawn, _) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
+    let (drawn, _) = gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
     let difference = difference_of(&soft, &image(drawn));
     println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     assert!(difference.mean <= 0.3 && difference.p999 <= 3, "mean {:.3}, 99.9 % {}", difference.mean, difference.p999);
@@ -121,7 +122,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     let Some(gpu) = gpu() else { return };
     let (_, request) = crate::support::views::views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let (_, view) = SESSION.plan(&request, plan::SamplingQuality { samples: 4, anisotropy: 8 }).expect("a plan");
-    let (read, _) = gpu.render(&view, SESSION.library(), false).expect("drawn");
+    let (read, _) = gpu.render(&view, SESSION.library(), FrameImages::Display).expect("drawn");
     let (kept, _) = gpu.render_to_gpu(&view, SESSION.library()).expect("drawn");
     // The next image must not overwrite one that is still referenced.
     let mut black = view.clone();
@@ -135,7 +136,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
         let primitive = egui::ClippedPrimitive { clip_rect: rect, primitive: egui::epaint::Primitive::Mesh(mesh) };
         let ui_primitives = ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image));
         let window = plan::interface(ui_primitives, size, &*SESSION).expect("a plan");
-        gpu.render(&window, SESSION.library(), false).map(|(frame, _)| frame)
+        gpu.render(&window, SESSION.library(), FrameImages::Display).map(|(frame, _)| frame)
     };
     assert_eq!(shown_in_window(&kept).expect("drawn").display, read.display, "another image");
     let second = shown_in_window(&other).expect("drawn").display;
@@ -148,7 +149,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
         plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image)), size, &*SESSION).expect("a plan")
     };
     assert!(gpu.holds(&kept) && !other_gpu.holds(&kept));
-    let why = other_gpu.render(&window(&kept), SESSION.library(), false).expect_err("another device's image").to_string();
+    let why = other_gpu.render(&window(&kept), SESSION.library(), FrameImages::Display).expect_err("another device's image").to_string();
     assert!(why.contains("another device"), "{why}");
 }
 
@@ -171,7 +172,7 @@ fn a_changed_texture_is_uploaded_again() {
     let primitives = [egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) }];
     let first_pixel = |painter: &Painter| {
         let plan = plan::interface(ui_primitives(painter, [4, 4], 1.0, &primitives, None), [4, 4], &*SESSION).expect("a plan");
-        gpu.render(&plan, SESSION.library(), false).expect("drawn").0.display[0]
+        gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn").0.display[0]
     };
     assert_eq!(first_pixel(&painter), [255, 0, 0, 255]);
     painter.set_texture(id, delta(egui::Color32::GREEN, Some([0, 0])));
@@ -207,7 +208,7 @@ fn a_large_texture_is_uploaded_completely() {
             scissor: [0, 0, 64, 64],
         };
         let plan = plan::interface(vec![square], size, &*SESSION).expect("a plan");
-        let (frame, timings) = gpu.render(&plan, SESSION.library(), false).expect("drawn");
+        let (frame, timings) = gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
         assert_eq!(timings.sent_bytes, if y0 == 0 { u64::from(4 * width * height) } else { 0 }, "sent once");
         for (k, pixel) in (0..).zip(&frame.display) {
             let (x, y) = (1000 + k % 64, y0 + k / 64);
@@ -247,7 +248,7 @@ fn times_of_the_painter_and_the_software_renderer() {
         min_ms[0] = min_ms[0].min(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
         let plan = plan::interface(ui_primitives(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
-        let drawn = SESSION.renderer().render(&plan, SESSION.library(), false).expect("drawn");
+        let drawn = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
         min_ms[1] = min_ms[1].min(start.elapsed().as_secs_f64() * 1e3);
         assert_eq!(drawn.0.display.len(), pixels.len());
     }
@@ -262,7 +263,7 @@ fn the_gpu_draws_with_edited_fragments_after_it_forgets_its_modules() {
     let key = "lambert.sun1.sphere".parse().expect("a key");
     let drawn = || {
         let plan = orrery::session::sample_plan(&library, &key, 40, orrery::session::HALF_SIDE_INSIDE).expect("a plan");
-        gpu.render(&plan, &library, true).expect("drawn").0.hdr
+        gpu.render(&plan, &library, FrameImages::DisplayAndHdr).expect("drawn").0.hdr
     };
     let before = drawn();
     let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/photometry/lambert.wesl").expect("a fragment");

@@ -14,7 +14,7 @@ use super::targets::PassTarget;
 use super::uploads::Uploads;
 use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
-use crate::render::frame::Frame;
+use crate::render::frame::{Frame, FrameImages};
 use crate::render::plan::{ColourFormat, GpuImage, ModuleProvider, Pass, Plan, PlanDraw, TextureSource, Vertices};
 use crate::shader::ModuleId;
 use parking_lot::{Mutex, MutexGuard};
@@ -63,8 +63,8 @@ impl FrameResources {
 /// Target of a plan's last pass.
 #[derive(Clone, Copy)]
 pub(super) enum RenderTarget<'a> {
-    /// A target that the renderer owns. `hdr`: linear targets have 32-bit floats, for readback.
-    Owned { hdr: bool },
+    /// A target that the renderer owns. If the HDR image is to be read back, linear targets have 32-bit floats.
+    Owned(FrameImages),
     /// A texture of the caller, such as a window's.
     External(&'a wgpu::Texture),
 }
@@ -174,7 +174,7 @@ impl GpuRenderer {
     /// Exclusive use of the renderer, if the plan can be drawn without waiting for the compiler or for another frame.
     pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
         let state = self.state.try_lock()?;
-        state.is_ready(plan, |k| self.format(plan.passes[k].format, false)).then_some(FrameGuard(state))
+        state.is_ready(plan, |k| self.format(plan.passes[k].format, FrameImages::Display)).then_some(FrameGuard(state))
     }
 
     /// Drops all pipelines. The caller must do this after a module's source has changed under the same name.
@@ -190,12 +190,12 @@ impl GpuRenderer {
         (state.uploads.total_bytes(), state.pipelines.len())
     }
 
-    /// Draws the plan. `keep_hdr`: the frame includes the linear HDR image.
+    /// Draws the plan.
     ///
     /// # Errors
     /// See [`GpuError`]; after one for which [`GpuError::is_final`] holds, the next frame fails too.
-    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, GpuTimings), GpuError> {
-        self.render_in(self.lock(), plan, modules, keep_hdr)
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, images: FrameImages) -> Result<(Frame, GpuTimings), GpuError> {
+        self.render_in(self.lock(), plan, modules, images)
     }
 
     /// Like [`GpuRenderer::render`], with a lock that the caller has acquired.
@@ -207,15 +207,15 @@ impl GpuRenderer {
         FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
-        keep_hdr: bool,
+        images: FrameImages,
     ) -> Result<(Frame, GpuTimings), GpuError> {
-        if keep_hdr && !self.blends_f32 {
+        if images == FrameImages::DisplayAndHdr && !self.blends_f32 {
             return Err(GpuError::NotDrawn("linear images on this adapter, which cannot blend 32-bit floats"));
         }
         let start = Instant::now();
         let (frame, mut timings) = self.run_checked(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: keep_hdr })?;
-            let frame = self.read_back(&mut state, keep_hdr)?;
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(images))?;
+            let frame = self.read_back(&mut state, images)?;
             Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -242,7 +242,7 @@ impl GpuRenderer {
     ) -> Result<(GpuImage, GpuTimings), GpuError> {
         let start = Instant::now();
         let (image, mut timings) = self.run_checked(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned { hdr: false })?;
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(FrameImages::Display))?;
             // The image leaves the reusable targets; the next frame creates another target.
             let last = state.targets.pop().ok_or(GpuError::NoPass)?;
             // Wait until the image is drawn, so that frames do not queue up.
@@ -279,11 +279,11 @@ impl GpuRenderer {
         self.lost.lock().clone().map_or(Ok(()), Err)
     }
 
-    fn format(&self, format: ColourFormat, keep_hdr: bool) -> TextureFormat {
+    fn format(&self, format: ColourFormat, images: FrameImages) -> TextureFormat {
         match format {
             // Half floats suffice: they reach 65,504, the centre of the Sun's disc has radiance 58,000, and their rounding changes a display value by at
             // most 0.12 levels of 255.
-            ColourFormat::Hdr if !keep_hdr => TextureFormat::Rgba16Float,
+            ColourFormat::Hdr if images == FrameImages::Display => TextureFormat::Rgba16Float,
             ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
@@ -315,7 +315,7 @@ impl GpuRenderer {
             prepared
                 .push(draws.map(|((d, offsets), key)| self.prepare(state, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?);
         }
-        if self.has_timestamps && state.pass_timer.is_none() && matches!(target, RenderTarget::Owned { .. }) {
+        if self.has_timestamps && state.pass_timer.is_none() && matches!(target, RenderTarget::Owned(_)) {
             state.pass_timer = Some(PassTimer::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -335,15 +335,15 @@ impl GpuRenderer {
         Ok(state.uploads.sent_bytes - sent_before)
     }
 
-    /// Reads back the pixels of the last pass, and of the HDR image if `keep_hdr`.
-    fn read_back(&self, state: &mut FrameResources, keep_hdr: bool) -> Result<Frame, GpuError> {
+    /// Reads back the pixels of the last pass, and of the HDR image if `images` include it.
+    fn read_back(&self, state: &mut FrameResources, images: FrameImages) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
-            if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| keep_hdr) {
+            if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| images == FrameImages::DisplayAndHdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {
@@ -355,14 +355,14 @@ impl GpuRenderer {
     /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
     fn update_targets(&self, state: &mut FrameResources, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let max_side = self.device.limits().max_texture_dimension_2d;
+        let images = if let RenderTarget::Owned(images) = target { images } else { FrameImages::Display };
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
             let external = match target {
                 RenderTarget::External(texture) if k + 1 == plan.passes.len() => Some(texture),
                 _ => None,
             };
-            let format = external
-                .map_or_else(|| self.format(pass.format, matches!(target, RenderTarget::Owned { hdr: true })), wgpu::Texture::format);
+            let format = external.map_or_else(|| self.format(pass.format, images), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });

@@ -19,7 +19,7 @@ use super::timings::{PassTimings, Timings};
 use super::tone_map::ToneMapFields;
 use crate::image::TexelFormat;
 use crate::memo::RecentMap;
-use crate::render::frame::Frame;
+use crate::render::frame::{Frame, FrameImages};
 use crate::render::plan::{ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
 use crate::shader::library::MODULES_KEPT;
@@ -123,25 +123,30 @@ impl SoftwareRenderer {
         self.pool.current_num_threads()
     }
 
-    /// Executes the plan. `keep_hdr`: the frame includes the linear HDR image.
+    /// Executes the plan.
     ///
     /// # Errors
     /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; insufficient memory.
-    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, images: FrameImages) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
-            Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, keep_hdr)),
-            Precision::F64 => self.pool.install(|| self.render_as::<f64>(plan, modules, keep_hdr)),
+            Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, images)),
+            Precision::F64 => self.pool.install(|| self.render_as::<f64>(plan, modules, images)),
         }
     }
 
-    fn render_as<R: Real>(&self, plan: &Plan, modules: &impl ModuleProvider, keep_hdr: bool) -> Result<(Frame, Timings), RenderError> {
+    fn render_as<R: Real>(
+        &self,
+        plan: &Plan,
+        modules: &impl ModuleProvider,
+        requested: FrameImages,
+    ) -> Result<(Frame, Timings), RenderError> {
         let start = Instant::now();
         let mut timings = Timings::default();
         // The image of each pass with its width and height.
         let mut images: Vec<(PassImage, u32, u32)> = Vec::new();
         let mut pass_index = 0;
         while let Some(pass) = plan.passes.get(pass_index) {
-            if !keep_hdr
+            if requested == FrameImages::Display
                 && can_fuse_with_next_pass(plan, pass_index)
                 && let Some((image, pass_timings, prepare_ms)) =
                     self.execute_fused_passes::<R>([pass, &plan.passes[pass_index + 1]], modules, &images)?
@@ -165,7 +170,7 @@ impl SoftwareRenderer {
         match last {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
-                if keep_hdr {
+                if requested == FrameImages::DisplayAndHdr {
                     // The scene's HDR image is the first of this size; bloom passes may have the same size.
                     let scene = images.into_iter().find_map(|(image, w, h)| match image {
                         PassImage::Float(hdr) if (w, h) == (width, height) => Some(hdr),

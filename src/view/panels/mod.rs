@@ -135,7 +135,7 @@ pub struct Interface {
     /// The window should be fullscreen.
     pub fullscreen: bool,
     /// The GPU that renders the images also presents the window, so images need not be copied to the CPU.
-    pub on_gpu: bool,
+    pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
     /// What the last preset changed in the view, so that it can be undone.
@@ -194,7 +194,7 @@ impl Interface {
             only_selected_effects: false,
             quit_requested: false,
             fullscreen: false,
-            on_gpu: false,
+            presents_on_gpu: false,
             warning: None,
             preset_changes: None,
             warp: None,

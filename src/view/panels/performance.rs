@@ -126,7 +126,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.end_row();
         };
         line(text!("perf-renderer"), rendered.by.adapter.clone().unwrap_or_else(|| named("renderer", rendered.by.renderer).into()));
-        line(text!("perf-display"), if interface.on_gpu { "GPU" } else { "CPU" }.into());
+        line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
         line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
         line(

@@ -9,7 +9,7 @@ use crate::catalog::NaifId;
 use crate::render::plan::{GpuImage, SamplingQuality};
 use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererPreference, Session};
+use crate::session::{FrameImages, Readiness, RendererPreference, RequestedOutput, Session};
 use crate::view::app::view_state::ViewStateError;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
@@ -189,7 +189,8 @@ impl Interface {
         let selected = self.viewer.selected;
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
-        Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, on_gpu: self.on_gpu })
+        let output = if self.presents_on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Frame(FrameImages::Display) };
+        Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, output })
     }
 
     /// Requests the first image before there is a window, so that it is drawn while the window opens. Its size is computed from the

@@ -11,6 +11,7 @@ use super::{Interface, Tab, events};
 use crate::render::plan::SamplingQuality;
 use crate::scene::draw::PixelView;
 use crate::scene::request::Quality;
+use crate::session::FrameImages;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
@@ -89,7 +90,7 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
     // A dome or a stereo pair would be illegible at this size.
     let view = ViewState { pixels, composition: CompositionState::default(), ..now_view.view.clone() };
     let image = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
-        let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), false).ok()?.frame;
+        let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), FrameImages::Display).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
     Some(DrawnThumbnail { now_view, image })

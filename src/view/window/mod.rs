@@ -285,7 +285,7 @@ impl App<'_> {
         if let Some(message) = opened.presenter.update_backend(self.worker.session(), self.interface.settings.display_preference)? {
             self.worker.session().notify(&message);
         }
-        self.interface.on_gpu = opened.presenter.is_on_gpu();
+        self.interface.presents_on_gpu = opened.presenter.is_on_gpu();
         let input = opened.input.take_egui_input(&opened.window);
         let start = WallInstant::now();
         let mut output = self.egui.run_ui(input, |ui| self.interface.ui(ui, self.worker));
@@ -349,7 +349,7 @@ impl App<'_> {
             opened.record_placement();
             self.interface.settings.window_placement = Some(opened.placement);
         }
-        self.interface.on_gpu = false;
+        self.interface.presents_on_gpu = false;
         self.opened = Some(self.open(event_loop)?);
         self.request_redraw();
         Ok(())

@@ -8,7 +8,7 @@ use super::freed_memory;
 use crate::render::plan::{GpuImage, SamplingQuality, SimpleDraw};
 use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
-use crate::session::{DrawnBy, Session, SessionError, Stages};
+use crate::session::{DrawnBy, RequestedOutput, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
 use crate::view::language;
 use parking_lot::{Condvar, Mutex, MutexGuard};
@@ -21,8 +21,8 @@ use std::time::{Duration, Instant as WallInstant};
 pub struct RenderJob {
     pub request: ViewRequest,
     pub sampling: SamplingQuality,
-    /// The image may stay on the GPU, because the same GPU presents the window.
-    pub on_gpu: bool,
+    /// The image may stay on the GPU if the same GPU presents the window.
+    pub output: RequestedOutput,
 }
 
 /// The result of a job.
@@ -110,7 +110,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = WallInstant::now();
-    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.on_gpu)?;
+    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.output)?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(RenderedView {

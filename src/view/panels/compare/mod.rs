@@ -14,7 +14,7 @@ use crate::render::plan::SamplingQuality;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ViewRequest};
-use crate::session::Session;
+use crate::session::{FrameImages, Session};
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
 use crate::view::language::{named, plain, text};
@@ -241,12 +241,12 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
         if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
-        let drawn = session.draw_in_background(request, sampling, false).map_err(failed)?;
+        let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(failed)?;
         let renderer = double_renderer.as_ref().unwrap_or(session.background_renderer());
-        (renderer.render(&plan, session.library(), false).map_err(|e| error_text(&e))?.0, "software")
+        (renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedImage { image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })

@@ -9,7 +9,7 @@ use crate::render::plan::{self, ResourceProvider, SamplingQuality};
 use crate::scene::draw::{MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
-use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_plan, tape_costs};
+use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_plan, tape_costs};
 use crate::shader::compare::{FeatureDiff, IrCost, difference, ir_cost};
 use crate::shader::key::{ShaderKey, keys_of};
 use crate::shader::library::Origin;
@@ -229,7 +229,8 @@ impl ShaderQueries {
 /// the greatest value is white.
 fn draw_sample(session: &Session, key: &ShaderKey) -> SampleResult {
     let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), true).map_err(|e| error_text(&e))?;
+    let (frame, _) =
+        session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
@@ -249,7 +250,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     }
     let plan = plan::plan(&scene, session, sampling).map_err(|e| text!("swap-no-uniforms", e = e.to_string()))?;
     let start = WallInstant::now();
-    let (frame, _) = session.background_renderer().render(&plan, session.library(), false).map_err(|e| error_text(&e))?;
+    let (frame, _) = session.background_renderer().render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(ComparedImage { image, by: "software".into(), took_ms })

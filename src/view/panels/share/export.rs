@@ -9,7 +9,7 @@ use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation
 use crate::render::plan::SamplingQuality;
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
+use crate::session::{DrawnFrame, FrameImages, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
@@ -210,7 +210,8 @@ fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
     request.layers.labels = options.names;
     request.purpose = Purpose::of_file(is_exr);
-    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), is_exr).map_err(|e| error_text(&e))?;
+    let images = if is_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
+    let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;
     Ok((request, drawn))
 }
 
