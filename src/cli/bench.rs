@@ -165,7 +165,7 @@ fn effects(
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
     let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
-    let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.feature == e.name());
+    let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.effect == e.name());
     for effect in Effect::ALL.into_iter().filter(|e| is_active(*e)) {
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);

@@ -107,7 +107,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) 
     let (without_shadow, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, FrameImages::Display).map(drop);
-    // The first frame with a feature includes the one-time work for it: reading the mesh file, or tracing its shadow. The time is that of the whole stage.
+    // The first frame with an effect includes the one-time work for it: reading the mesh file, or tracing its shadow. The time is that of the whole stage.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;

@@ -90,7 +90,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
     );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_text()));
     for decision in &scene.sky {
-        text.push_str(&format!("{} {} {}\n", if decision.on { '+' } else { '-' }, decision.feature, decision.description()));
+        text.push_str(&format!("{} {} {}\n", if decision.on { '+' } else { '-' }, decision.effect, decision.description()));
     }
     for body in bodies {
         let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
@@ -110,7 +110,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
             text.push_str(&format!("  ~ {line}\n"));
         }
         for decision in &body.decisions {
-            text.push_str(&format!("  {} {:13} {}\n", if decision.on { '+' } else { '-' }, decision.feature, decision.description()));
+            text.push_str(&format!("  {} {:13} {}\n", if decision.on { '+' } else { '-' }, decision.effect, decision.description()));
         }
     }
     text

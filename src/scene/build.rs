@@ -1,7 +1,7 @@
 //! Builds a finished [`Scene`] from a request, in two steps.
 //!
 //! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds the light of
-//! cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs; [`SceneBuilder::build`] decides on every feature and
+//! cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs; [`SceneBuilder::build`] decides on every effect and
 //! creates the scene from the resources that were loaded. The scene is never modified afterwards.
 
 mod annotations;
@@ -176,7 +176,7 @@ impl<'a> SceneBuilder<'a> {
         requirements
     }
 
-    /// Decides on every feature of every body, and creates the scene from the resources that were loaded.
+    /// Decides on every effect of every body, and creates the scene from the resources that were loaded.
     pub fn build(self, resources: &Resources) -> Scene {
         let (request, camera) = (self.request, &self.viewer.camera);
         let frame = self.frame(request, resources);

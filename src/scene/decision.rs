@@ -1,4 +1,4 @@
-//! Decisions: whether a feature is drawn, with the value and the threshold that decided it.
+//! Decisions: whether an effect is drawn, with the value and the threshold that decided it.
 
 use crate::catalog::Map;
 use crate::message::{Argument, Reason, reason};
@@ -6,16 +6,17 @@ use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Resources;
 use crate::scene::stated_errors::StatedError;
 
-/// The decision on one feature of one body in one frame.
+/// The decision on one effect of one body in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decision {
-    /// The name of an effect, or of a feature that depends on several effects.
-    pub feature: &'static str,
+    /// The name of an [`Effect`], of a layer, or of something that depends on several of them, such as `visible`. In JSON it is called `feature`.
+    #[serde(rename = "feature")]
+    pub effect: &'static str,
     /// Whether it is drawn.
     pub on: bool,
     /// The value, its threshold and the comparison, in one line.
     pub reason: Reason,
-    /// The model that computes the feature and its error, if there are several models. In JSON its name is that of earlier versions.
+    /// The model that computes the effect and its error, if there are several models. In JSON its name is that of earlier versions.
     #[serde(rename = "tier", skip_serializing_if = "Option::is_none")]
     pub stated_error: Option<StatedError>,
 }
@@ -42,15 +43,15 @@ impl<'a> DecisionLog<'a> {
         Self { effects, resources, decisions: Vec::new() }
     }
 
-    /// Records a decision and returns whether the feature is drawn.
-    pub(crate) fn note(&mut self, feature: &'static str, on: bool, reason: Reason) -> bool {
-        self.decisions.push(Decision { feature, on, reason, stated_error: None });
+    /// Records a decision and returns whether the effect is drawn.
+    pub(crate) fn note(&mut self, effect: &'static str, on: bool, reason: Reason) -> bool {
+        self.decisions.push(Decision { effect, on, reason, stated_error: None });
         on
     }
 
-    /// Adds the model's stated error to the latest decision that draws `feature`.
-    pub(crate) fn stated_error(&mut self, feature: &'static str, stated_error: Option<StatedError>) {
-        if let Some(last) = self.decisions.iter_mut().rfind(|d| d.feature == feature && d.on) {
+    /// Adds the model's stated error to the latest decision that draws `effect`.
+    pub(crate) fn stated_error(&mut self, effect: &'static str, stated_error: Option<StatedError>) {
+        if let Some(last) = self.decisions.iter_mut().rfind(|d| d.effect == effect && d.on) {
             last.stated_error = stated_error;
         }
     }

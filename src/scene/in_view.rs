@@ -65,7 +65,7 @@ pub struct BodyInView {
     pub sub_solar: Option<SubPoint>,
     /// Its apparent position and orientation.
     pub placement: Placement,
-    /// For each feature: whether it is drawn, and why.
+    /// For each effect: whether it is drawn, and why.
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
     pub features: Vec<DrawFeatures>,

@@ -19,7 +19,7 @@ use glam::{DMat3, DQuat, DVec3};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// A body at its apparent place, before the decisions about its features.
+/// A body at its apparent place, before the decisions about its effects.
 pub(crate) struct PlacedBody<'a> {
     pub body: &'a Body,
     /// All bodies of the catalog.

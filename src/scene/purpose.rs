@@ -1,7 +1,7 @@
 //! The purpose of an image, and the smallest change of a pixel that is kept for this purpose.
 //!
-//! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the effect of a feature. Always: for linear light, a feature
-//! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, a feature is kept if it
+//! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change by an effect. Always: for linear light, an effect
+//! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, an effect is kept if it
 //! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc under two
 //! pixels is only a point, a rim thinner than half a pixel is left out), which do not depend on light, and the maximum number of lights and occluders of a draw.
 
@@ -11,19 +11,19 @@ use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 /// The use of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the image's exposure. A feature is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
+    /// Seen on a display at the image's exposure. An effect is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
     /// than the relative change [`VISIBLE_CHANGE`].
     #[default]
     Display,
-    /// Read as linear light at any exposure. A feature is kept if it changes a pixel by more than `floor` times the radiance without the feature.
+    /// Read as linear light at any exposure. An effect is kept if it changes a pixel by more than `floor` times the radiance without the effect.
     Linear {
-        /// Relative change below which a feature is left out.
+        /// Relative change below which an effect is left out.
         floor: f64,
     },
 }
 
 impl Purpose {
-    /// Linear light for files and for queries of pixels: a feature is left out only below a thousandth of the pixel's light.
+    /// Linear light for files and for queries of pixels: an effect is left out only below a thousandth of the pixel's light.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
     /// The purpose of a written file: EXR keeps linear light.
@@ -32,7 +32,7 @@ impl Purpose {
     }
 }
 
-/// The threshold below which a feature is left out.
+/// The threshold below which an effect is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Threshold {
     purpose: Purpose,
@@ -71,7 +71,7 @@ impl Threshold {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
-    /// Whether the purpose is linear light, which also keeps features that are left out on a display because they are too small.
+    /// Whether the purpose is linear light, which also keeps effects that are left out on a display because they are too small.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }

@@ -1,6 +1,6 @@
 //! Inputs of a scene in addition to catalog and ephemeris: files, and tables that take long to compute.
 //!
-//! A scene builder lists the requirements of a view ([`Requirements`]); the owner of files and caches supplies them ([`Resources`]). A feature whose resource
+//! A scene builder lists the requirements of a view ([`Requirements`]); the owner of files and caches supplies them ([`Resources`]). An effect whose resource
 //! is missing is left out of the scene, and the decision about it gives this reason.
 
 use crate::catalog::NaifId;

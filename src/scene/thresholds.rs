@@ -1,8 +1,8 @@
-//! Thresholds and limits that several features share.
+//! Thresholds and limits that several effects share.
 
-/// Relative change of a pixel above which a feature is drawn: a quarter of a level of 255 at white, less in darker pixels.
+/// Relative change of a pixel above which an effect is drawn: a quarter of a level of 255 at white, less in darker pixels.
 pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
-/// Radiance above which a feature is drawn, as a fraction of white: half a level of 255 on black, where the sRGB curve is steepest (slope 12.92). A
+/// Radiance above which an effect is drawn, as a fraction of white: half a level of 255 on black, where the sRGB curve is steepest (slope 12.92). A
 /// smaller radiance on black rounds to 0.
 pub const VISIBLE_LIGHT: f64 = 0.5 / 255.0 / 12.92;
 /// Maximum number of lights of a draw: the Sun and two other bodies.

@@ -11,7 +11,7 @@ mod images;
 mod keys;
 mod light;
 mod moving;
-mod omitted_features;
+mod omitted_effects;
 mod places;
 mod views;
 
@@ -106,7 +106,7 @@ pub struct InjectedFaults {
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies.
     pub place: Option<ApparentDirection>,
-    /// Replaces the purpose of the frames with the features that the scene chooses.
+    /// Replaces the purpose of the frames with the effects that the scene chooses.
     pub purpose: Option<Purpose>,
 }
 
@@ -303,10 +303,10 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "needs-display",
         (0.0, "% of views"),
-        "some pixel differs by more than a level from the frame with every feature in none of 3000 views",
-        omitted_features::display,
+        "some pixel differs by more than a level from the frame with every effect in none of 3000 views",
+        omitted_effects::display,
     ),
-    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", omitted_features::linear),
+    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", omitted_effects::linear),
 ];
 
 /// Runs one sweep.

@@ -214,7 +214,7 @@ fn views_without_a_coarse_image_state_the_reason() {
         let scene = SESSION.scene(&request).expect("a scene");
         assert!(scene.draws.iter().all(|d| d.features.air_pass == AirPass::None), "{why}");
         let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
-        let decision = decisions.iter().find(|d| d.feature == "air-pass");
+        let decision = decisions.iter().find(|d| d.effect == "air-pass");
         // A pixel view that shows no light of the air may omit the atmosphere, and then also this decision.
         assert!(decision.is_none_or(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
         assert!(decision.is_some() || why == "shows no light of the air");

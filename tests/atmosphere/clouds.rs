@@ -95,7 +95,7 @@ fn below_the_clouds_none_are_drawn() {
     request.look = orrery::scene::request::Look::Along { direction: DVec3::X, axes: orrery::scene::request::Axes::BodyFixed };
     let scene = SESSION.scene(&request).expect("a scene");
     let earth = scene.body(NaifId::EARTH).expect("the Earth");
-    let clouds = earth.decisions.iter().rfind(|d| d.feature == "clouds");
+    let clouds = earth.decisions.iter().rfind(|d| d.effect == "clouds");
     assert!(clouds.is_none_or(|d| !d.on), "{clouds:?}");
     assert!(scene.draws.iter().all(|d| !d.name.contains("clouds")));
 }

@@ -94,7 +94,7 @@ fn clouds_shaded_by_their_own_draw_state_the_reason() {
         let scene = SESSION.scene(&request).expect("a scene");
         assert!(!ground_shades_clouds(&scene), "{why}");
         let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
-        let decision = decisions.iter().find(|d| d.feature == "clouds-with-ground");
+        let decision = decisions.iter().find(|d| d.effect == "clouds-with-ground");
         assert!(decision.is_some_and(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
     }
 }

@@ -337,7 +337,7 @@ fn the_decision_on_the_refracted_limb_states_its_reason() {
     let decision_of = |request: &ViewRequest| {
         let scene = SESSION.scene(request).expect("a scene");
         let body = scene.body(request.target.expect("a target")).expect("there").clone();
-        let found = body.decisions.iter().find(|d| d.feature == "refracted-limb").cloned();
+        let found = body.decisions.iter().find(|d| d.effect == "refracted-limb").cloned();
         assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
         found.map(|d| (d.on, d.reason.to_string()))
     };

@@ -456,7 +456,7 @@ fn the_scene_has_an_eclipse_feature_where_an_eclipse_occurs() {
     let request = ViewRequest { position: Position::Centre(earth), ..view(jupiter, "2015-01-24T06:40:00Z", "", standard) };
     let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
     let decisions = &scene.body(jupiter).expect("Jupiter").decisions;
-    let reason = decisions.iter().find(|d| d.feature == "eclipse").expect("decided").reason.to_string();
+    let reason = decisions.iter().find(|d| d.effect == "eclipse").expect("decided").reason.to_string();
     assert!(["Io", "Europa", "Callisto"].iter().all(|moon| reason.contains(moon)), "{reason}");
     assert!(!reason.contains("Ganymede"), "{reason}");
 }

@@ -50,9 +50,9 @@ fn luminance(p: &[f32; 4]) -> f64 {
     0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])
 }
 
-fn decision(scene: &Scene, body: NaifId, feature: &str) -> (bool, String) {
+fn decision(scene: &Scene, body: NaifId, effect: &str) -> (bool, String) {
     let body = scene.body(body).expect("a body");
-    let d = body.decisions.iter().find(|d| d.feature == feature).unwrap_or_else(|| panic!("{feature} of {}", body.name));
+    let d = body.decisions.iter().find(|d| d.effect == effect).unwrap_or_else(|| panic!("{effect} of {}", body.name));
     (d.on, d.reason.to_string())
 }
 

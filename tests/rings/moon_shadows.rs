@@ -28,7 +28,7 @@ fn view(effects: &str) -> ViewRequest {
 fn decision(effects: &str) -> (bool, String) {
     let scene = SESSION.scene(&view(effects)).expect("a scene");
     let decisions = &scene.body(SATURN).expect("Saturn").decisions;
-    let found = decisions.iter().find(|d| d.feature == "eclipse-on-rings").expect("decided");
+    let found = decisions.iter().find(|d| d.effect == "eclipse-on-rings").expect("decided");
     (found.on, found.reason.to_string())
 }
 

@@ -206,7 +206,7 @@ fn the_penumbra_of_the_globe_is_drawn() {
     let shadow_decision = |jd: f64| {
         let scene = SESSION.scene(&request_at(jd)).expect("a scene");
         let body = scene.bodies.iter().find(|b| b.id == URANUS).expect("Uranus");
-        body.decisions.iter().find(|d| d.feature == "body-shadow").map(|d| d.on)
+        body.decisions.iter().find(|d| d.effect == "body-shadow").map(|d| d.on)
     };
     // The tangent of the Sun's angular radius at Uranus is 2.4e-4.
     assert_eq!(shadow_decision(jd_with_axis_distance(1.0 + 1e-4 * inner)), Some(true));

@@ -230,7 +230,7 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
         };
         let scene = Scene::build(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a scene");
         let features = scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == BodyPart::Globe).expect("a globe").features;
-        let ring_shine_decision = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.feature == "ring-shine").cloned();
+        let ring_shine_decision = scene.body(NaifId(body)).expect("a body").decisions.iter().find(|d| d.effect == "ring-shine").cloned();
         (features.ring_shine, ring_shine_decision)
     };
     let (on, ring_shine_decision) = decision(699, "");

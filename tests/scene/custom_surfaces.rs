@@ -61,7 +61,7 @@ fn a_surface_colours_only_its_body_and_can_be_switched_off() {
     without.effects.set(Effect::CustomSurface, false);
     assert_eq!(greatest_difference(&before, &light(&custom, &without)), 0.0, "switched off it changes nothing");
     let decisions = custom.scene(&moon).expect("a scene").bodies.into_iter().flat_map(|b| b.decisions);
-    assert!(decisions.into_iter().any(|d| d.feature == "custom-surface" && d.on));
+    assert!(decisions.into_iter().any(|d| d.effect == "custom-surface" && d.on));
 }
 
 /// A surface that emits light needs no Sun: it is visible on the night side.

@@ -177,7 +177,7 @@ fn detail_is_for_near_ground_and_can_be_switched_off() {
     let decision = |request: &ViewRequest, body: NaifId| {
         let scene = SESSION.scene(request).expect("a scene");
         let all = &scene.body(body).expect("in the catalog").decisions;
-        all.iter().find(|d| d.feature == "detail").map(|d| (d.on, d.reason.to_string()))
+        all.iter().find(|d| d.effect == "detail").map(|d| (d.on, d.reason.to_string()))
     };
     let on = decision(&looking_down(10.0, DVec2::ZERO, ""), NaifId::MOON).expect("decided");
     assert!(on.0 && on.1.contains("nobody has measured"), "{on:?}");

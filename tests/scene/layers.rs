@@ -24,7 +24,7 @@ fn jupiter() -> ViewRequest {
 fn orbits_pass_in_front_of_and_behind_the_planet() {
     let [plain, with_orbits] = [false, true].map(|orbits| draw_with(Layers { orbits, ..Layers::default() }, &jupiter()));
     assert!(plain.scene.orbits.is_empty() && with_orbits.scene.orbits.len() > 12, "{} arcs", with_orbits.scene.orbits.len());
-    assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.feature != "orbit"), "no orbit was requested");
+    assert!(plain.scene.bodies.iter().flat_map(|b| &b.decisions).all(|d| d.effect != "orbit"), "no orbit was requested");
     let camera = &with_orbits.scene.camera;
     let planet = with_orbits.scene.body(JUPITER).expect("in the catalog");
     let centre = camera.pixel_from_clip(camera.clip(planet.placement.centre_km).expect("in front"));
@@ -56,7 +56,7 @@ fn orbits_pass_in_front_of_and_behind_the_planet() {
     // The line of another moon may pass in front of the hidden point.
     assert!(behind.1 > 3 && 4 * behind.0 < behind.1, "(changed, all): behind {behind:?}");
     let decision_of = |name: &str| {
-        with_orbits.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.feature == "orbit"))
+        with_orbits.scene.bodies.iter().find(|b| b.name == name).and_then(|b| b.decisions.iter().find(|d| d.effect == "orbit"))
     };
     assert!(decision_of("Io").is_some_and(|d| d.on && d.reason.to_string().contains("Jupiter")), "{:?}", decision_of("Io"));
     assert!(decision_of("Moon").is_some_and(|d| !d.on), "{:?}", decision_of("Moon"));

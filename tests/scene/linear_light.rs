@@ -1,5 +1,5 @@
-//! Linear light keeps features that a display would not show: an image with the automatically selected features is compared with one with
-//! all features, and no pixel may differ by more than the floor of the request's purpose.
+//! Linear light keeps effects that a display would not show: an image with the automatically selected effects is compared with one with
+//! all effects, and no pixel may differ by more than the floor of the request's purpose.
 
 use crate::support::session::SESSION;
 use orrery::FrameImages;
@@ -55,7 +55,7 @@ fn linear_light_is_complete_at_any_exposure() {
             let automatic = pixels(&request, Purpose::LINEAR, "", stops);
             let difference = relative_difference(&automatic, &all);
             assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
-            // An image for display at this exposure leaves out features that it would not show; otherwise the comparison would prove
+            // An image for display at this exposure leaves out effects that it would not show; otherwise the comparison would prove
             // nothing.
             displays_without_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }

@@ -136,9 +136,9 @@ fn features(scene: &Scene) -> DrawFeatures {
     scene.draws.iter().find(|d| d.body == PHOBOS).expect("drawn").features
 }
 
-fn decision(scene: &Scene, feature: &str) -> (bool, String) {
+fn decision(scene: &Scene, effect: &str) -> (bool, String) {
     let body = scene.body(PHOBOS).expect("Phobos");
-    let found = body.decisions.iter().find(|d| d.feature == feature).unwrap_or_else(|| panic!("no {feature}: {:?}", body.decisions));
+    let found = body.decisions.iter().find(|d| d.effect == effect).unwrap_or_else(|| panic!("no {effect}: {:?}", body.decisions));
     (found.on, found.reason.to_string())
 }
 

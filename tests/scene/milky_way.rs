@@ -153,13 +153,13 @@ fn the_exposure_decides_what_is_visible() {
             .expect("drawn")
     };
     let decision_of =
-        |drawn: &DrawnFrame, feature: &str| drawn.scene.sky.iter().find(|d| d.feature == feature).map(|d| (d.on, d.reason.to_string()));
+        |drawn: &DrawnFrame, effect: &str| drawn.scene.sky.iter().find(|d| d.effect == effect).map(|d| (d.on, d.reason.to_string()));
     let background_draws = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
     let unboosted = saturn(0.0, Layers::default());
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
-    for feature in ["milky-way", "zodiacal-light"] {
+    for effect in ["milky-way", "zodiacal-light"] {
         assert!(
-            decision_of(&unboosted, feature).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
+            decision_of(&unboosted, effect).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
             "{:?}",
             unboosted.scene.sky
         );

@@ -224,7 +224,7 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
         messages.iter().filter(|l| l.contains("lost.png") && l.ends_with("drawn without it") && !l.contains('\n')).count() == 1,
         "{messages:?}"
     );
-    let overlay_decisions: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.feature == "overlays").collect();
+    let overlay_decisions: Vec<_> = scene.body(MOON).expect("the Moon").decisions.iter().filter(|d| d.effect == "overlays").collect();
     assert!(
         overlay_decisions.len() == 2 && overlay_decisions[0].reason.to_string().contains("lost.png could not be read"),
         "{overlay_decisions:?}"

@@ -195,7 +195,7 @@ fn every_decision_has_a_reason_and_city_lights_need_a_long_exposure() {
         let scene = Scene::build(&catalog, &ephemeris, request).expect("a scene");
         let earth = scene.body(NaifId::EARTH).expect("the Earth").clone();
         assert!(earth.decisions.iter().all(|d| !d.reason.to_string().is_empty()));
-        earth.decisions.into_iter().find(|d| d.feature == "night").expect("decided")
+        earth.decisions.into_iter().find(|d| d.effect == "night").expect("decided")
     };
     assert!(!night_decision(&request).on);
     request.exposure = orrery::scene::request::ExposureRequest::Stops(10.0);

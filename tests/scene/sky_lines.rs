@@ -79,7 +79,7 @@ fn figures_join_their_stars() {
             "the comparison must be able to fail: {}",
             without_aberration.distance(at)
         );
-        assert!(built.sky.iter().any(|d| d.feature == "constellations" && d.on && d.reason.to_string().contains("Ori")), "{:?}", built.sky);
+        assert!(built.sky.iter().any(|d| d.effect == "constellations" && d.on && d.reason.to_string().contains("Ori")), "{:?}", built.sky);
     }
     let named = scene(&towards(direction(83.0, 0.0), 50.0, only("constellations")));
     assert!(named.texts.expect("names").texts.iter().any(|t| t.text == "Orion"));

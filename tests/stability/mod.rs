@@ -99,9 +99,9 @@ fn clouds_with_depth_conflicts_are_detected() {
 }
 
 #[test]
-fn a_feature_that_is_left_out_too_long_is_detected() {
+fn an_effect_that_is_left_out_too_long_is_detected() {
     assert!(!sweep::in_full() || !swept(&SESSION, "needs-linear", InjectedFaults::default()).has_failed());
-    // A feature is drawn only if it changes half of the light, instead of a thousandth.
+    // An effect is drawn only if it changes half of the light, instead of a thousandth.
     let coarse = Purpose::Linear { floor: 0.5 };
     assert!(swept(&SESSION, "needs-linear", InjectedFaults { purpose: Some(coarse), ..InjectedFaults::default() }).has_failed());
 }

@@ -139,7 +139,7 @@ fn an_effect_switched_off_changes_the_image_and_says_so() {
     settle(&mut harness);
     assert_eq!(harness.state().viewer.view.effects.to_text(), "-ring-shadow");
     let decisions = harness.state().shown().expect("an image").scene.body(SATURN).expect("Saturn").decisions.clone();
-    let shadow = decisions.iter().find(|d| d.feature == "ring-shadow").expect("a decision");
+    let shadow = decisions.iter().find(|d| d.effect == "ring-shadow").expect("a decision");
     assert!(!shadow.on);
     harness.state_mut().tab = None;
     settle(&mut harness);
@@ -168,7 +168,7 @@ fn a_moment_is_one_click_away() {
     assert!(state.viewer.view.time().to_utc_iso().starts_with("2024-04-08T18:17:1"));
     assert!(state.viewer.time_rate.is_paused());
     let earth = state.shown().expect("an image").scene.body(NaifId::EARTH).expect("the Earth").clone();
-    assert!(earth.decisions.iter().any(|d| d.feature == "eclipse" && d.on), "{:?}", earth.decisions);
+    assert!(earth.decisions.iter().any(|d| d.effect == "eclipse" && d.on), "{:?}", earth.decisions);
     // Back returns to Mars.
     harness.get_by_label("Back").click();
     settle(&mut harness);

@@ -24,7 +24,7 @@ fn reasons_of_scenes_are_messages() {
     let named = BODIES.map(|name| catalog.bodies().iter().find(|body| body.name == name).expect(name));
     let subjects =
         named.iter().map(|body| (body.id, time)).chain(catalog.moments().iter().filter_map(|m| Some((catalog.body(m.target)?.id, m.time))));
-    let mut features = BTreeSet::new();
+    let mut effects = BTreeSet::new();
     for (k, (target, time)) in subjects.enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         for (n, distance_radii) in [Some(1.001), Some(3.0), Some(400.0)].into_iter().enumerate() {
             let effects =
@@ -43,7 +43,7 @@ fn reasons_of_scenes_are_messages() {
             let Ok(scene) = session().scene(&request) else { continue };
             let mut reasons = vec![reason_text(&scene.exposure.reason)];
             for decision in scene.bodies.iter().flat_map(|body| &body.decisions).chain(&scene.sky) {
-                features.insert(decision.feature);
+                effects.insert(decision.effect);
                 reasons.push(reason_text(&decision.description()));
             }
             reasons.sort();
@@ -51,8 +51,8 @@ fn reasons_of_scenes_are_messages() {
             scan.check(&format!("{target:?}"), reasons);
         }
     }
-    let (min_features, min_reasons) = if sweep::in_full() { (36, 2001) } else { (20, 201) };
-    assert!(features.len() >= min_features && scan.checked >= min_reasons, "{} features, {} reasons", features.len(), scan.checked);
+    let (min_effects, min_reasons) = if sweep::in_full() { (36, 2001) } else { (20, 201) };
+    assert!(effects.len() >= min_effects && scan.checked >= min_reasons, "{} effects, {} reasons", effects.len(), scan.checked);
     assert!(scan.errors.is_empty(), "{} of {} texts: {:#?}", scan.errors.len(), scan.checked, scan.errors);
     language::set(Language::English);
 }

@@ -159,8 +159,8 @@ impl GroundLineBuilder<'_, '_> {
         }
     }
 
-    pub(super) fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.output.decisions.push(Decision { feature, on, reason, stated_error: None });
+    pub(super) fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
+        self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
     pub(super) fn grid(&mut self, language: TextLanguage) {
@@ -208,7 +208,7 @@ impl GroundLineBuilder<'_, '_> {
             }
         }
         let reason = reason!("lines-body", count = count, body = &self.placed.body.name);
-        self.output.decisions.push(Decision { feature: "grid-body", on: count > 0, reason, stated_error: None });
+        self.output.decisions.push(Decision { effect: "grid-body", on: count > 0, reason, stated_error: None });
     }
 
     pub(super) fn terminator(&mut self) {
@@ -220,7 +220,7 @@ impl GroundLineBuilder<'_, '_> {
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
         let reason = if drawn { reason!("lines-terminator", body = &self.placed.body.name) } else { reason!("lines-not-in-frame") };
-        self.output.decisions.push(Decision { feature: "terminator", on: drawn, reason, stated_error: None });
+        self.output.decisions.push(Decision { effect: "terminator", on: drawn, reason, stated_error: None });
     }
 }
 

@@ -33,9 +33,9 @@ const CONE_SECTIONS: u32 = 4;
 
 /// The current shadow outlines, and the paths of shadows that cross the ground close to the current time.
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
-    const FEATURE: &str = "eclipse-path";
+    const EFFECT: &str = "eclipse-path";
     let Some((receiver, sun, candidates)) = sun_occluders::receiver_and_candidates(context, builder.placed) else {
-        return builder.decide(FEATURE, false, reason!("lines-no-sun"));
+        return builder.decide(EFFECT, false, reason!("lines-no-sun"));
     };
     let mut descriptions = Vec::new();
     for occluder in candidates {
@@ -68,7 +68,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
     }
     let on = !descriptions.is_empty();
     let reason = if on { descriptions.into_iter().collect() } else { reason!("lines-no-shadow") };
-    builder.decide(FEATURE, on, reason);
+    builder.decide(EFFECT, on, reason);
 }
 
 /// Collects the lines of the shadow cones at one body.
@@ -115,7 +115,7 @@ impl ConeBuilder<'_, '_> {
 
 /// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
-    let decided = |on, reason| Decision { feature: "eclipse-cones", on, reason, stated_error: None };
+    let decided = |on, reason| Decision { effect: "eclipse-cones", on, reason, stated_error: None };
     let receiver_axis_candidates = sun_occluders::receiver_and_candidates(context, placed)
         .and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
     let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };

@@ -39,7 +39,7 @@ pub(crate) fn ground_lines(
             None => reason!("lines-no-target"),
             Some(_) => reason!("lines-small", size = format_args!("{diameter_px:.1}"), threshold = MIN_DIAMETER_PX),
         };
-        let left_out = |(_, feature): (bool, &'static str)| Decision { feature, on: false, reason: reason(), stated_error: None };
+        let left_out = |(_, effect): (bool, &'static str)| Decision { effect, on: false, reason: reason(), stated_error: None };
         let decisions = requested.into_iter().filter(|(on, _)| *on).map(left_out).collect();
         return AnnotationLines { decisions, ..AnnotationLines::default() };
     };

@@ -112,7 +112,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     if left_out > 0 {
         reason = reason.and(reason!("lines-instruments-left", count = left_out));
     }
-    output.decisions.push(Decision { feature: "instruments", on, reason, stated_error: None });
+    output.decisions.push(Decision { effect: "instruments", on, reason, stated_error: None });
     output
 }
 

@@ -284,8 +284,8 @@ pub(crate) fn line(
     target_distance_km: Option<f64>,
 ) -> Option<(Vec<OrbitArc>, Decision)> {
     let parent = placed.catalog.body(placed.body.parent?)?;
-    let feature = "orbit";
-    let not_drawn = |reason: Reason| Some((Vec::new(), Decision { feature, on: false, reason, stated_error: None }));
+    let effect = "orbit";
+    let not_drawn = |reason: Reason| Some((Vec::new(), Decision { effect, on: false, reason, stated_error: None }));
     let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, None) {
         Ok(answer) => answer.state,
         Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
@@ -304,7 +304,7 @@ pub(crate) fn line(
         n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
     let on = !all.is_empty();
-    Some((all, Decision { feature, on, reason, stated_error: None }))
+    Some((all, Decision { effect, on, reason, stated_error: None }))
 }
 
 #[cfg(test)]

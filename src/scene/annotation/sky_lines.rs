@@ -92,14 +92,14 @@ impl SkyLineBuilder<'_> {
         self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
     }
 
-    fn decide(&mut self, feature: &'static str, on: bool, reason: Reason) {
-        self.output.decisions.push(Decision { feature, on, reason, stated_error: None });
+    fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
+        self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
     /// Draws a grid and its coordinates. `velocity_km_s`: velocity for the aberration, zero for none.
     fn grid(
         &mut self,
-        feature: &'static str,
+        effect: &'static str,
         icrf_from_frame: DMat3,
         velocity_km_s: DVec3,
         style: LineStyle,
@@ -123,7 +123,7 @@ impl SkyLineBuilder<'_> {
             };
             self.label_grid_line(&line, &runs, pixel_deg, text, style);
         }
-        self.decide(feature, count > 0, reason!("lines-count", count = count));
+        self.decide(effect, count > 0, reason!("lines-count", count = count));
     }
 
     fn grid_line(
@@ -184,13 +184,13 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
         SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, output: AnnotationLines::default() };
     let language = request.language;
     let hours = |longitude_deg| language.number(&hours_text(longitude_deg));
-    for (wanted, feature, frame, style, text) in [
+    for (wanted, effect, frame, style, text) in [
         (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, &angle_text as &dyn Fn(f64) -> String),
         (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, &angle_text as &dyn Fn(f64) -> String),
         (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, &hours),
     ] {
         if wanted {
-            builder.grid(feature, frame.icrf_from_frame(), viewer.body_velocity_km_s, style, text);
+            builder.grid(effect, frame.icrf_from_frame(), viewer.body_velocity_km_s, style, text);
         }
     }
     if layers.grid_horizon {

@@ -25,7 +25,7 @@ pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star]
     let mut named: Vec<_> = named.collect();
     named.sort_by(|a, b| a.0.total_cmp(&b.0));
     let reason = reason!("star-names-have", count = named.len());
-    let decision = Decision { feature: "star-names", on: !named.is_empty(), reason, stated_error: None };
+    let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
         let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;
         let at_px = at_px + DVec2::new(half_width + metrics.gap_px(0.0).max(0.5 * size_px), 0.0);

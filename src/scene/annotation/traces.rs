@@ -99,8 +99,8 @@ pub(crate) fn trace(
     if placed.body.id == centre || !(is_child_of_centre || is_sun_or_orbits_sun || is_moon_around_sun) {
         return None;
     }
-    let feature = "trace";
-    let decision = |on: bool, reason: Reason| Decision { feature, on, reason, stated_error: None };
+    let effect = "trace";
+    let decision = |on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     let centre_body = placed.catalog.body(centre)?;
     let own_period_s = period_s(ephemeris, placed.body, placed);
     let centre_period_s = if is_child_of_centre {

@@ -35,7 +35,7 @@ pub(super) struct BodiesInFrame {
 }
 
 impl BodiesInFrame {
-    /// Decides on every feature of every placed body, and on its orbit and trace.
+    /// Decides on every effect of every placed body, and on its orbit and trace.
     pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>) -> Self {
         let (request, placed) = (builder.request, &builder.placed);
         let is_final = request.pixel_view == PixelView::Final;
@@ -113,7 +113,7 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
         sub_observer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
         sub_solar: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
-        decisions: vec![Decision { feature: "visible", on: false, reason, stated_error: None }],
+        decisions: vec![Decision { effect: "visible", on: false, reason, stated_error: None }],
         features: Vec::new(),
         invented: Vec::new(),
     }

@@ -45,7 +45,7 @@ fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reas
         None => (by_bound, reason),
     };
     if let Some(sun) = reports.iter_mut().find(|b| b.id == NaifId::SUN) {
-        sun.decisions.push(Decision { feature: effect.name(), on, reason, stated_error: None });
+        sun.decisions.push(Decision { effect: effect.name(), on, reason, stated_error: None });
     }
     on.then_some(light)
 }

@@ -248,7 +248,7 @@ pub(crate) fn limbs(
         let own_effects = request.effects.for_body(&p.body.name);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
         let mut note = |on: bool, reason: Reason| {
-            report.decisions.push(Decision { feature: Effect::RefractedLimb.name(), on, reason, stated_error: None });
+            report.decisions.push(Decision { effect: Effect::RefractedLimb.name(), on, reason, stated_error: None });
             on
         };
         let bending_fraction = air::bending_fraction(p.distance_km, sun.distance_km);

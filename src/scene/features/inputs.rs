@@ -1,6 +1,6 @@
 //! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every feature's decision; [`Decisions`], which each feature extends and passes on to
+//! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every effect's decision; [`Decisions`], which each effect extends and passes on to
 //! the next.
 
 use crate::catalog::{Body, Catalog, NaifId, Overlay, Photometry};
@@ -30,7 +30,7 @@ pub(crate) struct FrameContext<'a> {
     pub context: Context<'a>,
     pub catalog: &'a Catalog,
     pub camera: &'a Camera,
-    /// The threshold below which features are left out.
+    /// The threshold below which effects are left out.
     pub threshold: Threshold,
     pub reflectors: &'a [Reflector<'a>],
     /// The atmosphere around the camera, if it is in one.
@@ -119,7 +119,7 @@ fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Opt
     })
 }
 
-/// The decisions about one body so far: selected features, uniforms, draws of single features, and reasons.
+/// The decisions about one body so far: selected features, uniforms, draws of single effects, and reasons.
 pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
@@ -157,10 +157,10 @@ impl<'c> Decisions<'c> {
     }
 }
 
-/// Decides on one feature, given the decisions before it, and returns them all.
-pub(crate) type DecideFeature = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
+/// Decides on one effect or a group of them, given the decisions before it, and returns them all.
+pub(crate) type DecideEffect = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
-/// Runs the decisions of a list of features in order; each reads the decisions before it.
-pub(crate) fn decide_in_order<'c>(features: &[DecideFeature], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
-    features.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
+/// Runs a list of decisions in order; each reads the decisions before it.
+pub(crate) fn decide_in_order<'c>(all: &[DecideEffect], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
+    all.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
 }

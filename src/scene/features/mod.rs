@@ -1,7 +1,7 @@
 //! Decides which features the draws of one body have. Each decision compares a value with a threshold.
 //!
 //! In: a frame and a placed body. Out: the body's draws, its point, and every decision with its reason. The module of each effect decides on its
-//! features; [`FEATURES`] lists the decisions in order. Always: a decision reads only the results of decisions before it.
+//! features; [`ALL_DECISIONS`] lists the decisions in order. Always: a decision reads only the results of decisions before it.
 
 pub mod choice;
 pub(crate) mod globe;
@@ -25,7 +25,7 @@ use crate::scene::request::effects::Effect;
 use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
 use glam::{DVec3, Vec3};
-use inputs::{DecideFeature, DecisionInputs, Decisions, FrameContext, decide_in_order};
+use inputs::{DecideEffect, DecisionInputs, Decisions, FrameContext, decide_in_order};
 use std::sync::Arc;
 
 /// Everything decided about one body.
@@ -38,8 +38,8 @@ pub(crate) struct DecidedBody {
     pub point: Option<Point>,
 }
 
-/// The features of a body that is drawn as a disc, in the order in which they decide.
-const FEATURES: [DecideFeature; 10] = [
+/// The decisions about a body that is drawn as a disc, in their order.
+const ALL_DECISIONS: [DecideEffect; 10] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
@@ -52,13 +52,13 @@ const FEATURES: [DecideFeature; 10] = [
     atmosphere::cloud_decision::decide,
 ];
 
-/// The features of a body of which only the atmosphere is in the image.
-const AIR_ONLY_FEATURES: [DecideFeature; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
+/// The decisions about a body of which only the atmosphere is in the image.
+const AIR_ONLY_DECISIONS: [DecideEffect; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
-/// The features that read maps.
-const MAP_FEATURES: [DecideFeature; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
+/// The decisions about effects that read maps.
+const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
-/// Leaves out rare combinations of features that would multiply the number of shader keys.
+/// Leaves out rare combinations of effects that would multiply the number of shader keys.
 fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
@@ -87,7 +87,7 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     decisions
 }
 
-/// Decides on all features of one body. `camera_at_centre`: the camera is at the body's centre.
+/// Decides on all effects of one body. `camera_at_centre`: the camera is at the body's centre.
 pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let inputs = DecisionInputs::of(frame, placed);
     let mut log = inputs.log();
@@ -105,7 +105,7 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
         let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
         return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
     }
-    let decided = decide_in_order(&FEATURES, &inputs, Decisions::new(log));
+    let decided = decide_in_order(&ALL_DECISIONS, &inputs, Decisions::new(log));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     let globe = inputs.rect.map(|rect| globe(&inputs, &decided, rect));
     let (draws, decisions) = assemble(&inputs, globe, decided);
@@ -120,7 +120,7 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
     if inputs.disc_fraction <= 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none() && !has_mesh {
         return None;
     }
-    let decided = decide_in_order(&MAP_FEATURES, &inputs, Decisions::new(inputs.log()));
+    let decided = decide_in_order(&MAP_DECISIONS, &inputs, Decisions::new(inputs.log()));
     let features = decided.chosen.features(inputs.body(), inputs.pixel_view());
     let mut files = map_files(&inputs, &features, &decided);
     let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
@@ -136,8 +136,8 @@ fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason
 
 /// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
 fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> DecidedBody {
-    let features: &[DecideFeature] = if inputs.body().atmosphere.is_some() { &AIR_ONLY_FEATURES } else { &[] };
-    let decided = decide_in_order(features, inputs, decisions);
+    let all: &[DecideEffect] = if inputs.body().atmosphere.is_some() { &AIR_ONLY_DECISIONS } else { &[] };
+    let decided = decide_in_order(all, inputs, decisions);
     if decided.sky.is_none() {
         let reason = if inputs.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
         return not_shown(inputs, decided, reason);

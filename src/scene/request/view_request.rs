@@ -239,7 +239,7 @@ pub struct ViewRequest {
     pub quality: Quality,
     /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// The purpose of the image, which sets the threshold below which features are left out.
+    /// The purpose of the image, which sets the threshold below which effects are left out.
     pub purpose: Purpose,
     /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,

@@ -76,7 +76,7 @@ pub(crate) fn background(
         return (None, Vec::new());
     }
     let boost = request.stars_boost.exp2();
-    let decided = |feature, on: bool, reason: Reason| Decision { feature, on, reason, stated_error: None };
+    let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     // Like stars, the background is drawn if it reaches half a display level on black.
     let is_visible = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
     let comparison = |radiance: f64| match threshold.is_linear() {

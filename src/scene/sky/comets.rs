@@ -308,7 +308,7 @@ pub(crate) fn comets(
     sun_position_km: Option<DVec3>,
     white: f64,
 ) -> (Comets, Option<Decision>) {
-    let decided = |on: bool, reason: Reason| Some(Decision { feature: "comets", on, reason, stated_error: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { effect: "comets", on, reason, stated_error: None });
     if request.pixel_view != PixelView::Final {
         return (Comets::default(), None);
     }

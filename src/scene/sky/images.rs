@@ -83,7 +83,7 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         } else {
             reason!("image-outside", image = name, width = width, height = height)
         };
-        decisions.push(Decision { feature: "data", on, reason, stated_error: None });
+        decisions.push(Decision { effect: "data", on, reason, stated_error: None });
         if on {
             draws.push(SkyImageDraw {
                 image: layer.image_name(),

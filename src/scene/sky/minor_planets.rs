@@ -69,7 +69,7 @@ pub(crate) fn minor_planets(
     sun_position_km: Option<DVec3>,
     white: f64,
 ) -> (Option<MinorPlanets>, Option<Decision>) {
-    let decided = |on: bool, reason: Reason| Some(Decision { feature: "minor-planets", on, reason, stated_error: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { effect: "minor-planets", on, reason, stated_error: None });
     if request.pixel_view != PixelView::Final {
         return (None, None);
     }

@@ -130,7 +130,7 @@ pub(crate) fn stars(
     white: f64,
     air: Option<&SurroundingAir<'_>>,
 ) -> (Vec<StarSprite>, Option<Decision>) {
-    let decided = |on: bool, reason: Reason| Some(Decision { feature: "stars", on, reason, stated_error: None });
+    let decided = |on: bool, reason: Reason| Some(Decision { effect: "stars", on, reason, stated_error: None });
     if request.pixel_view != PixelView::Final {
         return (Vec::new(), None);
     }

@@ -165,8 +165,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
     let mut note = |farther: &PlacedBody<'_>, visible: DVec3| {
         if visible != DVec3::ONE {
             let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
-            let decision = Decision { feature: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
-            let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.feature != decision.feature);
+            let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
+            let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.effect != decision.effect);
             bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
         }
     };

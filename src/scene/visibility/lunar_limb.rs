@@ -135,7 +135,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
         size = format_args!("{span_px:.2}"),
         limit = MIN_SPAN_PX
     );
-    let decision = Decision { feature: "limb-heights", on, reason, stated_error: None };
+    let decision = Decision { effect: "limb-heights", on, reason, stated_error: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
     // The side of the Moon that is turned away from the Sun needs no procedural craters.

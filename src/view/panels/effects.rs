@@ -77,7 +77,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let of_body = interface.only_selected_effects.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
-    let with_cost = |e: Effect| decisions.iter().find(|d| d.feature == e.name() && has_cost(e, d)).map(|d| (e, d.on));
+    let with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, of_body, &decided);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -85,10 +85,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
-            .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.feature == e.name()));
+            .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.effect == e.name()));
         for (effects, short) in [(first, false), (rest, true)] {
             for effect in effects {
-                let decision = decisions.iter().find(|d| d.feature == effect.name());
+                let decision = decisions.iter().find(|d| d.effect == effect.name());
                 row(
                     ui,
                     effect,
@@ -101,8 +101,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.separator();
         }
         // Decisions that are not about an effect have no switch.
-        for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.feature)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.feature), reason_text(&d.description())));
+        for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.effect)) {
+            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.effect), reason_text(&d.description())));
         }
     });
     overrides.prune();

@@ -35,7 +35,7 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
         for (name, label, tooltip) in SWITCHES {
             let Some(on) = view.layers.by_name(name) else { continue };
             let why =
-                decisions.iter().find(|d| d.feature == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
+                decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
             ui.checkbox(on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
         }
         ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).custom_parser(typed_number).text(text!("sky-faint-light")))

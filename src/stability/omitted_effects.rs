@@ -1,10 +1,10 @@
-//! Omitted features: frames with the chosen features against frames with every feature.
+//! Omitted effects: frames with the chosen effects against frames with every effect.
 //!
 //! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: of the
-//! differences, and of the ratio of operations of the chosen frame to those of the frame with every feature. For each of the worst views above
+//! differences, and of the ratio of operations of the chosen frame to those of the frame with every effect. For each of the worst views above
 //! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
-//! frame, which show which of the two is wrong. The true frame has every feature, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
-//! both frames have the same exposure; "every feature" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
+//! frame, which show which of the two is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
+//! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 /// One level of 255.
 const DISPLAY_BOUND: f64 = 1.0;
-/// Bound relative to the pixel: a thousandth for each omitted feature, with two features at a pixel.
+/// Bound relative to the pixel: a thousandth for each omitted effect, with two effects at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that the scene decides in both frames. Points and meshes set how a body is represented and not its radiance; no body of the shipped
@@ -41,11 +41,11 @@ struct RandomView {
 fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
     let mut random = Random::new(bench.seed);
     let bodies = bench.session().catalog().bodies();
-    // Half of the views look at these bodies, most of which have an atmosphere, rings or an eclipsing neighbour, and so the most features.
-    let feature_rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
-    let feature_rich: Vec<_> = feature_rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
+    // Half of the views look at these bodies, most of which have an atmosphere, rings or an eclipsing neighbour, and so the most effects.
+    let effect_rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
+    let effect_rich: Vec<_> = effect_rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
-        let body = if k.is_multiple_of(2) { *random.choose(&feature_rich) } else { random.choose(bodies) };
+        let body = if k.is_multiple_of(2) { *random.choose(&effect_rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
@@ -73,14 +73,14 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
 
 /// Both frames of a view.
 struct FramePair {
-    /// With the features that the scene chooses.
+    /// With the effects that the scene chooses.
     chosen: PlannedView,
-    /// With every feature, or with those that are switched on.
+    /// With every effect, or with those that are switched on.
     all: PlannedView,
 }
 
 /// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because the difference of two models
-/// is not the effect of an omitted feature.
+/// is not due to an omitted effect.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
@@ -240,7 +240,7 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
     })
 }
 
-/// The sweep for linear light, by the difference relative to the pixel's radiance in the frame with every feature. Pixels below a millionth of
+/// The sweep for linear light, by the difference relative to the pixel's radiance in the frame with every effect. Pixels below a millionth of
 /// the brightest are ignored, because rounding dominates there.
 pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
