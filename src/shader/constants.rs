@@ -232,9 +232,9 @@ fn draw() -> String {
     ];
     for (dimension, name, comment) in cumulative {
         let _ = writeln!(text, "// {comment}");
-        let features = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.features);
+        let feature_names = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.feature_names);
         let mut keyword = "if";
-        for (count, feature) in features.iter().enumerate().skip(1).rev() {
+        for (count, feature) in feature_names.iter().enumerate().skip(1).rev() {
             let _ = writeln!(text, "@{keyword}({}) const {name}: u32 = {count}u;", identifier(feature));
             keyword = "elif";
         }

@@ -11,7 +11,7 @@ use super::ShaderError;
 use super::fragments::Fragments;
 use super::id::{ModuleId, SIMPLE_MODULES};
 use super::key::{self, ShaderKey};
-use super::source::condition::Features;
+use super::source::condition::FeatureSet;
 use super::source::{Fragment, Import};
 pub use super::source_map::{LineOrigin, SourceMap};
 
@@ -45,13 +45,13 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
 /// # Errors
 /// A simple module that does not exist, or an error in a fragment with its line and column.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
-    let (name, features) = match id {
-        ModuleId::Planet(key) => ("planet", key::features(key.features())),
+    let (name, feature_names) = match id {
+        ModuleId::Planet(key) => ("planet", key::feature_names(key.features())),
         ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => (*name, Vec::new()),
-        ModuleId::Probe(name, key) => (*name, key::features(key.features())),
+        ModuleId::Probe(name, key) => (*name, key::feature_names(key.features())),
         ModuleId::Simple(name) => return Err(ShaderError::NoSuchModule((*name).to_owned())),
     };
-    emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &features)
+    emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &feature_names)
 }
 
 /// Emits one fragment and everything that it imports. `base`: the name by which the source map lists lines that do not depend on a
@@ -59,12 +59,12 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
 ///
 /// # Errors
 /// See [`emit_module_with`].
-pub fn emit_fragment(path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
-    emit_fragment_with(&Fragments::default(), path, base, features)
+pub fn emit_fragment(path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+    emit_fragment_with(&Fragments::default(), path, base, feature_names)
 }
 
-fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, features: &[&str]) -> Result<Emitted, ShaderError> {
-    let mut emitter = Emitter { fragments, features: Features::of(features), wgsl: String::new(), map: SourceMap::default() };
+fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+    let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), map: SourceMap::default() };
     let base = emitter.map.feature_index(base);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such fragment".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
@@ -74,7 +74,7 @@ fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, features: &
 
 struct Emitter<'a> {
     fragments: &'a Fragments,
-    features: Features,
+    features: FeatureSet,
     wgsl: String,
     map: SourceMap,
 }

@@ -4,8 +4,8 @@ use orrery::shader::ModuleId;
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
-use orrery::shader::key::{covering, features};
-use orrery::shader::source::condition::{Features, values_of_names};
+use orrery::shader::key::{covering, feature_names};
+use orrery::shader::source::condition::{FeatureSet, values_of_names};
 use rayon::prelude::*;
 use wesl::syntax::{ModulePath, PathOrigin};
 use wesl::{CompileOptions, Feature, NoMangler, VirtualResolver};
@@ -21,7 +21,7 @@ fn by_reference(entry: &str, on: &[&str]) -> String {
     for (path, text) in FRAGMENTS.iter() {
         resolver.add_module(module_path(path), (*text).into());
     }
-    let flags = values_of_names(Features::of(on)).map(|(name, is_on)| (name.to_owned(), Feature::from(is_on))).collect();
+    let flags = values_of_names(FeatureSet::of(on)).map(|(name, is_on)| (name.to_owned(), Feature::from(is_on))).collect();
     let options = CompileOptions {
         // Imported modules are included completely, as by `emit_module`; they contain the vertex stages.
         strip: false,
@@ -46,8 +46,8 @@ fn declarations(wgsl: &str) -> Vec<String> {
 
 fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
     match id {
-        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), features(key.features())),
-        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), features(key.features())),
+        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), feature_names(key.features())),
+        ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), feature_names(key.features())),
         ModuleId::Simple(name) => (format!("entry/{name}.wesl"), Vec::new()),
     }
 }

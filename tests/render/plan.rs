@@ -11,7 +11,7 @@ use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::multi_scatter_table::NODES;
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
-use orrery::shader::key::{ShaderKey, features, keys_of};
+use orrery::shader::key::{ShaderKey, feature_names, keys_of};
 use orrery::shader::reflect::LayoutError;
 use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
@@ -124,7 +124,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
     };
     // A single self-contained fragment declares the block. Keys for which it emits the same text have the same layout, so one key
     // represents them all.
-    let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &features(key.features())).expect("emits").wgsl;
+    let block = |key: &ShaderKey| emit_fragment("lib/draw.wesl", "planet", &feature_names(key.features())).expect("emits").wgsl;
     let blocks: BTreeMap<String, ShaderKey> = keys.par_iter().map(|key| (block(key), *key)).collect();
     let layout_of_block = |text: &String| Layout::of(&naga::front::wgsl::parse_str(text).expect("a block")).expect("a layout");
     let failures: Vec<String> = blocks.par_iter().filter_map(|(text, key)| fill_error(&layout_of_block(text), key)).collect();

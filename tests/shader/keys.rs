@@ -9,7 +9,7 @@ use orrery::shader::compare::{difference, ir_cost};
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
-use orrery::shader::key::{ShaderKey, covering, features, keys_of, sample};
+use orrery::shader::key::{ShaderKey, covering, feature_names, keys_of, random_keys};
 use orrery::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
@@ -101,7 +101,7 @@ fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
 fn a_new_random_sample_is_valid() {
     let seed = u64::from(std::process::id()) ^ 0x5eed;
     println!("seed {seed}");
-    let ids: Vec<_> = sample(seed, 200).into_iter().map(|k| (ModuleId::Planet(k), true)).collect();
+    let ids: Vec<_> = random_keys(seed, 200).into_iter().map(|k| (ModuleId::Planet(k), true)).collect();
     build_all(&ids);
 }
 
@@ -110,11 +110,11 @@ fn a_new_random_sample_is_valid() {
 fn every_fragment_parses_with_its_imports() {
     let (mut parsed, mut texts) = (BTreeSet::new(), BTreeSet::new());
     let with_features = |id: ModuleId| match &id {
-        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), features(key.features())),
+        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), feature_names(key.features())),
         ModuleId::Simple(_) => (id, Vec::new()),
     };
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(with_features);
-    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), features(k.features())))) {
+    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), feature_names(k.features())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
             if texts.insert(emitted.wgsl.clone()) {
@@ -159,7 +159,7 @@ fn every_line_of_every_fragment_is_in_some_module() {
 fn the_source_map_names_a_feature_of_the_key_for_every_line() {
     for key in covering(2) {
         let emitted = emit(&key).expect("emits");
-        let on = features(key.features());
+        let on = feature_names(key.features());
         let map = &emitted.source_map;
         assert_eq!(map.lines.len(), emitted.wgsl.lines().count());
         for (number, text) in (1..).zip(emitted.wgsl.lines()) {

@@ -159,7 +159,8 @@ fn module_names() -> BTreeSet<String> {
 
 /// Dimensions of keys with their values and features, stages of a module, and effects as named by the Shader panel's features.
 fn key_names() -> BTreeSet<String> {
-    let of_dimension = |d: &'static Dimension| std::iter::once(d.name).chain(d.texts.iter().copied()).chain(d.features.iter().copied());
+    let of_dimension =
+        |d: &'static Dimension| std::iter::once(d.name).chain(d.texts.iter().copied()).chain(d.feature_names.iter().copied());
     let effects = Effect::ALL.into_iter().map(|effect| effect.name());
     DIMENSIONS.iter().flat_map(of_dimension).chain(effects).chain(["limb-heights", "vertex", "fragment", "y"]).map(str::to_owned).collect()
 }

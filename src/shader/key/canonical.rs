@@ -355,12 +355,12 @@ fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRul
 
 #[cfg(test)]
 mod tests {
-    use super::super::sample_features;
+    use super::super::random_features;
     use super::*;
 
     #[test]
     fn every_rule_names_a_dimension_and_a_value_and_is_used() {
-        let samples = sample_features(1, 20_000);
+        let samples = random_features(1, 20_000);
         for rule in RULES {
             let d = dimension_named(rule.dimension).unwrap_or_else(|| panic!("no dimension {}", rule.dimension));
             assert!(d.texts.contains(&rule.value), "{}: no value {:?}", rule.dimension, rule.value);
@@ -370,7 +370,7 @@ mod tests {
 
     #[test]
     fn canonical_is_idempotent_and_only_removes_features() {
-        for f in sample_features(2, 100_000) {
+        for f in random_features(2, 100_000) {
             let c = canonical(&f);
             assert_eq!(canonical(&c), c, "{f:?}");
             assert_eq!(c.view, f.view, "the pixel view never changes");

@@ -17,7 +17,7 @@ pub fn nominal_size() -> u64 {
 }
 
 /// `count` random combinations of dimension values, canonical or not; the same seed gives the same combinations.
-pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
+pub fn random_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     let mut random = Random::new(seed);
     let combination = |random: &mut Random| {
         let mut features = DrawFeatures::MINIMAL;
@@ -28,8 +28,8 @@ pub fn sample_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
 }
 
 /// The keys of `count` random combinations; the same seed gives the same keys.
-pub fn sample(seed: u64, count: usize) -> Vec<ShaderKey> {
-    sample_features(seed, count).iter().map(ShaderKey::for_draw).collect()
+pub fn random_keys(seed: u64, count: usize) -> Vec<ShaderKey> {
+    random_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
 /// Dimensions on which the canonical rules of other dimensions depend, each with the number of its first values that occur in
@@ -236,7 +236,7 @@ mod tests {
             let (choices, _) = choices(DIMENSIONS.len(), t);
             let set = covering(t);
             let covered: HashSet<usize> = set.iter().flat_map(|k| combinations_of(k.features(), &choices)).collect();
-            for features in sample_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
+            for features in random_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
                 assert!(combinations_of(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
             }
             assert!(set.iter().all(|k| canonical(k.features()) == *k.features()));
@@ -251,7 +251,7 @@ mod tests {
 
     #[test]
     fn a_seed_fixes_the_sample() {
-        assert_eq!(sample(7, 50), sample(7, 50));
-        assert_ne!(sample(7, 50), sample(8, 50));
+        assert_eq!(random_keys(7, 50), random_keys(7, 50));
+        assert_ne!(random_keys(7, 50), random_keys(8, 50));
     }
 }

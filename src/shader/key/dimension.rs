@@ -41,14 +41,14 @@ impl KeyPart {
     }
 }
 
-/// One dimension. A value is an index into `texts` and `features`.
+/// One dimension. A value is an index into `texts` and `feature_names`.
 pub struct Dimension {
     pub name: &'static str,
     pub part: KeyPart,
     /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
-    /// The feature that each value enables, as `@if` conditions name it (with `_` for `.` and `-`); empty: none.
-    pub features: &'static [&'static str],
+    /// Name of the feature that each value enables, as `@if` conditions test it (with `_` for `.` and `-`); empty: none.
+    pub feature_names: &'static [&'static str],
     /// Whether a value also enables the features of all lesser values (as counts do).
     pub cumulative: bool,
     pub get: fn(&DrawFeatures) -> usize,
@@ -70,7 +70,7 @@ macro_rules! switch {
             name: $name,
             part: $part,
             texts: &["", $name],
-            features: &["", $feature],
+            feature_names: &["", $feature],
             cumulative: false,
             get: |f| usize::from(f.$($field).+),
             set: |f, v| f.$($field).+ = v == 1,
@@ -84,7 +84,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "surface",
         part: KeyPart::Surface,
         texts: &["emissive", "lambert", "lommel-seeliger", "lunar-lambert", "oren-nayar", "sky", "cloud", "ring"],
-        features: &[
+        feature_names: &[
             "surface.emissive",
             "surface.lambert",
             "surface.lommel-seeliger",
@@ -107,7 +107,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "detail",
         part: KeyPart::Maps,
         texts: &["", "detail", "hills", "billows"],
-        features: &["", "detail.craters", "detail.hills", "detail.billows"],
+        feature_names: &["", "detail.craters", "detail.hills", "detail.billows"],
         cumulative: false,
         get: |f| index_of(&Detail::ALL, &f.detail),
         set: |f, v| f.detail = Detail::ALL[v],
@@ -116,7 +116,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "custom-surface",
         part: KeyPart::Maps,
         texts: &["", "custom1", "custom2", "custom3", "custom4"],
-        features: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
+        feature_names: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
         cumulative: false,
         get: |f| usize::from(f.custom_surface.min(MAX_CUSTOM_SURFACES)),
         set: |f, v| f.custom_surface = v as u8,
@@ -125,7 +125,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "overlays",
         part: KeyPart::Overlays,
         texts: &["", "overlay1", "overlay2"],
-        features: &["", "overlays.1", "overlays.2"],
+        feature_names: &["", "overlays.1", "overlays.2"],
         cumulative: true,
         get: |f| usize::from(f.overlays).min(2),
         set: |f, v| f.overlays = v as u8,
@@ -135,7 +135,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         part: KeyPart::Lights,
         // The number of lights; the first is the Sun.
         texts: &["sun0", "sun1", "sun2", "sun3"],
-        features: &["", "lights.1", "lights.2", "lights.3"],
+        feature_names: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
         get: |f| usize::from(f.lights).min(3),
         set: |f, v| f.lights = v as u8,
@@ -144,7 +144,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "occluders",
         part: KeyPart::Eclipse,
         texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
-        features: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
+        feature_names: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
         cumulative: true,
         get: |f| usize::from(f.eclipse.occluders.min(MAX_OCCLUDERS)),
         set: |f, v| f.eclipse.occluders = v as u8,
@@ -153,7 +153,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "eclipse-model",
         part: KeyPart::Eclipse,
         texts: &["", "linear", "uniform-disc", "limb-darkened", "refracted"],
-        features: &["", "eclipse.linear", "eclipse.uniform-disc", "eclipse.limb-darkened", "eclipse.refracted"],
+        feature_names: &["", "eclipse.linear", "eclipse.uniform-disc", "eclipse.limb-darkened", "eclipse.refracted"],
         cumulative: false,
         get: |f| index_of(&EclipseModel::ALL, &f.eclipse.model),
         set: |f, v| f.eclipse.model = EclipseModel::ALL[v],
@@ -162,7 +162,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "ring-shadow",
         part: KeyPart::RingShadow,
         texts: &["", "ringshadow-point-sun", "ringshadow-penumbra"],
-        features: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
+        feature_names: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
         cumulative: false,
         get: |f| index_of(&RingShadow::ALL, &f.ring_shadow),
         set: |f, v| f.ring_shadow = RingShadow::ALL[v],
@@ -172,7 +172,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "body-shadow",
         part: KeyPart::BodyShadow,
         texts: &["", "bodyshadow-sphere", "bodyshadow-ellipsoid-penumbra"],
-        features: &["", "body-shadow.sphere", "body-shadow.ellipsoid-penumbra"],
+        feature_names: &["", "body-shadow.sphere", "body-shadow.ellipsoid-penumbra"],
         cumulative: false,
         get: |f| index_of(&BodyShadow::ALL, &f.body_shadow),
         set: |f, v| f.body_shadow = BodyShadow::ALL[v],
@@ -181,7 +181,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "air",
         part: KeyPart::Air,
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
-        features: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
+        feature_names: &["", "air.vertex", "air.pixel-8", "air.pixel-16", "air.pixel-32", "air.table"],
         cumulative: false,
         get: |f| index_of(&AtmosphereModel::ALL, &f.air.model),
         set: |f, v| f.air.model = AtmosphereModel::ALL[v],
@@ -193,7 +193,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],
-        features: &["", "air-pass.read", "air-pass.drawn", "air-pass.read-with-clouds", "air-pass.sunlight-drawn"],
+        feature_names: &["", "air-pass.read", "air-pass.drawn", "air-pass.read-with-clouds", "air-pass.sunlight-drawn"],
         cumulative: false,
         get: |f| index_of(&AirPass::ALL, &f.air_pass),
         set: |f, v| f.air_pass = AirPass::ALL[v],
@@ -202,7 +202,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "shape",
         part: KeyPart::Shape,
         texts: &["sphere", "ellipsoid", "mesh"],
-        features: &["shape.sphere", "shape.ellipsoid", "shape.mesh"],
+        feature_names: &["shape.sphere", "shape.ellipsoid", "shape.mesh"],
         cumulative: false,
         get: |f| index_of(&SHAPES, &f.shape),
         set: |f, v| f.shape = SHAPES[v],
@@ -215,7 +215,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         name: "view",
         part: KeyPart::View,
         texts: &["", "depth", "normalview", "albedoview", "uv", "sunlight", "eclipseview", "ringview", "opticaldepth", "cost"],
-        features: &[
+        feature_names: &[
             "view.shaded",
             "view.depth",
             "view.normal",
@@ -234,13 +234,13 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The features that hold in `@if` conditions for a draw, in the spelling of the table.
-pub fn features(draw: &DrawFeatures) -> Vec<&'static str> {
+/// The names of the features that hold in `@if` conditions for a draw, in the spelling of the table.
+pub fn feature_names(draw: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {
         let value = (d.get)(draw);
         let first = if d.cumulative { 0 } else { value };
-        on.extend(d.features[first..=value].iter().filter(|f| !f.is_empty()));
+        on.extend(d.feature_names[first..=value].iter().filter(|f| !f.is_empty()));
     }
     on
 }

@@ -16,8 +16,8 @@ mod dimension;
 mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
-pub use covering::{covering, nominal_size, sample, sample_features};
-pub use dimension::{DIMENSIONS, Dimension, KeyPart, features};
+pub use covering::{covering, nominal_size, random_features, random_keys};
+pub use dimension::{DIMENSIONS, Dimension, KeyPart, feature_names};
 pub use text::KeyTextError;
 
 use crate::scene::draw::{DrawFeatures, INSTRUCTIONS_PER_READ, PixelView};

@@ -1,6 +1,6 @@
 //! The conditions of `@if` and `@elif`: features and predicates joined by `!`, `&&` and `||`.
 //!
-//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`Features`]. Always: every name in it is a
+//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`FeatureSet`]. Always: every name in it is a
 //! feature or a predicate.
 
 use super::predicates::PREDICATES;
@@ -10,10 +10,10 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 use wgsl_parse::syntax::{BinaryOperator, Expression, ExpressionNode, LiteralExpression, UnaryOperator};
 
-/// The features of all dimensions, each once. At most 128, the bits of [`Features`].
-static FEATURES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
+/// The names of the features of all dimensions, each once. At most 128, the bits of [`FeatureSet`].
+static FEATURE_NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let mut all: Vec<&'static str> = Vec::new();
-    for feature in DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty()) {
+    for feature in DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty()) {
         if !all.contains(feature) {
             all.push(feature);
         }
@@ -23,7 +23,7 @@ static FEATURES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 
 /// The meaning of each identifier in a condition.
 static NAMES: LazyLock<HashMap<String, Condition>> = LazyLock::new(|| {
-    let features = FEATURES.iter().enumerate().map(|(bit, name)| (identifier(name), Condition::Feature(bit)));
+    let features = FEATURE_NAMES.iter().enumerate().map(|(bit, name)| (identifier(name), Condition::Feature(bit)));
     let predicates = PREDICATES.iter().enumerate().map(|(k, p)| (p.name.to_owned(), Condition::Predicate(k)));
     features.chain(predicates).collect()
 });
@@ -40,12 +40,12 @@ pub fn identifier(feature: &str) -> String {
 
 /// The features that a key switches on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Features(u128);
+pub struct FeatureSet(u128);
 
-impl Features {
-    /// The set of these features; unknown names are ignored.
+impl FeatureSet {
+    /// The set of the features with these names; unknown names are ignored.
     pub fn of(names: &[&str]) -> Self {
-        let bit = |name: &&str| FEATURES.iter().position(|f| f == name).map_or(0, |bit| 1_u128 << bit);
+        let bit = |name: &&str| FEATURE_NAMES.iter().position(|f| f == name).map_or(0, |bit| 1_u128 << bit);
         Self(names.iter().map(bit).fold(0, |all, bit| all | bit))
     }
 
@@ -55,7 +55,7 @@ impl Features {
 }
 
 /// Every name (features as identifiers, and predicates), and whether it holds for these features, in the form that a WESL compiler takes.
-pub fn values_of_names(features: Features) -> impl Iterator<Item = (&'static str, bool)> {
+pub fn values_of_names(features: FeatureSet) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
 
@@ -63,7 +63,7 @@ pub fn values_of_names(features: Features) -> impl Iterator<Item = (&'static str
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Condition {
     Constant(bool),
-    /// Index into `FEATURES`.
+    /// Index into `FEATURE_NAMES`.
     Feature(usize),
     /// Index into `PREDICATES`.
     Predicate(usize),
@@ -106,7 +106,7 @@ impl Condition {
         })
     }
 
-    pub fn holds(&self, features: Features) -> bool {
+    pub fn holds(&self, features: FeatureSet) -> bool {
         match self {
             Self::Constant(value) => *value,
             Self::Feature(bit) => features.has(*bit),
@@ -118,10 +118,10 @@ impl Condition {
     }
 
     /// The feature to which the source map attributes a condition that holds: that of the last term of `&&`, of the first true term of `||`.
-    pub fn reason(&self, features: Features) -> String {
+    pub fn reason(&self, features: FeatureSet) -> String {
         match self {
             Self::Constant(value) => value.to_string(),
-            Self::Feature(bit) => FEATURES[*bit].to_owned(),
+            Self::Feature(bit) => FEATURE_NAMES[*bit].to_owned(),
             Self::Predicate(k) => PREDICATE_CONDITIONS[*k].reason(features),
             Self::Not(c) => c.reason_against(),
             Self::All(_, b) => b.reason(features),
@@ -132,19 +132,19 @@ impl Condition {
     /// The text to which the source map attributes a condition that does not hold: all its features.
     pub fn reason_against(&self) -> String {
         let mut names = Vec::new();
-        self.collect_features(&mut names);
+        self.collect_feature_names(&mut names);
         format!("not {}", names.join(", "))
     }
 
-    fn collect_features(&self, names: &mut Vec<&'static str>) {
+    fn collect_feature_names(&self, names: &mut Vec<&'static str>) {
         match self {
             Self::Constant(_) => {}
-            Self::Feature(bit) => names.push(FEATURES[*bit]),
-            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].collect_features(names),
-            Self::Not(c) => c.collect_features(names),
+            Self::Feature(bit) => names.push(FEATURE_NAMES[*bit]),
+            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].collect_feature_names(names),
+            Self::Not(c) => c.collect_feature_names(names),
             Self::All(a, b) | Self::Any(a, b) => {
-                a.collect_features(names);
-                b.collect_features(names);
+                a.collect_feature_names(names);
+                b.collect_feature_names(names);
             }
         }
     }
@@ -159,17 +159,17 @@ mod tests {
         for p in PREDICATES {
             let condition = Condition::parse(p.condition).unwrap_or_else(|e| panic!("{}: {e}", p.name));
             let mut names = Vec::new();
-            condition.collect_features(&mut names);
+            condition.collect_feature_names(&mut names);
             assert!(names.len() > 1, "{} is a feature with another name", p.name);
             assert!(!matches!(condition, Condition::Predicate(_)), "{}", p.name);
         }
-        assert_eq!(NAMES.len(), FEATURES.len() + PREDICATES.len(), "two names are written alike");
-        assert!(FEATURES.len() <= 128, "{} features need more bits", FEATURES.len());
+        assert_eq!(NAMES.len(), FEATURE_NAMES.len() + PREDICATES.len(), "two names are written alike");
+        assert!(FEATURE_NAMES.len() <= 128, "{} features need more bits", FEATURE_NAMES.len());
     }
 
     #[test]
     fn conditions_have_the_precedence_of_wgsl_and_name_their_reason() {
-        let on = Features::of(&["lights.1", "air.pixel-8"]);
+        let on = FeatureSet::of(&["lights.1", "air.pixel-8"]);
         for (text, holds) in [
             ("lights_1", true),
             ("!lights_1", false),

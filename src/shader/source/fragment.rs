@@ -1,7 +1,7 @@
 //! A parsed fragment (a WESL source file): its lines, divided into pieces that a module may include or omit.
 
 use super::block::{Block, ROOT};
-use super::condition::{Condition, Features};
+use super::condition::{Condition, FeatureSet};
 use super::limits::first_exceeded_limit;
 use super::scan::{ConditionChain, Scan, ScanError, scan};
 use crate::shader::ShaderError;
@@ -135,7 +135,7 @@ impl Fragment {
     }
 
     /// For each block, whether it is emitted for these features.
-    pub fn emitted_blocks(&self, features: Features) -> Vec<bool> {
+    pub fn emitted_blocks(&self, features: FeatureSet) -> Vec<bool> {
         let mut emitted: Vec<bool> = Vec::with_capacity(self.blocks.len());
         for block in &self.blocks {
             let on = match block {
@@ -151,7 +151,7 @@ impl Fragment {
     }
 
     /// Whether the condition of a branch, or of one before it in its chain of `@if`, `@elif` and `@else`, holds.
-    fn any_branch_holds(&self, last: Option<u32>, features: Features) -> bool {
+    fn any_branch_holds(&self, last: Option<u32>, features: FeatureSet) -> bool {
         let mut next = last;
         while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
             if condition.holds(features) {
@@ -164,7 +164,7 @@ impl Fragment {
 
     /// The text by which the source map explains an emitted block: a feature; for an `@else`, `not` with the features in the condition of the
     /// branch before it; for the comments above a chain, the text of the emitted branch; `None` for the root.
-    pub fn reason(&self, block: u32, emitted: &[bool], features: Features) -> Option<String> {
+    pub fn reason(&self, block: u32, emitted: &[bool], features: FeatureSet) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
             Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),

@@ -190,7 +190,7 @@ fn colour(kind: TokenKind, dark: bool) -> Color32 {
 /// The colour of a feature, the same in every module. Each feature of a dimension has its own hue; all other names are grey.
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
     let (negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
-    let all = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty());
+    let all = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty());
     let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
     // Steps by the golden angle (0.382 of a turn) give neighbouring features clearly different hues.
     let hue = (index as f32 * 0.381_966).fract();
@@ -277,7 +277,7 @@ mod tests {
 
     #[test]
     fn at_most_two_features_lack_a_colour_of_their_own() {
-        let names: Vec<_> = DIMENSIONS.iter().flat_map(|d| d.features).filter(|f| !f.is_empty()).collect();
+        let names: Vec<_> = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty()).collect();
         let distinct: std::collections::BTreeSet<_> = names.iter().collect();
         let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, true).to_array()).collect();
         assert!(colours.len() + 2 >= distinct.len(), "{} colours for {} features", colours.len(), distinct.len());
