@@ -41,7 +41,7 @@ struct Head {
 }
 
 #[derive(Serialize)]
-struct EncodedBody<'a> {
+struct EncodedModule<'a> {
     wgsl: &'a str,
     module: &'a naga::Module,
     source_map: &'a SourceMap,
@@ -49,7 +49,7 @@ struct EncodedBody<'a> {
 }
 
 #[derive(Deserialize)]
-struct DecodedBody {
+struct DecodedModule {
     wgsl: String,
     module: naga::Module,
     source_map: SourceMap,
@@ -59,8 +59,8 @@ struct DecodedBody {
 /// The bytes of an entry; `None` if the module cannot be encoded.
 pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
     let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
-    let body = EncodedBody { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
-    let content = postcard::to_stdvec(&(head, body)).ok()?;
+    let module = EncodedModule { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
+    let content = postcard::to_stdvec(&(head, module)).ok()?;
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&Sha256::digest(&content));
     bytes.extend_from_slice(&content);
@@ -115,8 +115,8 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     if generator.is_some_and(|g| head.generator != g) || head.module != id.to_string() {
         return Err(EntryError::OtherModule);
     }
-    let (body, rest): (DecodedBody, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
-    let DecodedBody { wgsl, module, source_map, tape } = body;
+    let (decoded, rest): (DecodedModule, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
+    let DecodedModule { wgsl, module, source_map, tape } = decoded;
     if !rest.is_empty() || wgsl.lines().count() != source_map.lines.len() {
         return Err(EntryError::Content);
     }

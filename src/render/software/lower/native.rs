@@ -46,7 +46,7 @@ const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>;
 
 /// A function's lowered body, for arguments that differ from lane to lane.
 #[derive(PartialEq)]
-struct Body {
+struct FunctionBody {
     /// Steps that run once per draw, and steps that run per batch of lanes.
     steps: [Vec<SsaStep>; 2],
     result: Vec<SsaValue>,
@@ -60,7 +60,7 @@ fn lower_body(
     function: Handle<Function>,
     constants: &[Constant],
     resources: &[Value],
-) -> Result<(Body, Vec<Constant>)> {
+) -> Result<(FunctionBody, Vec<Constant>)> {
     let mut builder = SsaBuilder::new();
     for c in constants {
         builder.constant(*c);
@@ -87,7 +87,7 @@ fn lower_body(
         return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
     let SsaBuilder { constants, draw, code, .. } = lowerer.builder;
-    Ok((Body { steps: [draw, code], result }, constants))
+    Ok((FunctionBody { steps: [draw, code], result }, constants))
 }
 
 fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
@@ -96,7 +96,7 @@ fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
 
 impl NativeFunction {
     /// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
-    fn lower_shipped(&self) -> Option<ShippedBody> {
+    fn lower_shipped(&self) -> Option<ShippedFunctionBody> {
         let module = naga::front::wgsl::parse_str(&format!("{}{RESOURCES}", self.shipped_source)).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
@@ -105,10 +105,10 @@ impl NativeFunction {
 }
 
 /// A body with the constants that its steps refer to.
-type ShippedBody = (Body, Vec<Constant>);
+type ShippedFunctionBody = (FunctionBody, Vec<Constant>);
 
 /// The shipped body of each native function, in the order of [`NATIVE_FUNCTIONS`]; lowered at the first call.
-static SHIPPED: [OnceLock<Option<ShippedBody>>; NATIVE_FUNCTIONS.len()] = [const { OnceLock::new() }; NATIVE_FUNCTIONS.len()];
+static SHIPPED: [OnceLock<Option<ShippedFunctionBody>>; NATIVE_FUNCTIONS.len()] = [const { OnceLock::new() }; NATIVE_FUNCTIONS.len()];
 
 impl Lowerer<'_> {
     /// The call as one native operation; `None` if the function has another name, or another body than the shipped fragment.
