@@ -139,8 +139,8 @@ pub(super) fn light_steps(
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unbent Sun", vec![draw])));
             let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                let with_slot_rows = |k| coarse_air::with_slot_rows(&scene.draws, k, [width, height]);
-                let draws = (index..index + layers.len()).map(|k| body_draw(&with_slot_rows(k), width, height, provider, sampling));
+                let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
+                let draws = (index..index + layers.len()).map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
                 steps.push(PassStep { reads: coarse_air::reads_of(layers), ..step });
                 index += layers.len();

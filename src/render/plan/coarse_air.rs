@@ -2,7 +2,7 @@
 //! occluders to its ground. A second pass marks the texels around which interpolation is accurate enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the
-//! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own slot, a band of
+//! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a band of
 //! rows, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
@@ -37,8 +37,8 @@ fn reads_coarse_air(draw: &Draw) -> bool {
     draw.features.air_pass.is_reader()
 }
 
-/// The features of the draws that fill the slots of a draw, in the order of the slots: the air, then the sunlight past occluders.
-fn slots_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
+/// The features of the draws that fill the subimages of a draw, in the order of the subimages: the air, then the sunlight past occluders.
+fn subimages_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
     [draw.features.coarse_air(), draw.features.coarse_sunlight()].into_iter().flatten()
 }
 
@@ -51,41 +51,41 @@ fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
 
 /// The modules that the passes run.
 pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
-    let mut all: Vec<_> = draws.iter().flat_map(slots_of).map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
+    let mut all: Vec<_> = draws.iter().flat_map(subimages_of).map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
     if !all.is_empty() {
         all.push(ModuleId::Simple(MARKING_MODULE));
     }
     all
 }
 
-/// Size of a slot, for a screen of this size.
+/// Size of a subimage, for a screen of this size.
 pub fn coarse_air_size(screen: [u32; 2]) -> [u32; 2] {
     screen.map(|px| px.div_ceil(COARSE_AIR_PX) + 1 + 2 * COARSE_AIR_BORDER)
 }
 
-/// Number of slots before the first one of draw `k`.
-fn slots_before(draws: &[Draw], k: usize) -> u32 {
-    draws[..k].iter().flat_map(slots_of).count() as u32
+/// Number of subimages before the first one of draw `k`.
+fn subimages_before(draws: &[Draw], k: usize) -> u32 {
+    draws[..k].iter().flat_map(subimages_of).count() as u32
 }
 
-/// Draw `k` with the first rows of its slots in its uniforms, if it reads the image. If the ground's draw also shows the clouds, both draws get the rows
-/// of both: the ground's draw reads the air in front of the clouds, and the clouds' draw tests the marks of the ground's slot.
-pub(super) fn with_slot_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
+/// Draw `k` with the first rows of its subimages in its uniforms, if it reads the image. If the ground's draw also shows the clouds, both draws get the rows
+/// of both: the ground's draw reads the air in front of the clouds, and the clouds' draw tests the marks of the ground's subimage.
+pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> Cow<'_, Draw> {
     let draw = &draws[k];
     if !reads_coarse_air(draw) {
         return Cow::Borrowed(draw);
     }
     let mut draw = draw.clone();
     let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
-    let first_row = |slot| (slot * coarse_air_size(screen)[1]) as f32;
-    draw.uniforms.air.coarse_row = first_row(slots_before(draws, ground));
-    draw.uniforms.eclipse.coarse_row = first_row(slots_before(draws, ground) + 1);
-    draw.uniforms.clouds.coarse_row = first_row(slots_before(draws, clouds));
+    let first_row = |subimage| (subimage * coarse_air_size(screen)[1]) as f32;
+    draw.uniforms.air.coarse_row = first_row(subimages_before(draws, ground));
+    draw.uniforms.eclipse.coarse_row = first_row(subimages_before(draws, ground) + 1);
+    draw.uniforms.clouds.coarse_row = first_row(subimages_before(draws, clouds));
     Cow::Owned(draw)
 }
 
 /// For the clouds' draw, if the ground's draw also shows the clouds: where the marked texels are. Between four of them the ground's draw shows the clouds, and
-/// the clouds' draw discards its pixels. `draw`: as [`with_slot_rows`] returns it.
+/// the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
 pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedTexels> {
     let fills_in_clouds = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     fills_in_clouds.then(|| {
@@ -106,35 +106,35 @@ pub(super) fn steps(
     format: ColourFormat,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let slots = slots_before(draws, draws.len());
-    if slots == 0 {
+    let subimages = subimages_before(draws, draws.len());
+    if subimages == 0 {
         return Ok(Vec::new());
     }
-    let [width, slot_height] = coarse_air_size(screen);
-    let height = slots * slot_height;
+    let [width, subimage_height] = coarse_air_size(screen);
+    let height = subimages * subimage_height;
     let mut samples = Vec::new();
     let mut marks = Vec::new();
     for (k, draw) in draws.iter().enumerate() {
-        for (slot, features) in (slots_before(draws, k)..).zip(slots_of(draw)) {
+        for (subimage, features) in (subimages_before(draws, k)..).zip(subimages_of(draw)) {
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
             let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
-            // This quantity must not be interpolated: its slot keeps the clear colour, whose alpha 0 marks no texel.
+            // This quantity must not be interpolated: its subimage keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
                 continue;
             }
-            let rect = rect_in_slot(draw.uniforms.rect_in_clip, screen);
-            let first_row = slot * slot_height;
+            let rect = rect_in_subimage(draw.uniforms.rect_in_clip, screen);
+            let first_row = subimage * subimage_height;
             let scissor = [rect[0], rect[1] + first_row, rect[2], rect[3] + first_row];
             let uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
             let quantity = if is_sunlight { "sunlight" } else { "air" };
             let label = format!("{} {quantity} samples", draw.name);
             samples.push(samples_draw(label, &features, uniforms, scissor, provider)?);
-            let slots_to_clouds = ground_and_clouds(draws, k)
+            let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
-                .map_or(0, |(_, clouds)| slots_before(draws, clouds) - slot);
+                .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
-                w.f32("rows_to_clouds", (slots_to_clouds * slot_height) as f32)
+                w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
             })?;
             marks.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
@@ -147,7 +147,7 @@ pub(super) fn steps(
     ])
 }
 
-/// The draw that fills one slot.
+/// The draw that fills one subimage.
 fn samples_draw(
     label: String,
     features: &DrawFeatures,
@@ -176,13 +176,13 @@ fn samples_draw(
     })
 }
 
-/// Distance from a slot's edge to the screen's edge, in texels: the border and half a texel.
+/// Distance from a subimage's edge to the screen's edge, in texels: the border and half a texel.
 fn screen_edge_texels() -> f32 {
     COARSE_AIR_BORDER as f32 + 0.5
 }
 
-/// The texels of a slot around a rectangle of the screen, and one more on each side: left, top, right and bottom edge (the last two exclusive).
-fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
+/// The texels of a subimage around a rectangle of the screen, and one more on each side: left, top, right and bottom edge (the last two exclusive).
+fn rect_in_subimage(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     let size = coarse_air_size(screen);
     let px = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
     let [x0, y0, x1, y1] = rect_in_clip.to_array();
@@ -193,14 +193,20 @@ fn rect_in_slot(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
 }
 
 /// The uniforms for drawing these texels instead of the rectangle on the screen. The view rays are the same, extrapolated where the texels extend beyond that
-/// rectangle. `in_slot`: the rectangle of texels in the slot; `in_image`: the same rectangle in the image.
-fn uniforms_over_texels(uniforms: &DrawUniforms, in_slot: [u32; 4], in_image: [u32; 4], screen: [u32; 2], image: [u32; 2]) -> DrawUniforms {
+/// rectangle. `in_subimage`: the rectangle of texels in the subimage; `in_image`: the same rectangle in the image.
+fn uniforms_over_texels(
+    uniforms: &DrawUniforms,
+    in_subimage: [u32; 4],
+    in_image: [u32; 4],
+    screen: [u32; 2],
+    image: [u32; 2],
+) -> DrawUniforms {
     let [x0, y0, x1, y1] = uniforms.rect_in_clip.to_array();
     let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - screen_edge_texels()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;
     let fraction = |clip: f32, from: f32, to: f32| (clip - from) / (to - from);
-    let [u0, u1] = [in_slot[0], in_slot[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
+    let [u0, u1] = [in_subimage[0], in_subimage[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
     // Clip y points up, texel rows down.
-    let [v0, v1] = [in_slot[1], in_slot[3]].map(|t| fraction(-clip_of(t, screen[1]), y0, y1));
+    let [v0, v1] = [in_subimage[1], in_subimage[3]].map(|t| fraction(-clip_of(t, screen[1]), y0, y1));
     let clip_in_image = |texel: u32, side: u32| 2.0 * texel as f32 / side as f32 - 1.0;
     let [left, right] = [in_image[0], in_image[2]].map(|t| clip_in_image(t, image[0]));
     let [top, bottom] = [in_image[1], in_image[3]].map(|t| -clip_in_image(t, image[1]));
