@@ -6,7 +6,7 @@
 //! describes the format.
 
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer, level_differences, make_all};
+use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
@@ -117,7 +117,7 @@ fn vertices(input: &Vertices, blobs: &mut Vec<Blob>) -> Value {
 }
 
 /// The case of a module with its draw and the images of the software renderer.
-fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Case, String> {
+fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -> Result<Case, String> {
     let mut blobs = Vec::new();
     let mut add_blob = |bytes: Vec<u8>| {
         let blob = Blob::of(bytes);
@@ -175,7 +175,7 @@ fn case_of(module: &ShaderModule, draw: &PlanDraw, sample: &Sample) -> Result<Ca
 }
 
 /// Reads and draws the module of a key.
-fn case(renderer: &SampleRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
+fn case(renderer: &SampleBodyRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
     let failed = |why: String| CorpusError::Case { key: key.to_string(), why };
     let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let plan = renderer.plan(&module, key)?;
@@ -200,7 +200,7 @@ pub fn write(
     let mut written: BTreeSet<String> = BTreeSet::new();
     let mut cases: Vec<String> = Vec::new();
     for chunk in keys.chunks(CASES_PER_CHUNK) {
-        let make = |renderer: &SampleRenderer, key: &ShaderKey| case(renderer, revision, key, lowering);
+        let make = |renderer: &SampleBodyRenderer, key: &ShaderKey| case(renderer, revision, key, lowering);
         let no_renderer = |key: &ShaderKey, e: &SessionError| CorpusError::Case { key: key.to_string(), why: e.to_string() };
         for case in make_all(SIDE_PX, chunk, make, no_renderer, &done) {
             let Case { folder: case_folder, wgsl, json, blobs } = case?;

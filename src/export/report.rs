@@ -5,7 +5,7 @@
 //! generator, otherwise the lowering.
 
 use super::revision::Revision;
-use super::sample::{Sample, SampleRenderer, level_differences};
+use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences};
 use crate::session::{SessionError, tape_costs};
 use crate::shader::compare::changed_lines;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
@@ -100,15 +100,15 @@ fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
 ///
 /// # Errors
 /// One line: the tape cannot be read, or the module has no fragment stage.
-pub(crate) fn figures(module: &ShaderModule, sample: Option<&Sample>) -> Result<Figures, String> {
+pub(crate) fn figures(module: &ShaderModule, sample: Option<&SampleImage>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
     let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
     Ok(Figures {
         operations: fragment.operations.values().sum(),
         texture_reads: fragment.texture_reads,
         slots: fragment.slots,
-        mean_luminance: sample.map(Sample::mean_luminance),
-        rounding_levels: sample.map(Sample::rounding_levels),
+        mean_luminance: sample.map(SampleImage::mean_luminance),
+        rounding_levels: sample.map(SampleImage::rounding_levels),
     })
 }
 
@@ -129,7 +129,7 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
-fn compare(renderer: &SampleRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
+fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
         return Ok(ModuleComparison::Equal);
     }
@@ -174,12 +174,12 @@ impl Report {
         done: impl Fn() + Sync,
     ) -> Result<Self, SessionError> {
         // Created once before all others, so that an unusable renderer is one error, not a failure of every module.
-        drop(SampleRenderer::new(SIDE_PX)?);
+        drop(SampleBodyRenderer::new(SIDE_PX)?);
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
         // Each rayon job has its own renderer, because a renderer has one thread.
-        let new_renderer = || SampleRenderer::new(SIDE_PX).map_err(|e| e.to_string());
-        let compare_module = |renderer: &mut Result<SampleRenderer, String>, id: &ModuleId| {
+        let new_renderer = || SampleBodyRenderer::new(SIDE_PX).map_err(|e| e.to_string());
+        let compare_module = |renderer: &mut Result<SampleBodyRenderer, String>, id: &ModuleId| {
             let modules = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
             let compared = match modules {
                 [Ok(Some(a)), Ok(Some(b))] => match renderer {

@@ -1,6 +1,7 @@
 //! The renderers that a user may request, and the result of drawing a plan.
 
-use crate::render::frame::{Frame, FrameImages};
+use crate::render::frame::Frame;
+pub use crate::render::frame::FrameImages;
 #[cfg(feature = "gpu")]
 use crate::render::gpu::GpuError;
 use crate::render::plan::GpuImage;

@@ -6,7 +6,7 @@ use crate::catalog::NaifId;
 use crate::measure::PlannedView;
 use crate::render::software::Precision;
 use crate::scene::request::ViewRequest;
-use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample_plan};
+use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan};
 use crate::shader::key::covering;
 use serde_json::json;
 
@@ -22,7 +22,7 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
     for key in covering(bench.pick(2, 3)) {
         for half_side in [HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB] {
-            let mut plan = sample_plan(session.library(), &key, SIDE_PX, half_side)?;
+            let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side)?;
             if let Some(change) = bench.faults.plan {
                 change(&mut plan);
             }

@@ -23,8 +23,8 @@ use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
 use orrery::session::{
-    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, RequestedOutput, Session, Sources, sample_plan,
-    standard_scenes,
+    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, RequestedOutput, Session, Sources,
+    sample_body_plan, standard_scenes,
 };
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::covering;
@@ -127,7 +127,7 @@ fn pairs_of_key_values_match_the_software_renderer() {
     assert!(keys.len() * step > 50);
     let (mut failures, mut not_drawn) = (Vec::new(), None);
     for key in &keys {
-        let plan = sample_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
+        let plan = sample_body_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, FrameImages::DisplayAndHdr) {
             // The adapter lacks a capability that every linear image needs.
             Err(GpuError::NotDrawn(why)) => {

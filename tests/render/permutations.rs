@@ -10,7 +10,7 @@ use orrery::FrameImages;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, PixelView};
-use orrery::session::{HALF_SIDE_WITH_LIMB, sample_plan};
+use orrery::session::{HALF_SIDE_WITH_LIMB, sample_body_plan};
 use orrery::shader::ModuleId;
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::{ShaderKey, covering};
@@ -25,7 +25,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 }
 
 fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
-    let plan = sample_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
+    let plan = sample_body_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).map_err(|e| e.to_string())?;
     Ok(frame.hdr)
 }
@@ -97,7 +97,7 @@ fn drawn_sheet() -> Sheet {
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     let tile = |key: &ShaderKey| {
-        let plan = sample_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
+        let plan = sample_body_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
         let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).unwrap_or_else(|e| panic!("{key}: {e}"));
         // A plain power law suffices, since only changes matter.
         frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()

@@ -195,11 +195,11 @@ fn a_narrow_ringlet_keeps_its_position_in_the_table() {
 /// the light must not jump.
 #[test]
 fn one_more_segment_of_a_pixels_footprint_changes_nothing_visible() {
-    use orrery::session::sample_plan;
+    use orrery::session::sample_body_plan;
     const SIDE: u32 = 40;
     let key = "ring.sun1.bodyshadow-sphere.sphere".parse().expect("a key");
     let drawn = |half_side: f64| {
-        let plan = sample_plan(SESSION.library(), &key, SIDE, half_side as f32).expect("a plan");
+        let plan = sample_body_plan(SESSION.library(), &key, SIDE, half_side as f32).expect("a plan");
         SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr
     };
     let change = |a: f64, b: f64| {

@@ -10,7 +10,7 @@ mod page;
 
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
-use super::sample::{Sample, SampleRenderer, make_all};
+use super::sample_image::{SampleBodyRenderer, SampleImage, make_all};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
@@ -62,7 +62,7 @@ pub struct Entry {
 struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
-    image: Option<Sample>,
+    image: Option<SampleImage>,
 }
 
 /// Name of a module's files, without the extension.
@@ -72,7 +72,12 @@ fn stem(id: &ModuleId) -> String {
 }
 
 /// Reads a module from the revision, draws its sample image and measures both.
-fn render_module(renderer: &SampleRenderer, revision: &Revision, id: &ModuleId, lowering: &Lowering) -> Result<RenderedModule, AtlasError> {
+fn render_module(
+    renderer: &SampleBodyRenderer,
+    revision: &Revision,
+    id: &ModuleId,
+    lowering: &Lowering,
+) -> Result<RenderedModule, AtlasError> {
     let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let image = match id {
@@ -107,7 +112,7 @@ pub fn write(
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
-        let make = |renderer: &SampleRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
+        let make = |renderer: &SampleBodyRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
         let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
         let results = make_all(IMAGE_SIDE_PX, chunk, make, no_renderer, &on_module_done);
         for (id, result) in chunk.iter().zip(results) {

@@ -9,7 +9,7 @@ use crate::render::plan::{self, ResourceProvider, SamplingQuality};
 use crate::scene::draw::{MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
-use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_plan, tape_costs};
+use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
 use crate::shader::compare::{FeatureDiff, IrCost, difference, ir_cost};
 use crate::shader::key::{ShaderKey, keys_of};
 use crate::shader::library::Origin;
@@ -74,7 +74,7 @@ pub(crate) const SAMPLE_PX: u32 = 96;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
-type SampleResult = Result<egui::ColorImage, String>;
+type SampleImageResult = Result<egui::ColorImage, String>;
 
 /// Another key for one draw of the view. The result is a pair of images of the view: unchanged, and with this key.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -97,8 +97,8 @@ pub(crate) struct ShaderQueries {
     reachable_keys: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
     maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
-    samples: QueryCache<ShaderKey, SampleResult>,
-    /// The samples that are textures already.
+    sample_images: QueryCache<ShaderKey, SampleImageResult>,
+    /// The sample images that are textures already.
     sample_textures: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
     /// [`KeySwap::image_number`] of the stored swaps.
@@ -194,7 +194,7 @@ impl ShaderQueries {
             return Some(Ok(texture.clone()));
         }
         let asked_key = *key;
-        let drawn = self.samples.get(worker, key, move |session| draw_sample(session, &asked_key))?;
+        let drawn = self.sample_images.get(worker, key, move |session| draw_sample_body(session, &asked_key))?;
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
@@ -227,8 +227,8 @@ impl ShaderQueries {
 
 /// Draws the sample body as display bytes, encoded with a gamma of 2.2. Radiance has a fixed scale; other pixel views are scaled so that
 /// the greatest value is white.
-fn draw_sample(session: &Session, key: &ShaderKey) -> SampleResult {
-    let plan = sample_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
+fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
+    let plan = sample_body_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
     let (frame, _) =
         session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;

@@ -309,9 +309,9 @@ fn mesh(vertex_colour: bool) -> Vertices {
 ///
 /// # Errors
 /// The module cannot be compiled, or has a uniform for which the sample has no value.
-pub fn sample_plan(library: &ShaderLibrary, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
+pub fn sample_body_plan(library: &ShaderLibrary, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
     let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
-    sample_plan_of(&module, key, side_px, half_side)
+    sample_body_plan_of(&module, key, side_px, half_side)
 }
 
 /// A coarse image of the air without marked texels, so that each pixel evaluates its own air. If the ground's draw also shades clouds, the left half is
@@ -324,11 +324,11 @@ fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(width, height, bytes)] })
 }
 
-/// As [`sample_plan`], but with a given module of the key instead of the library's.
+/// As [`sample_body_plan`], but with a given module of the key instead of the library's.
 ///
 /// # Errors
 /// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
-pub fn sample_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
+pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
     let uniforms = uniforms(key, half_side);
@@ -401,7 +401,7 @@ pub fn ms_per_megapixel_at(
     if key.features().shape == Shape::Mesh {
         return Ok(None);
     }
-    let plan = sample_plan(library, key, side_px, HALF_SIDE_INSIDE)?;
+    let plan = sample_body_plan(library, key, side_px, HALF_SIDE_INSIDE)?;
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();

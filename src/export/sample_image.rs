@@ -1,13 +1,13 @@
 //! The sample body drawn by a module: images in f32 and f64, and their statistics.
 //!
-//! In: a module built from a shader key. Out: a `Sample`. Always: one sample is drawn on one thread, so that many can be drawn in parallel on
+//! In: a module built from a shader key. Out: a `SampleImage`. Always: one image is drawn on one thread, so that many can be drawn in parallel on
 //! all cores; the renderer keeps nothing of the module.
 
 use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
 use crate::render::software::{Options, Precision, SoftwareRenderer};
-use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, SessionError, sample_plan_of};
+use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::luminance;
@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 /// The sample body drawn by a module, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Sample {
+pub(crate) struct SampleImage {
     /// Width and height in pixels.
     pub side: u32,
     /// Linear RGBA, premultiplied, in f32.
@@ -31,7 +31,7 @@ pub(crate) fn level_differences(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<
     levels::level_differences(exposed(first), exposed(second))
 }
 
-impl Sample {
+impl SampleImage {
     /// Mean luminance of the image in f64, relative to a white surface.
     pub(crate) fn mean_luminance(&self) -> f64 {
         let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
@@ -53,22 +53,22 @@ impl Sample {
 }
 
 /// Draws the sample body with modules.
-pub(crate) struct SampleRenderer {
+pub(crate) struct SampleBodyRenderer {
     side: u32,
     single: SoftwareRenderer,
     double: SoftwareRenderer,
 }
 
-/// Runs `make` on all cores, once for each item, with a renderer for samples of `side` x `side` pixels. If the renderer cannot be created,
+/// Runs `make` on all cores, once for each item, with a renderer for images of `side` x `side` pixels. If the renderer cannot be created,
 /// `no_renderer` gives the item's error. `done` is called after each item. The results are in the order of the items.
 pub(super) fn make_all<I: Sync, T: Send, E: Send>(
     side: u32,
     items: &[I],
-    make: impl Fn(&SampleRenderer, &I) -> Result<T, E> + Sync,
+    make: impl Fn(&SampleBodyRenderer, &I) -> Result<T, E> + Sync,
     no_renderer: impl Fn(&I, &SessionError) -> E + Sync,
     done: impl Fn() + Sync,
 ) -> Vec<Result<T, E>> {
-    let make_one = |renderer: &mut Result<SampleRenderer, SessionError>, item: &I| {
+    let make_one = |renderer: &mut Result<SampleBodyRenderer, SessionError>, item: &I| {
         let result = match renderer {
             Ok(renderer) => make(renderer, item),
             Err(e) => Err(no_renderer(item, e)),
@@ -76,7 +76,7 @@ pub(super) fn make_all<I: Sync, T: Send, E: Send>(
         done();
         result
     };
-    items.par_iter().map_init(|| SampleRenderer::new(side), make_one).collect()
+    items.par_iter().map_init(|| SampleBodyRenderer::new(side), make_one).collect()
 }
 
 /// A provider that returns its one module for every id.
@@ -88,7 +88,7 @@ impl ModuleProvider for SingleModule<'_> {
     }
 }
 
-impl SampleRenderer {
+impl SampleBodyRenderer {
     /// A renderer for images of `side` x `side` pixels. It uses the portable kernels, which give the same bits on every machine.
     ///
     /// # Errors
@@ -98,19 +98,19 @@ impl SampleRenderer {
         Ok(Self { side, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
     }
 
-    /// The plan of a key's sample.
+    /// The plan of the sample body with a key.
     ///
     /// # Errors
-    /// See [`sample_plan_of`].
+    /// See [`sample_body_plan_of`].
     pub fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
-        sample_plan_of(module, key, self.side, HALF_SIDE_WITH_LIMB)
+        sample_body_plan_of(module, key, self.side, HALF_SIDE_WITH_LIMB)
     }
 
     /// Draws the sample body with a module.
     ///
     /// # Errors
     /// The module needs something that the sample body lacks, or cannot be run.
-    pub(crate) fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<Sample, SessionError> {
+    pub(crate) fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<SampleImage, SessionError> {
         let plan = self.plan(module, key)?;
         let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
             let drawn = renderer.render(&plan, &SingleModule(module), FrameImages::DisplayAndHdr);
@@ -118,6 +118,6 @@ impl SampleRenderer {
             renderer.forget_modules();
             Ok(drawn?.0.hdr)
         };
-        Ok(Sample { side: self.side, single: light(&self.single)?, double: light(&self.double)? })
+        Ok(SampleImage { side: self.side, single: light(&self.single)?, double: light(&self.double)? })
     }
 }
