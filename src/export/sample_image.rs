@@ -4,10 +4,10 @@
 //! all cores; the renderer keeps nothing of the module.
 
 use crate::image::levels::{self, ExposedPixels};
-use crate::render::plan::{ModuleProvider, Plan};
+use crate::render::plan::{FrameImages, ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
 use crate::render::software::{Options, Precision, SoftwareRenderer};
-use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan_of};
+use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::luminance;

@@ -4,10 +4,10 @@ use super::drawings::standard_request;
 use super::images::{LinearImage, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
-use crate::render::plan::SamplingQuality;
+use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
-use crate::session::{FrameImages, RendererPreference, Session, SessionError, standard_scenes};
+use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
 
 /// Scenes with discs, rings, atmospheres, maps and limbs, without features whose size is in pixels.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];

@@ -5,11 +5,11 @@
 
 use super::timing::quantile;
 use crate::image::levels::{self, ExposedPixels};
-use crate::render::plan::{self, Plan, SamplingQuality};
+use crate::render::plan::{self, FrameImages, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, ViewRequest};
-use crate::session::{FrameImages, Session, SessionError};
+use crate::session::{Session, SessionError};
 
 /// The finest sampling.
 const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };

@@ -5,10 +5,10 @@
 
 use super::ProbeError;
 use crate::render::plan::{
-    Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding, Vertices,
+    Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding,
+    Vertices,
 };
 use crate::render::software::SoftwareRenderer;
-use crate::session::FrameImages;
 use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
 use std::sync::Arc;

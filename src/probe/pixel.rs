@@ -6,12 +6,11 @@
 
 use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
-use crate::render::plan::{Plan, SamplingQuality};
+use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, Purpose, ViewRequest};
-use crate::session::FrameImages;
 use crate::shader::ModuleId;
 use crate::time::Instant;
 use serde::Deserialize;

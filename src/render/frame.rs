@@ -1,14 +1,5 @@
 //! A finished frame: linear HDR and the display bytes made from it.
 
-/// The images that a frame is to contain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameImages {
-    /// The display image.
-    Display,
-    /// The display image, and the linear HDR image from which it is made.
-    DisplayAndHdr,
-}
-
 /// Pixels by rows, top row first, without padding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {

@@ -7,8 +7,7 @@
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
-use crate::render::frame::FrameImages;
-use crate::render::plan::Plan;
+use crate::render::plan::{FrameImages, Plan};
 #[cfg(feature = "gpu")]
 use crate::render::software::RenderError;
 use crate::render::software::{Precision, SoftwareRenderer};

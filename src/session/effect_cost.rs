@@ -4,8 +4,7 @@
 //! both images have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
 
 use super::{Session, SessionError};
-use crate::render::frame::FrameImages;
-use crate::render::plan::{Plan, SamplingQuality};
+use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};

@@ -4,9 +4,9 @@
 //! driver.
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
-use crate::render::frame::{Frame, FrameImages};
+use crate::render::frame::Frame;
 use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
-use crate::render::plan::{ModuleProvider, Plan};
+use crate::render::plan::{FrameImages, ModuleProvider, Plan};
 use crate::shader::ModuleId;
 use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
 use parking_lot::Mutex;

@@ -47,7 +47,7 @@ pub(crate) use meshes::Meshes;
 use parking_lot::Mutex;
 pub use provenance::{ExistingImage, Provenance};
 use renderers::RenderOutput;
-pub use renderers::{DrawnBy, FrameImages, Readiness, RendererError, RendererPreference, RequestedOutput};
+pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference, RequestedOutput};
 use ring_shine_files::RingShineFiles;
 pub use sample_body::{
     HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_body_plan, sample_body_plan_of,
@@ -68,7 +68,7 @@ use crate::files::{read_bytes, read_text};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture, StoredMaps};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
-use crate::render::plan::{self, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
+use crate::render::plan::{self, FrameImages, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::draw::RingTable;
 use crate::scene::labels;

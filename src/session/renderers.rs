@@ -1,10 +1,9 @@
 //! The renderers that a user may request, and the result of drawing a plan.
 
 use crate::render::frame::Frame;
-pub use crate::render::frame::FrameImages;
 #[cfg(feature = "gpu")]
 use crate::render::gpu::GpuError;
-use crate::render::plan::GpuImage;
+use crate::render::plan::{FrameImages, GpuImage};
 use crate::render::software::{RenderError, Timings};
 
 /// The user's choice of renderer.

@@ -7,10 +7,9 @@
 use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
-use crate::render::frame::FrameImages;
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, Instances, LIMB_TABLE, Pass, Plan, PlanDraw,
-    PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
+    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, Instances, LIMB_TABLE, Pass, Plan,
+    PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
     limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
 };
 use crate::render::software::SoftwareRenderer;

@@ -17,10 +17,10 @@ mod views;
 
 use crate::catalog::NaifId;
 use crate::measure::{Effort, LinearImage, PlannedView, PrecisionRenderers};
-use crate::render::plan::{Plan, SamplingQuality};
+use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::render::software::Precision;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{FrameImages, RendererPreference, Session, SessionError};
+use crate::session::{RendererPreference, Session, SessionError};
 use crate::time::Instant;
 use glam::DVec3;
 use serde_json::Value;

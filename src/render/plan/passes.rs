@@ -141,6 +141,15 @@ pub struct Pass {
     pub draws: Vec<PlanDraw>,
 }
 
+/// The images of a plan that the frame is to contain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameImages {
+    /// The display image.
+    Display,
+    /// The display image, and the linear HDR image from which it is made.
+    DisplayAndHdr,
+}
+
 /// Passes in order; the last one is the final image.
 #[derive(Clone, Debug)]
 pub struct Plan {

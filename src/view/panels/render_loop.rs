@@ -6,10 +6,10 @@
 
 use super::Interface;
 use crate::catalog::NaifId;
-use crate::render::plan::{GpuImage, SamplingQuality};
+use crate::render::plan::{FrameImages, GpuImage, SamplingQuality};
 use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{FrameImages, Readiness, RendererPreference, RequestedOutput, Session};
+use crate::session::{Readiness, RendererPreference, RequestedOutput, Session};
 use crate::view::app::view_state::ViewStateError;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};

@@ -8,10 +8,9 @@
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
 use super::{Interface, Tab, events};
-use crate::render::plan::SamplingQuality;
+use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::draw::PixelView;
 use crate::scene::request::Quality;
-use crate::session::FrameImages;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;

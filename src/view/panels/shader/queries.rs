@@ -5,11 +5,11 @@
 use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
 use crate::image::{DisplayImage, Level};
-use crate::render::plan::{self, ResourceProvider, SamplingQuality};
+use crate::render::plan::{self, FrameImages, ResourceProvider, SamplingQuality};
 use crate::scene::draw::{MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
-use crate::session::{FrameImages, HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
+use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
 use crate::shader::compare::{FeatureDiff, IrCost, difference, ir_cost};
 use crate::shader::key::{ShaderKey, keys_of};
 use crate::shader::library::Origin;

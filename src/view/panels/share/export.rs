@@ -6,10 +6,10 @@
 
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
-use crate::render::plan::SamplingQuality;
+use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, ViewRequest};
-use crate::session::{DrawnFrame, FrameImages, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
+use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
