@@ -1,6 +1,6 @@
 //! The conditions of `@if` and `@elif`: features and predicates joined by `!`, `&&` and `||`.
 //!
-//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a set of [`FeatureSet`]. Always: every name in it is a
+//! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a [`FeatureSet`]. Always: every name in it is a
 //! feature or a predicate.
 
 use super::predicates::PREDICATES;
