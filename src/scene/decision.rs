@@ -44,7 +44,7 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Records a decision and returns whether the effect is drawn.
-    pub(crate) fn note(&mut self, effect: &'static str, on: bool, reason: Reason) -> bool {
+    pub(crate) fn record(&mut self, effect: &'static str, on: bool, reason: Reason) -> bool {
         self.decisions.push(Decision { effect, on, reason, stated_error: None });
         on
     }
@@ -59,8 +59,8 @@ impl<'a> DecisionLog<'a> {
     /// Records an effect: the threshold decides unless the user set the effect.
     pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
         match self.effects.override_of(effect) {
-            Some(on) => self.note(effect.name(), on, reason!("set-by-you")),
-            None => self.note(effect.name(), by_threshold, reason),
+            Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
+            None => self.record(effect.name(), by_threshold, reason),
         }
     }
 
@@ -72,8 +72,8 @@ impl<'a> DecisionLog<'a> {
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
     pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
-            None => self.note(effect.name(), false, reason!("not-available")),
-            Some(m) if self.resources.is_unreadable(&m.file) => self.note(effect.name(), false, reason!("unreadable", file = &m.file)),
+            None => self.record(effect.name(), false, reason!("not-available")),
+            Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = by_threshold();
                 self.effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))

@@ -68,7 +68,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
             ),
         ),
     };
-    chosen.air_pass = if decisions.log.note(AIR_PASS, on, reason) { AirPass::Read } else { AirPass::None };
+    chosen.air_pass = if decisions.log.record(AIR_PASS, on, reason) { AirPass::Read } else { AirPass::None };
     decisions
 }
 

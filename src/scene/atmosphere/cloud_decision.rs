@@ -53,7 +53,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let shell = clouds::shell(&placed.placement, scale);
     if shell.camera_is_inside() {
         let reason = reason!("clouds-camera-below", height = clouds.height_km);
-        decisions.log.note(Effect::Clouds.name(), false, reason);
+        decisions.log.record(Effect::Clouds.name(), false, reason);
         return None;
     }
     let deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
@@ -67,11 +67,11 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let has_billows = span_deg < max_span_deg && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
     let sizes = reason!("detail-cloud-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
     let reason = detail::description(Detail::Billows).and(sizes);
-    decisions.log.note("cloud-detail", has_billows, reason);
+    decisions.log.record("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;
     if decisions.chosen.air_pass != AirPass::None {
         let (on, reason) = drawn_with_ground(inputs, decisions.chosen, clouds.height_km);
-        if decisions.log.note(CLOUDS_WITH_GROUND, on, reason) {
+        if decisions.log.record(CLOUDS_WITH_GROUND, on, reason) {
             decisions.chosen.air_pass = AirPass::ReadWithClouds;
         }
     }

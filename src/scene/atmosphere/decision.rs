@@ -59,17 +59,17 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (few, many) = air::sample_counts(model);
         reason = reason!("air-samples-no-table", few = few, many = many);
     }
-    log.note("air-samples", true, reason);
+    log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
     chosen.air = model;
     log.stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
         let has_spread = model == AtmosphereModel::Table;
         let reason = if has_spread { reason!("air-spread") } else { reason!("air-no-spread") };
-        log.note("light-into-shadow", has_spread, reason);
+        log.record("light-into-shadow", has_spread, reason);
     }
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
-        log.note(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
+        log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let features = chosen.sky_features(body, inputs.pixel_view());
     let rim_px = air::rim_px(body, air, inputs.diameter_px);
@@ -79,10 +79,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if colour_includes_air
         && (rim_is_negligible || !air::is_visible_over_disc(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
-        log.note("air-over-ground", false, reason!("air-in-colours"));
+        log.record("air-over-ground", false, reason!("air-in-colours"));
         chosen.air = AtmosphereModel::None;
     } else if colour_includes_air {
-        log.note("air-over-ground", true, reason!("air-where-brighter"));
+        log.record("air-over-ground", true, reason!("air-where-brighter"));
     }
     decisions.blend_mode = match (colour_includes_air, air::is_visible_over_disc(air)) {
         (false, _) => 0.0,
@@ -101,7 +101,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;
         let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), threshold = air::SHADED_RIM_PX);
-        decisions.log.note("ring-shadow-on-air", true, reason);
+        decisions.log.record("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);
     decisions.sky = Some(Draw { body: body.id, part: BodyPart::Sky, name, features, uniforms, map_files: MapFiles::default() });

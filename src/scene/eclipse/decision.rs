@@ -41,7 +41,7 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
         found.occluders.clear();
         found.reason = reason!("eclipse-switched-off");
     }
-    decisions.log.note("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
+    decisions.log.record("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
     let eclipse = occluders::model(&mut found.occluders, requested_model(context.request));
     decisions.chosen.ring_eclipse = eclipse;
     decisions.log.stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));

@@ -63,11 +63,11 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     let chosen = &mut decisions.chosen;
     if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
-        decisions.log.note(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
+        decisions.log.record(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
         chosen.ring_shadow = RingShadow::None;
     }
     if chosen.detail && chosen.eclipse.occluders > 0 {
-        decisions.log.note(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
+        decisions.log.record(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
         chosen.detail = false;
     }
     if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
@@ -76,11 +76,11 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
             decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
         let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if bodies_irradiance > rings_irradiance {
-            decisions.log.note(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
+            decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
             chosen.ring_shine = false;
             decisions.ring.shine = None;
         } else {
-            decisions.log.note(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
+            decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
             decisions.secondary_lights.clear();
         }
     }
@@ -98,7 +98,7 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
         return decide_air_only(&inputs, Decisions::new(log));
     }
     let visible_part = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
-    log.note("visible", true, visible_part);
+    log.record("visible", true, visible_part);
     let point = point_of(&inputs, &mut log);
     let diameter_px = inputs.diameter_px;
     if inputs.disc_fraction <= 0.0 {
@@ -129,7 +129,7 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
 }
 
 fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
-    decided.log.note("visible", false, reason);
+    decided.log.record("visible", false, reason);
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
     DecidedBody { appearance, diameter_px: inputs.diameter_px, decisions, draws: Vec::new(), point: None }
 }
@@ -164,7 +164,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     }
     let brightest = flux.max_element();
     if !frame.threshold.is_exceeded_by(brightest) {
-        log.note("point-visible", false, frame.threshold.description(brightest));
+        log.record("point-visible", false, frame.threshold.description(brightest));
         return None;
     }
     frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux))

@@ -15,7 +15,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     let log = &mut decisions.log;
     let irradiance = lights::sunlight(placed.sun_from_body_km).irradiance.x;
-    log.note("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
+    log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     let is_forced = inputs.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
         lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));

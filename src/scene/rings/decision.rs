@@ -26,7 +26,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let all_rings = view.visible_rings(true).rings;
     decisions.ring = decide_for_globe(inputs, view, &all_rings, &mut decisions);
     if !drawn || seen.rings.is_empty() {
-        decisions.log.note(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
+        decisions.log.record(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
         return decisions;
     }
     decisions.rings = draws_of_halves(inputs, view, &seen.rings, &mut decisions);

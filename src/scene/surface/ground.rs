@@ -23,7 +23,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
     decisions.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(max_change), reason);
     if !available.ellipsoid {
-        log.note(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
+        log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
     let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
     let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
@@ -32,7 +32,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         decisions.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
     }
     if available.emissive {
-        log.note("lights", false, reason!("emits-light"));
+        log.record("lights", false, reason!("emits-light"));
         decisions.chosen.maps = maps;
         return decisions;
     }

@@ -28,11 +28,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (name, body, log) = (Effect::Mesh.name(), inputs.body(), &mut decisions.log);
     let resources = inputs.frame.context.resources;
     let Some(shape_model) = &body.mesh else {
-        log.note(name, false, reason!("not-available"));
+        log.record(name, false, reason!("not-available"));
         return decisions;
     };
     if resources.is_unreadable(&shape_model.file) {
-        log.note(name, false, reason!("unreadable-mesh", file = &shape_model.file));
+        log.record(name, false, reason!("unreadable-mesh", file = &shape_model.file));
         return decisions;
     }
     let Some(model) = inputs.model else {

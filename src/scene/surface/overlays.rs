@@ -32,12 +32,12 @@ pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64,
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, name) = (inputs.body(), Effect::Overlays.name());
     if body.overlays.is_empty() {
-        decisions.log.note(name, false, reason!("not-available"));
+        decisions.log.record(name, false, reason!("not-available"));
     }
     let resources = inputs.frame.context.resources;
     for overlay in &body.overlays {
         if resources.is_unreadable(&overlay.file) {
-            decisions.log.note(name, false, reason!("unreadable", file = &overlay.file));
+            decisions.log.record(name, false, reason!("unreadable", file = &overlay.file));
             continue;
         }
         let (on, reason) = is_visible(body, overlay, inputs.ground_deg_per_px(), inputs.threshold());
