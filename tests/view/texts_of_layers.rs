@@ -27,7 +27,7 @@ fn reasons_of_scenes_are_messages() {
     let mut effects = BTreeSet::new();
     for (k, (target, time)) in subjects.enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         for (n, distance_radii) in [Some(1.001), Some(3.0), Some(400.0)].into_iter().enumerate() {
-            let effects =
+            let overrides =
                 ["", "+eclipse=linear,+atmosphere=vertex", "-clouds,-eclipse,-atmosphere", "+atmosphere=table,+planet-shine,+ring-shine"]
                     [(k + n) % 4];
             let request = ViewRequest {
@@ -35,7 +35,7 @@ fn reasons_of_scenes_are_messages() {
                 width: 96,
                 height: 64,
                 quality: [Quality::Draft, Quality::Standard][k % 2],
-                effects: EffectOverrides::parse(effects).expect("effects"),
+                effects: EffectOverrides::parse(overrides).expect("effects"),
                 layers: if n == 0 { Layers::default() } else { Layers::ALL },
                 purpose: if k % 3 == 2 { Purpose::Linear { floor: 1e-6 } } else { Purpose::Display },
                 ..ViewRequest::of(target, time)
