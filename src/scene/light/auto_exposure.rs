@@ -18,13 +18,17 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
+use glam::FloatExt;
 
 /// Exponent on the weights of subjects: weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
 /// Exponent of the smooth maximum of several white levels: the smooth maximum of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
-/// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, and in front of a dark sky.
-const MAX_MEDIAN_GLARE: [f64; 2] = [0.2, 0.02];
+/// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, of fainter ones, and of those
+/// that are lost in the glare. In the last case only points remain, and the sky looks black: 0.003 of white is 11 of 255.
+const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
+/// Ratio of a subject's light to the glare below which the subject is lost.
+const LOST_SUBJECT: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to have their full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 
@@ -88,9 +92,11 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
-    let dark_weight = reading.glare.powi(2) / (reading.glare.powi(2) + (subjects_white * AUTO_EXPOSED_MEAN).powi(2));
-    let [white_per_glare_lit, white_per_glare_dark] = MAX_MEDIAN_GLARE.map(f64::recip);
-    let glare_white = reading.glare * (white_per_glare_lit + (white_per_glare_dark - white_per_glare_lit) * dark_weight);
+    let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / reading.glare;
+    let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
+    let [bright, faint, lost] = MAX_MEDIAN_GLARE;
+    let white_per_glare = bright.recip().lerp(faint.recip(), weight_below(1.0)) * 1.0_f64.lerp(faint / lost, weight_below(LOST_SUBJECT));
+    let glare_white = reading.glare * white_per_glare;
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
