@@ -24,7 +24,7 @@ use std::mem::transmute;
 pub(super) const EIGHT: usize = 8;
 
 /// A [`FilterRequest`] of f32.
-pub(super) struct RegisterRequest<'a> {
+pub(super) struct F32Request<'a> {
     u: &'a [f32; BATCH],
     v: &'a [f32; BATCH],
     /// `None` if each lane reads level 0 with one tap.
@@ -33,7 +33,7 @@ pub(super) struct RegisterRequest<'a> {
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 
-impl<'a> RegisterRequest<'a> {
+impl<'a> F32Request<'a> {
     /// `None` for f64.
     #[inline(always)]
     pub(super) fn new<R: Real>(request: &'a FilterRequest<'_, R>) -> Option<Self> {
@@ -227,7 +227,7 @@ struct Lanes<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
     fraction: __m256,
-    /// As [`RegisterRequest::footprints`].
+    /// As [`F32Request::footprints`].
     footprints: Option<[&'a [f32; BATCH]; 3]>,
     group: usize,
 }
@@ -353,7 +353,7 @@ unsafe fn shared_level(level: &[f32; BATCH], level_count: usize) -> Option<(usiz
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,
     levels: &[BoundLevel<'_>],
-    request: &RegisterRequest<'_>,
+    request: &F32Request<'_>,
     state: &SamplerState,
     active: LaneMask,
     out: Channels<'_, f32>,
