@@ -65,7 +65,8 @@ enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     /// The longer gradient.
     Isotropic(Gradients<'a, R>),
-    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes.
+    /// A map, read by `filtered_map`: the footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Nothing else is read
+    /// so; [`FilterRequest`] no longer says what is read.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
