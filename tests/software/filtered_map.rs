@@ -338,6 +338,7 @@ fn an_edited_function_is_not_replaced() {
 
 #[test]
 fn a_function_with_other_local_names_or_comments_is_still_replaced() {
+    operation();
     let equivalent = [
         edited("reach", "extent"),
         edited("excess", "overhang").replace("let overhang", "// Of the last tap.\n    let overhang"),
@@ -351,6 +352,7 @@ fn a_function_with_other_local_names_or_comments_is_still_replaced() {
 /// A planet's module with a map, and the same module with the user's version of the fragment, as with `view --shaders`.
 #[test]
 fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
+    operation();
     let reads_of = |fragments: &Fragments| {
         let id: ModuleId = "lambert.albedo.sun1.sphere".parse().expect("a key");
         let module = ShaderModule::build_with(fragments, &id, &lowering()).expect("builds");
