@@ -1,5 +1,5 @@
 //! Anisotropic filtering by `filtered_map` (shaders/lib/filtered_map.wesl): the function run tap by tap, against the single texture operation that the
-//! software renderer substitutes for it, on random footprints.
+//! software renderer substitutes for it, on random footprints; and the example in CONTRIBUTING.md against the definition of its filter.
 //!
 //! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. Only the unedited function is
 //! replaced.
@@ -19,6 +19,7 @@ use orrery::shader::{ModuleId, ShaderModule};
 use std::sync::Arc;
 
 const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
+const CONTRIBUTING: &str = include_str!("../../CONTRIBUTING.md");
 
 const ENTRY: &str = "
 struct Draw { max_taps: f32 }
@@ -28,9 +29,6 @@ struct Draw { max_taps: f32 }
 @fragment fn main(@location(0) uv: vec2f, @location(1) gradients: vec4f) -> @location(0) vec4f {
     return filtered_map(map, map_sampler, uv, gradients.xy, gradients.zw, draw.max_taps);
 }";
-
-/// Texture operations of a tape whose filter is not replaced: one read for each of four texels of two levels.
-const TAP_BY_TAP: [TextureOp; 8] = [TextureOp::Level; 8];
 
 /// The fragment stage `main` of a module.
 pub(super) fn program(wgsl: &str) -> Program {
@@ -42,6 +40,24 @@ pub(super) fn program(wgsl: &str) -> Program {
 /// The texture operations of a tape, in order.
 pub(super) fn reads(program: &Program) -> Vec<TextureOp> {
     program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
+}
+
+/// Whether the filter of a tape is not replaced: it reads single texels of given levels.
+fn is_interpreted(program: &Program) -> bool {
+    let reads = reads(program);
+    !reads.is_empty() && reads.iter().all(|op| *op == TextureOp::Level)
+}
+
+/// The shipped function, which is replaced by the operation.
+fn operation() -> Program {
+    let native = program(&format!("{FRAGMENT}{ENTRY}"));
+    assert_eq!(reads(&native), [TextureOp::Filtered], "not replaced; `cargo test --lib lower::native` says why");
+    native
+}
+
+/// The shipped function under another name, so that it is not replaced.
+fn renamed() -> String {
+    format!("{FRAGMENT}{ENTRY}").replace("filtered_map", "tap_by_tap")
 }
 
 /// Random texels on every level, so that a wrong level is detected.
@@ -76,6 +92,15 @@ fn random(index: usize) -> Footprint {
     let major = (unit(2) * 11.0 - 3.0).exp2();
     let minor = major * (-unit(3) * 5.0).exp2();
     Footprint { uv: [3.0 * unit(0) - 1.0, 3.0 * unit(1) - 1.0], major, minor, rotation: unit(4) * 6.3, phase: unit(0) * 6.3 }
+}
+
+/// A quasi-random footprint less than a texel wide, so that every lane of a batch is magnified. The lanes of a quad are a quarter of a texel apart, as in
+/// an image, and often lie between the same four texels.
+fn magnified(index: usize) -> Footprint {
+    let Footprint { uv: [u, v], major, minor, rotation, phase } = random(index / 4);
+    let shrunk = (-0.6 - 0.3 * (major.log2() + 3.0)).exp2();
+    let [x, y] = [index % 2, index / 2 % 2].map(|texels| 0.25 * texels as f64);
+    Footprint { uv: [u + x / 256.0, v + y / 128.0], major: shrunk, minor: shrunk * minor / major, rotation, phase }
 }
 
 /// Filtered values of one batch: the lane number gives the footprint.
@@ -115,12 +140,18 @@ fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Tex
 }
 
 /// Differences between two programs in each lane (the largest of the four channels), in ascending order.
-fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, max_taps: f32) -> Vec<f64> {
+fn differences<R: Real>(
+    native: &Program,
+    taps: &Program,
+    class: KernelClass,
+    max_taps: f32,
+    footprint_of: fn(usize) -> Footprint,
+) -> Vec<f64> {
     let texture = noise();
     let (native_textures, tap_textures) = (bound(native, &texture, class), bound(taps, &texture, class));
     let mut all: Vec<f64> = (0..16)
         .flat_map(|k| {
-            let footprint = |lane: usize| random(lane + LANES * k);
+            let footprint = |lane: usize| footprint_of(lane + LANES * k);
             let native = batch::<R>(native, &native_textures, class, max_taps, footprint);
             native.into_iter().zip(batch::<R>(taps, &tap_textures, class, max_taps, footprint))
         })
@@ -130,62 +161,148 @@ fn differences<R: Real>(native: &Program, taps: &Program, class: KernelClass, ma
     all
 }
 
+/// Compares both programs in every kernel class, in f64 and in f32.
+fn assert_equal_values(native: &Program, taps: &Program, max_taps: f32, footprint_of: fn(usize) -> Footprint) {
+    for class in KernelClass::available() {
+        let sorted = differences::<f64>(native, taps, class, max_taps, footprint_of);
+        assert!(sorted[sorted.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), sorted[sorted.len() - 1]);
+        // In f32 rounding may add a tap, which then has almost no weight. Coordinates are accurate to 2^-16 of a texel.
+        let sorted = differences::<f32>(native, taps, class, max_taps, footprint_of);
+        assert!(sorted[sorted.len() - 1] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), sorted[sorted.len() - 1]);
+    }
+}
+
 #[test]
 fn the_operation_gives_the_values_of_the_fragment() {
-    let native = program(&format!("{FRAGMENT}{ENTRY}"));
-    let renamed = format!("{FRAGMENT}{ENTRY}").replace("filtered_map", "tap_by_tap");
-    let taps = program(&renamed);
-    assert_eq!(reads(&native), [TextureOp::Filtered]);
-    // Four texels of each of two mip levels.
-    assert_eq!(reads(&taps), TAP_BY_TAP);
+    let (native, taps) = (operation(), program(&renamed()));
+    assert!(is_interpreted(&taps));
     for max_taps in [1.0, 2.0, 8.0, 16.0] {
-        for class in KernelClass::available() {
-            let sorted = differences::<f64>(&native, &taps, class, max_taps);
-            assert!(sorted[sorted.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), sorted[sorted.len() - 1]);
-            // In f32 rounding may add a tap, which then has almost no weight. Coordinates are accurate to 2^-16 of a texel.
-            let sorted = differences::<f32>(&native, &taps, class, max_taps);
-            assert!(sorted[sorted.len() - 1] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), sorted[sorted.len() - 1]);
-        }
+        assert_equal_values(&native, &taps, max_taps, random);
     }
     // The comparison must be able to fail: the level raised by 0.3, or the taps shifted by half a tap.
     for (shipped, edit) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (taps - 1.0)", "- 0.5 * taps")] {
-        assert!(renamed.contains(shipped));
-        let sorted = differences::<f64>(&native, &program(&renamed.replace(shipped, edit)), KernelClass::detect(), 8.0);
+        assert!(renamed().contains(shipped));
+        let edited = program(&renamed().replace(shipped, edit));
+        let sorted = differences::<f64>(&native, &edited, KernelClass::detect(), 8.0, random);
         assert!(sorted[sorted.len() / 2] > 1e-3, "{edit} is not detected");
     }
 }
 
-/// The greatest change of the value from one footprint to the next, while a footprint at a fixed position grows from 1 to 17 widths in steps of a
-/// thousandth of its width.
-fn greatest_step(program: &Program, width: f64) -> f64 {
+/// A batch whose lanes are all magnified takes a path of its own through the native code, without levels and taps.
+#[test]
+fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified() {
+    let (native, taps) = (operation(), program(&renamed()));
+    for max_taps in [1.0, 8.0] {
+        assert_equal_values(&native, &taps, max_taps, magnified);
+    }
+    // The comparison must be able to fail: other weights of the four texels.
+    let shipped = "let weight = fract(place);";
+    assert!(renamed().contains(shipped));
+    let edited = program(&renamed().replace(shipped, "let weight = fract(place) * fract(place);"));
+    let sorted = differences::<f64>(&native, &edited, KernelClass::detect(), 8.0, magnified);
+    assert!(sorted[sorted.len() / 2] > 1e-3, "other weights are not detected");
+}
+
+/// The greatest change of the value from one footprint to the next, in 16 000 equal steps of the parameter from 0 to 1.
+fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: impl Fn(f64) -> Footprint) -> f64 {
     let texture = noise();
-    let class = KernelClass::detect();
     let textures = bound(program, &texture, class);
     let values: Vec<[f64; 4]> = (0..16_000 / LANES)
-        .flat_map(|k| {
-            let footprint = |lane: usize| {
-                let major = width * (1.0 + (lane + LANES * k) as f64 / 1000.0);
-                Footprint { uv: [0.31, 0.47], major, minor: width, rotation: 0.6, phase: 0.4 }
-            };
-            batch::<f64>(program, &textures, class, 16.0, footprint)
-        })
+        .flat_map(|k| batch::<R>(program, &textures, class, 16.0, |lane| footprint_at((lane + LANES * k) as f64 / 16_000.0)))
         .collect();
     let step = |pair: &[[f64; 4]]| (0..4).map(|k| (pair[0][k] - pair[1][k]).abs()).fold(0.0, f64::max);
     values.windows(2).map(step).fold(0.0, f64::max)
 }
 
+/// A footprint at a fixed position.
+fn fixed(major: f64, minor: f64) -> Footprint {
+    Footprint { uv: [0.31, 0.47], major, minor, rotation: 0.6, phase: 0.4 }
+}
+
 #[test]
 fn an_added_tap_causes_no_jump() {
+    let class = KernelClass::detect();
+    // From 1 to 17 widths, in steps of a thousandth of the width.
+    let lengthened = |width: f64| move |t: f64| fixed(width * (1.0 + 16.0 * t), width);
     // Texels are noise between 0 and 1. A footprint that is longer by a thousandth of its width moves a tap by at most half of that thousandth. The
     // texels of the finer of the two mip levels are at least half as wide as the footprint.
     for width in [1.0, 1.4, 3.0] {
-        let step = greatest_step(&program(&format!("{FRAGMENT}{ENTRY}")), width);
+        let step = greatest_step::<f64>(&program(&format!("{FRAGMENT}{ENTRY}")), class, lengthened(width));
         assert!(step < 2e-3, "a step of {step} at a width of {width} texels");
     }
     // The comparison must be able to fail: all taps weigh the same.
     let equal_weights = edited("1.0 - excess * max(1.0 - abs(offset), 0.0)", "reach.length / taps");
-    let step = greatest_step(&program(&format!("{equal_weights}{ENTRY}")), 1.0);
+    let step = greatest_step::<f64>(&program(&format!("{equal_weights}{ENTRY}")), class, lengthened(1.0));
     assert!(step > 1e-2, "a jump of {step} is not detected");
+}
+
+/// A round footprint that grows from half a texel to two.
+fn growing(t: f64) -> Footprint {
+    fixed(0.5 + 1.5 * t, 0.5 + 1.5 * t)
+}
+
+/// A step of 1.5 / 16 000 of a texel changes the level by at most 1.4e-4 and moves a tap by at most half as many texels. The texels are between 0 and 1.
+const GREATEST_STEP_OF_GROWTH: f64 = 2e-4;
+
+#[test]
+fn no_jump_separates_magnification_from_minification() {
+    for filter in [program(&format!("{FRAGMENT}{ENTRY}")), program(&renamed())] {
+        for class in KernelClass::available() {
+            let elongated = |t: f64| fixed(0.5 + 1.5 * t, (0.5 + 1.5 * t) / 3.0);
+            for step in [
+                greatest_step::<f64>(&filter, class, growing),
+                greatest_step::<f32>(&filter, class, growing),
+                greatest_step::<f64>(&filter, class, elongated),
+                greatest_step::<f32>(&filter, class, elongated),
+            ] {
+                assert!(step < GREATEST_STEP_OF_GROWTH, "a step of {step}, {}", class.name());
+            }
+        }
+    }
+    // The comparison must be able to fail: half the value where the footprint is at most a texel wide.
+    let value = "bilinear(map, map_sampler, place, finer)";
+    let halved = edited(value, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {value}"));
+    let step = greatest_step::<f64>(&program(&format!("{halved}{ENTRY}")), KernelClass::detect(), growing);
+    assert!(step > 1e-2, "a jump of {step} is not detected");
+}
+
+/// A channel of a cubic B-spline through the texels of a level, by its definition with sixteen texels; u is periodic, v is clamped.
+fn b_spline(level: &Level, [u, v]: [f64; 2], channel: usize) -> f64 {
+    let (w, h) = (i64::from(level.width), i64::from(level.height));
+    let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
+    let weight = |distance: f64| {
+        let d = distance.abs();
+        if d < 1.0 { 2.0 / 3.0 - d * d + d * d * d / 2.0 } else { (2.0 - d).max(0.0).powi(3) / 6.0 }
+    };
+    let mut sum = 0.0;
+    for i in x.floor() as i64 - 1..=x.floor() as i64 + 2 {
+        for j in y.floor() as i64 - 1..=y.floor() as i64 + 2 {
+            let at = ((j.clamp(0, h - 1) * w + i.rem_euclid(w)) * 16) as usize + channel * 4;
+            let texel = f32::from_le_bytes(level.bytes()[at..at + 4].try_into().expect("four bytes"));
+            sum += weight(x - i as f64) * weight(y - j as f64) * f64::from(texel);
+        }
+    }
+    sum
+}
+
+#[test]
+fn the_example_in_contributing_magnifies_by_a_b_spline_without_a_jump() {
+    let function = CONTRIBUTING.split("```wgsl").nth(1).and_then(|text| text.split("```").next()).expect("an example");
+    let calls = edited("bilinear(map, map_sampler, place, finer)", "b_spline(map, map_sampler, place, finer)");
+    let example = program(&format!("{calls}{function}{ENTRY}"));
+    assert!(is_interpreted(&example));
+    let (texture, class) = (noise(), KernelClass::detect());
+    let finest = &texture.levels[0];
+    let greatest_error = |filter: &Program| {
+        let values = batch::<f64>(filter, &bound(filter, &texture, class), class, 8.0, magnified);
+        let error = |lane: usize| (0..4).map(|k| (values[lane][k] - b_spline(finest, magnified(lane).uv, k)).abs()).fold(0.0, f64::max);
+        (0..LANES).map(error).fold(0.0, f64::max)
+    };
+    let (error, of_bilinear) = (greatest_error(&example), greatest_error(&program(&renamed())));
+    assert!(error < 1e-9, "{error}");
+    assert!(of_bilinear > 1e-2, "the bilinear filter is not detected: {of_bilinear}");
+    let step = greatest_step::<f64>(&example, class, growing);
+    assert!(step < GREATEST_STEP_OF_GROWTH, "a step of {step}");
 }
 
 /// An edited function under its original name, so that only its body differs from the shipped one.
@@ -207,20 +324,21 @@ fn an_edited_function_is_not_replaced() {
         let fragment = edited(shipped, edit);
         let edited_program = program(&format!("{fragment}{ENTRY}"));
         let taps = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
-        assert_eq!(reads(&edited_program), TAP_BY_TAP, "{edit}");
-        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0).last(), Some(&0.0), "{edit}");
-        let sorted = differences::<f64>(&edited_program, &native, class, 8.0);
+        assert!(is_interpreted(&edited_program), "{edit}");
+        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0, random).last(), Some(&0.0), "{edit}");
+        let sorted = differences::<f64>(&edited_program, &native, class, 8.0, random);
         assert!(sorted[sorted.len() - 1] > 1e-3, "{edit} is not detected");
     }
     // A statement without a result, such as `discard`, is an edit too.
     let discarding = program(&format!("{}{ENTRY}", edited("let reach =", "if max_taps > 100.0 { discard; }\n    let reach =")));
-    assert!(discarding.uses_discard && reads(&discarding) == TAP_BY_TAP);
+    assert!(discarding.uses_discard && is_interpreted(&discarding));
     let discarding = program(&format!("{}{ENTRY}", edited("return sum / reach.length;", "discard;\n    return sum / reach.length;")));
-    assert_eq!(reads(&discarding), TAP_BY_TAP);
+    assert!(is_interpreted(&discarding));
 }
 
 #[test]
 fn a_function_with_other_local_names_or_comments_is_still_replaced() {
+    operation();
     let equivalent = [
         edited("reach", "extent"),
         edited("excess", "overhang").replace("let overhang", "// Of the last tap.\n    let overhang"),
@@ -234,6 +352,7 @@ fn a_function_with_other_local_names_or_comments_is_still_replaced() {
 /// A planet's module with a map, and the same module with the user's version of the fragment, as with `view --shaders`.
 #[test]
 fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
+    operation();
     let reads_of = |fragments: &Fragments| {
         let id: ModuleId = "lambert.albedo.sun1.sphere".parse().expect("a key");
         let module = ShaderModule::build_with(fragments, &id, &lowering()).expect("builds");

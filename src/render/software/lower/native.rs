@@ -3,6 +3,8 @@
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that
 //! an edited fragment runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped fragments agree.
+//! If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::repeated_sha256`] shows, no call of it is
+//! replaced: the renderer interprets it, slowly but correctly.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
@@ -13,14 +15,18 @@ use super::step::{SsaStep, SsaValue};
 use super::value::Value;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
+use crate::shader::generator;
 use naga::valid::ModuleInfo;
 use naga::{Expression, Function, Handle, Module, TypeInner};
+use sha2::{Digest, Sha256};
 use std::sync::OnceLock;
 
 /// A function that reads a texture and has a native operation.
 struct NativeFunction {
     name: &'static str,
     shipped_source: &'static str,
+    /// The [`source_digest`] of the source that the native operation repeats. To be recorded after the operation has been adapted to an edited source.
+    repeated_sha256: &'static str,
     op: TextureOp,
     /// Whether its second parameter is a sampler; the first is the texture.
     has_sampler: bool,
@@ -30,12 +36,14 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
     NativeFunction {
         name: "filtered_map",
         shipped_source: include_str!("../../../../shaders/lib/filtered_map.wesl"),
+        repeated_sha256: "a911eac63b75541f5bb7fe0b4ad32a174f847fde4e0d66926bb6cc61ba944322",
         op: TextureOp::Filtered,
         has_sampler: true,
     },
     NativeFunction {
         name: "texels_between",
         shipped_source: include_str!("../../../../shaders/lib/texels_between.wesl"),
+        repeated_sha256: "390df102fe0f38f9a9d5c18ee287c07b33d3a97f62a164c98ae443f1fb62554a",
         op: TextureOp::Between,
         has_sampler: false,
     },
@@ -43,6 +51,14 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
 
 /// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
+
+/// SHA-256 of a source without its comments and with single spaces, so that neither a comment nor the layout changes it. The text and not the lowered
+/// body, which would change with every improvement of the lowering.
+fn source_digest(source: &str) -> String {
+    let code = source.lines().map(|line| line.split("//").next().unwrap_or(""));
+    let words: Vec<&str> = code.flat_map(str::split_whitespace).collect();
+    generator::hex(&Sha256::digest(words.join(" ").as_bytes()))
+}
 
 /// A function's lowered body, for arguments that differ from lane to lane.
 #[derive(PartialEq)]
@@ -95,8 +111,12 @@ fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
 }
 
 impl NativeFunction {
-    /// The shipped fragment's body and constants; `None` if it cannot be parsed on its own, in which case no call is replaced.
+    /// The shipped fragment's body and constants; `None` if the native operation repeats another version of it, or if it cannot be parsed on its own. In
+    /// both cases no call is replaced.
     fn lower_shipped(&self) -> Option<ShippedFunctionBody> {
+        if source_digest(self.shipped_source) != self.repeated_sha256 {
+            return None;
+        }
         let module = naga::front::wgsl::parse_str(&format!("{}{RESOURCES}", self.shipped_source)).ok()?;
         let info = crate::shader::module::validate(&module).ok()?;
         let resources: Vec<Value> = module.global_variables.iter().map(|(handle, _)| Value::Resource(handle)).collect();
@@ -141,5 +161,45 @@ impl Lowerer<'_> {
         });
         self.matches_native.insert(function, is_equal);
         Ok(is_equal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rust_repeats_the_shipped_functions() {
+        for native in NATIVE_FUNCTIONS {
+            let (name, digest) = (native.name, source_digest(native.shipped_source));
+            assert!(
+                digest == native.repeated_sha256,
+                "Rust repeats another version of {name}, so that the software renderer interprets it, correctly but slowly. Adapt \
+                 src/render/software/sample/, record the digest {digest} in NATIVE_FUNCTIONS, and run software::{name}, which compares both \
+                 (CONTRIBUTING.md, Change how a map is filtered)"
+            );
+            assert!(native.lower_shipped().is_some(), "{name} must lower on its own");
+        }
+    }
+
+    #[test]
+    fn an_edited_shipped_function_is_not_replaced_until_its_digest_is_recorded() {
+        for native in NATIVE_FUNCTIONS {
+            let text: &'static str = native.shipped_source.replace("floor(", "ceil(").leak();
+            assert_ne!(text, native.shipped_source, "{} has nothing to edit", native.name);
+            let edited = NativeFunction { shipped_source: text, ..native };
+            assert!(edited.lower_shipped().is_none(), "{}", native.name);
+            let recorded = NativeFunction { repeated_sha256: source_digest(text).leak(), ..edited };
+            assert!(recorded.lower_shipped().is_some(), "{}: only the digest may be the reason", native.name);
+        }
+    }
+
+    #[test]
+    fn the_digest_depends_on_code_alone() {
+        let digest = source_digest("let a = 1.0; // one\n// and\nlet b = 2.0;\n");
+        assert_eq!(digest, source_digest("let a =  1.0;\r\n    let b = 2.0;"));
+        for edited in ["let a = 1.5; let b = 2.0;", "let a = 1.0; let c = 2.0;", "let a = 1.0;"] {
+            assert_ne!(digest, source_digest(edited), "{edited}");
+        }
     }
 }

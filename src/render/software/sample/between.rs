@@ -6,9 +6,9 @@
 #[cfg(target_arch = "x86_64")]
 use super::corners::Corners;
 use super::filter::{BATCH, Channels};
-use super::footprint::floor;
 #[cfg(target_arch = "x86_64")]
-use super::registers;
+use super::filter_avx2;
+use super::footprint::floor;
 use super::texels::{BoundLevel, Decode};
 #[cfg(target_arch = "x86_64")]
 use crate::render::plan::AddressMode;
@@ -26,27 +26,27 @@ pub(super) fn interpolate<R: Real, D: Decode>(
 ) {
     let level = levels[0].read();
     #[cfg(target_arch = "x86_64")]
-    if D::FILTERS_IN_REGISTERS
+    if D::FILTERS_WITH_AVX2
         && let (Some(x), Some(y)) = (R::as_f32(x).and_then(|x| x.first_chunk()), R::as_f32(y).and_then(|y| y.first_chunk()))
     {
         let needed = out.each_ref().map(|o| o.is_some());
-        let mut out = registers::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
-        // SAFETY: decoders in registers exist only on machines with AVX2.
-        let level = unsafe { registers::SizedLevel::new(level, [AddressMode::ClampToEdge; 2]) };
-        for group in 0..BATCH / registers::EIGHT {
-            let active = (active >> (group * registers::EIGHT)) as u32 & 0xff;
+        let mut out = filter_avx2::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
+        // SAFETY: AVX2 decoders exist only on machines with AVX2.
+        let level = unsafe { filter_avx2::SizedLevel::new(level, [AddressMode::ClampToEdge; 2]) };
+        for group in 0..BATCH / filter_avx2::EIGHT {
+            let active = (active >> (group * filter_avx2::EIGHT)) as u32 & 0xff;
             if active == 0 {
                 continue;
             }
-            // SAFETY: decoders in registers exist only on machines with AVX2; `texels_beside` clamps columns and rows to the level.
+            // SAFETY: AVX2 decoders exist only on machines with AVX2; `texels_beside` clamps columns and rows to the level.
             unsafe {
                 let corners = Corners::new(
                     level.width,
-                    registers::texels_beside(registers::eight(x, group), &level.size[0]),
-                    registers::texels_beside(registers::eight(y, group), &level.size[1]),
+                    filter_avx2::texels_beside(filter_avx2::eight(x, group), &level.size[0]),
+                    filter_avx2::texels_beside(filter_avx2::eight(y, group), &level.size[1]),
                 );
                 let value = decode.interpolate_eight(&level.texels, &corners, needed);
-                registers::write_eight(&mut out, group, value, active);
+                filter_avx2::write_eight(&mut out, group, value, active);
             }
         }
         return;

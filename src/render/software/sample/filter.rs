@@ -1,7 +1,7 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
 //! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values per lane, for the active lanes.
-//! With AVX2 and linear filtering, `registers` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
+//! With AVX2 and linear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
 //! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
 //! A lane's result does not depend on its neighbours or on the instruction set: multiply and add are never fused, and every lane sums its taps in the
 //! same order. Integers wrap on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read
@@ -10,11 +10,11 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
+#[cfg(target_arch = "x86_64")]
+use super::filter_avx2;
 use super::footprint::{FilterRequest, Footprints, ceil, floor, tap};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
-#[cfg(target_arch = "x86_64")]
-use super::registers;
 use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
@@ -240,13 +240,13 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let channels = out.each_ref().map(|o| o.is_some());
     let levels = &levels[..levels.len().min(MAX_LEVELS)];
     #[cfg(target_arch = "x86_64")]
-    if D::FILTERS_IN_REGISTERS
+    if D::FILTERS_WITH_AVX2
         && state.linear
-        && let Some(request) = registers::RegisterRequest::new(request)
+        && let Some(request) = filter_avx2::F32Request::new(request)
     {
         let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
-        // SAFETY: decoders in registers exist only on machines with AVX2.
-        return unsafe { registers::filter(decode, levels, &request, state, active, out) };
+        // SAFETY: AVX2 decoders exist only on machines with AVX2.
+        return unsafe { filter_avx2::filter(decode, levels, &request, state, active, out) };
     }
     let coarsest_level = R::from_u32(levels.len() as u32 - 1);
     // Without linear filtering the nearest level is read: adding 0.5 rounds the level to it.

@@ -25,7 +25,7 @@ pub(crate) struct Footprint<R> {
 }
 
 /// Tap number `index` of a footprint: its offset from the middle and its weight. The offset and `length` are in taps. The weights of all taps add up to
-/// the length.
+/// the length. With AVX2 `Taps` in `filter_avx2` computes the same bits.
 #[inline(always)]
 pub(super) fn tap<R: Real>(index: usize, length: R) -> (R, R) {
     let half = R::from_f64(0.5);
@@ -160,6 +160,32 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             let f = Footprint::anisotropic(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]], max_taps);
             level[i] = f.level;
             (footprints.length[i], footprints.step_u[i], footprints.step_v[i]) = (f.length, f.step[0], f.step[1]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels; with up to 8 taps, or with one.
+    fn has_level(magnified: f32, other: f32, is_anisotropic: bool) -> bool {
+        let (zeros, max_taps) = ([0.0; BATCH], [8.0; BATCH]);
+        let mut gradient = [magnified / 64.0; BATCH];
+        gradient[77] = other / 64.0;
+        let mut request = FilterRequest::new(&zeros, &zeros);
+        request.set_footprints([64, 64], [&gradient, &zeros, &zeros, &gradient], is_anisotropic.then_some(&max_taps));
+        assert_eq!(request.footprints.is_some(), is_anisotropic && request.level.is_some());
+        request.level.is_some()
+    }
+
+    /// tests/software/filtered_map.rs relies on it to run the code for magnified batches.
+    #[test]
+    fn a_batch_has_no_levels_only_if_all_lanes_are_magnified() {
+        for is_anisotropic in [false, true] {
+            assert!(!has_level(0.1, 0.7, is_anisotropic));
+            assert!(has_level(0.1, 1.1, is_anisotropic));
+            assert!(has_level(3.0, 3.0, is_anisotropic));
         }
     }
 }

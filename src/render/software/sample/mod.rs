@@ -1,6 +1,6 @@
 //! Samples textures for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`registers`: with AVX2), `single` reads
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `single` reads
 //! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
 //! program and samples them with the kernels of one instruction set (a kernel class). Weights have the type of the lanes; texels are f32, exact to
 //! f32 rounding.
@@ -14,10 +14,10 @@ mod between;
 #[cfg(target_arch = "x86_64")]
 mod corners;
 pub mod filter;
+#[cfg(target_arch = "x86_64")]
+mod filter_avx2;
 pub mod footprint;
 mod lane_order;
-#[cfg(target_arch = "x86_64")]
-mod registers;
 mod single;
 pub mod texels;
 
@@ -65,7 +65,8 @@ enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     /// The longer gradient.
     Isotropic(Gradients<'a, R>),
-    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes.
+    /// A map, read by `filtered_map`: the footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Nothing else is read
+    /// so; [`FilterRequest`] no longer says what is read.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 

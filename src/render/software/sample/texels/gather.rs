@@ -101,7 +101,7 @@ unsafe fn bilinear_channel<const K: i32>(table: Option<&[f32; 256]>, [a, b, c, d
 impl<D: FourBytes> Decode for GatherDecoder<D> {
     type Texel = u32;
     type Avx2 = Self;
-    const FILTERS_IN_REGISTERS: bool = true;
+    const FILTERS_WITH_AVX2: bool = true;
     #[inline(always)]
     unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
         // SAFETY: the corners lie inside the level, which has at most 2^30 texels; a `GatherDecoder` exists only with AVX2.
@@ -208,7 +208,7 @@ unsafe fn pair(base: *const u64, word_indices: &[u32; 8], low: usize) -> __m256 
 impl Decode for TransposeDecoder {
     type Texel = [f32; 4];
     type Avx2 = Self;
-    const FILTERS_IN_REGISTERS: bool = true;
+    const FILTERS_WITH_AVX2: bool = true;
     #[inline(always)]
     unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, _needed: [bool; 4]) -> [__m256; 4] {
         // SAFETY: the corners lie inside the level; a `TransposeDecoder` exists only with AVX2; vectors and arrays have eight words each.

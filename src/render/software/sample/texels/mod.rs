@@ -137,13 +137,13 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Whether maps are filtered by [`super::registers`]: true only for decoders that exist only on machines with AVX2.
+    /// Whether maps are filtered by [`super::filter_avx2`]: true only for decoders that exist only on machines with AVX2.
     #[cfg(target_arch = "x86_64")]
-    const FILTERS_IN_REGISTERS: bool = false;
+    const FILTERS_WITH_AVX2: bool = false;
 
     /// The channels of eight points between texels; those that are not needed are unspecified.
     /// # Safety
-    /// `FILTERS_IN_REGISTERS`; the corners lie inside the level.
+    /// `FILTERS_WITH_AVX2`; the corners lie inside the level.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
     unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {

@@ -24,7 +24,7 @@ use std::mem::transmute;
 pub(super) const EIGHT: usize = 8;
 
 /// A [`FilterRequest`] of f32.
-pub(super) struct RegisterRequest<'a> {
+pub(super) struct F32Request<'a> {
     u: &'a [f32; BATCH],
     v: &'a [f32; BATCH],
     /// `None` if each lane reads level 0 with one tap.
@@ -33,7 +33,7 @@ pub(super) struct RegisterRequest<'a> {
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 
-impl<'a> RegisterRequest<'a> {
+impl<'a> F32Request<'a> {
     /// `None` for f64.
     #[inline(always)]
     pub(super) fn new<R: Real>(request: &'a FilterRequest<'_, R>) -> Option<Self> {
@@ -227,9 +227,49 @@ struct Lanes<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
     fraction: __m256,
-    /// As [`RegisterRequest::footprints`].
+    /// As [`F32Request::footprints`].
     footprints: Option<[&'a [f32; BATCH]; 3]>,
     group: usize,
+}
+
+/// What the taps of eight lanes share, computed once for all taps.
+struct Taps {
+    /// Numbers of taps.
+    count: __m256,
+    excess: __m256,
+    middle: __m256,
+    to_middle: __m256,
+}
+
+impl Taps {
+    /// # Safety
+    /// AVX2.
+    #[inline(always)]
+    unsafe fn new(length: __m256) -> Self {
+        // SAFETY: the caller guarantees AVX2.
+        unsafe {
+            let (half, one) = (_mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
+            let count = _mm256_ceil_ps(length);
+            let excess = _mm256_sub_ps(count, length);
+            Self { count, excess, middle: _mm256_mul_ps(half, _mm256_sub_ps(count, one)), to_middle: _mm256_mul_ps(half, excess) }
+        }
+    }
+
+    /// As [`super::footprint::tap`], with the same bits: offset and weight of tap number `index`.
+    /// # Safety
+    /// AVX2.
+    #[inline(always)]
+    unsafe fn tap(&self, index: __m256) -> (__m256, __m256) {
+        // SAFETY: the caller guarantees AVX2.
+        unsafe {
+            let (zero, one, sign) = (_mm256_setzero_ps(), _mm256_set1_ps(1.0), _mm256_set1_ps(-0.0));
+            let offset = _mm256_sub_ps(index, self.middle);
+            let distance = _mm256_andnot_ps(sign, offset);
+            let moved = _mm256_max_ps(_mm256_sub_ps(distance, self.to_middle), zero);
+            let weight = _mm256_sub_ps(one, _mm256_mul_ps(self.excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
+            (_mm256_or_ps(moved, _mm256_and_ps(sign, offset)), weight)
+        }
+    }
 }
 
 /// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
@@ -240,30 +280,21 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         let ([u, v], fraction) = (lanes.uv, lanes.fraction);
-        let (zero, half, one) = (_mm256_setzero_ps(), _mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
         let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
         let length = eight(length, lanes.group);
-        if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, one), wanted)) == 0 {
+        if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(1.0)), wanted)) == 0 {
             return trilinear(decode, levels, [u, v], fraction, needed);
         }
         let (step_u, step_v) = (eight(step_u, lanes.group), eight(step_v, lanes.group));
-        let sign = _mm256_set1_ps(-0.0);
-        let taps = _mm256_ceil_ps(length);
-        let excess = _mm256_sub_ps(taps, length);
-        let (middle, to_middle) = (_mm256_mul_ps(half, _mm256_sub_ps(taps, one)), _mm256_mul_ps(half, excess));
-        let mut sum = [zero; 4];
+        let taps = Taps::new(length);
+        let mut sum = [_mm256_setzero_ps(); 4];
         for index in 0..MAX_TAPS {
-            // As `footprint::tap`.
             let index = _mm256_set1_ps(index as f32);
-            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(taps, index), wanted);
+            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(taps.count, index), wanted);
             if _mm256_movemask_ps(has_tap) == 0 {
                 break;
             }
-            let offset = _mm256_sub_ps(index, middle);
-            let distance = _mm256_andnot_ps(sign, offset);
-            let moved = _mm256_max_ps(_mm256_sub_ps(distance, to_middle), zero);
-            let weight = _mm256_sub_ps(one, _mm256_mul_ps(excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
-            let offset = _mm256_or_ps(moved, _mm256_and_ps(sign, offset));
+            let (offset, weight) = taps.tap(index);
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(offset, step_u)), _mm256_add_ps(v, _mm256_mul_ps(offset, step_v))];
             let value = trilinear(decode, levels, uv, fraction, needed);
             for k in 0..4 {
@@ -353,7 +384,7 @@ unsafe fn shared_level(level: &[f32; BATCH], level_count: usize) -> Option<(usiz
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,
     levels: &[BoundLevel<'_>],
-    request: &RegisterRequest<'_>,
+    request: &F32Request<'_>,
     state: &SamplerState,
     active: LaneMask,
     out: Channels<'_, f32>,
