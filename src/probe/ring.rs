@@ -7,7 +7,7 @@ use super::batch::{ProbeBatch, ProbeInputs};
 use super::sunlight::check_limb_darkening;
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required, unit_vector};
 use crate::catalog::{Body, Ring};
-use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniforms_of};
+use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
 use crate::scene::rings::slopes_of_sunlight;
 use crate::shader::ModuleId;
@@ -106,7 +106,7 @@ fn evaluate(
     }
     let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
     let built = prober.library().get(&module)?;
-    let uniform_bytes = uniforms_of(&built.layout, uniforms, 1)?;
+    let uniform_bytes = uniform_bytes(&built.layout, uniforms, 1)?;
     let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
     let texture = |(table, binding): (&Arc<RingTable>, u32)| TextureBinding { binding, source: TextureSource::Image(ring_profile(table)) };
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();

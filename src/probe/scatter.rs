@@ -2,7 +2,7 @@
 
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
-use crate::render::plan::uniforms_of;
+use crate::render::plan::uniform_bytes;
 use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
 use crate::scene::multi_scatter_table;
 use crate::shader::ModuleId;
@@ -115,7 +115,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     let hits_ground = camera.dot(direction) < 0.0 && radius_sq_minus_1 - camera.dot(direction).powi(2) < 0.0;
-    let uniform_bytes = uniform_bytes(prober, &module, atmosphere, camera.length() - 1.0, !hits_ground)?;
+    let uniform_bytes = air_uniform_bytes(prober, &module, atmosphere, camera.length() - 1.0, !hits_ground)?;
     let mut numbers: ProbeInputs = [0.0; 12];
     // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
     let along = camera.dot(direction);
@@ -168,7 +168,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
 }
 
 /// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.
-fn uniform_bytes(
+fn air_uniform_bytes(
     prober: &Prober<'_>,
     module: &ModuleId,
     atmosphere: &Atmosphere,
@@ -233,5 +233,5 @@ fn uniform_bytes(
     };
     // The direction of the light is an input of the query, so the module does not use this one.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    Ok(uniforms_of(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
+    Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
 }

@@ -8,7 +8,7 @@ use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::render::plan::uniforms_of;
+use crate::render::plan::uniform_bytes;
 use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
 use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent, ReceiverShape};
 use crate::shader::ModuleId;
@@ -163,7 +163,7 @@ pub fn sunlight_from_uniforms(
     let module = ModuleId::Probe("probe_sunlight", key);
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
-    let uniform_bytes = uniforms_of(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
+    let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
     let numbers = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(numbers).collect();
     let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &queries)?;

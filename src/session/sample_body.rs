@@ -10,7 +10,7 @@ use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
     AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, Instances, LIMB_TABLE, Pass, Plan,
     PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
-    limb_table, map_format, ring_profile, ring_shine, role_of, uniforms_of,
+    limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -331,7 +331,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
     let failed = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
     let uniforms = uniforms(key, half_side);
-    let uniform_bytes = uniforms_of(&module.layout, &uniforms, MAP_TAPS).map_err(|e| failed(format!("{id}: {e}")))?;
+    let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| failed(format!("{id}: {e}")))?;
     let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {

@@ -32,21 +32,24 @@ impl StandardScene {
 }
 
 /// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
-const JD_TDB: f64 = 2_460_409.262_789_4;
+const ECLIPSE_JD_TDB: f64 = 2_460_409.262_789_4;
 
 /// 2024-04-16 01:01 TDB, six hours after first quarter. For the Moon's limb, because in the eclipse the near side is dark.
 const QUARTER_JD_TDB: f64 = 2_460_416.542_5;
 
-/// The view of a body (NAIF code) from a distance, on the side that faces the Earth; of the Earth, on the side that faces the Sun.
-fn view_from(target: i32, distance_radii: f64, time: Instant) -> ViewRequest {
+const JUPITER: NaifId = NaifId(599);
+const SATURN: NaifId = NaifId(699);
+
+/// The view of a body from a distance, on the side that faces the Earth; of the Earth, on the side that faces the Sun.
+fn view_of(target: NaifId, distance_radii: f64, time: Instant) -> ViewRequest {
     let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
-    ViewRequest { position, ..ViewRequest::of(NaifId(target), time) }
+    ViewRequest { position, ..ViewRequest::of(target, time) }
 }
 
 /// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four large moons, the planets from 56 au in the Earth's
 /// direction, the night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
-    let time = Instant::from_jd_tdb(JD_TDB);
+    let time = Instant::from_jd_tdb(ECLIPSE_JD_TDB);
     // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the image above the middle.
     let limb = ViewRequest {
         position: Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 40.0, height_km: 400.0 },
@@ -55,7 +58,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::MOON, Instant::from_jd_tdb(QUARTER_JD_TDB))
     };
-    let system = ViewRequest { fov_deg: Some(60.0), ..view_from(10, 12_000.0, time) };
+    let system = ViewRequest { fov_deg: Some(60.0), ..view_of(NaifId::SUN, 12_000.0, time) };
     // Centred on Orion's belt, as seen from the Earth.
     let night_sky = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
@@ -75,10 +78,10 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     };
     let million_stars = ViewRequest { layers: Layers::default(), ..night_sky.clone() };
     let views = [
-        ("earth-3-radii", view_from(399, 3.0, time)),
-        ("saturn", view_from(699, 5.0, time)),
+        ("earth-3-radii", view_of(NaifId::EARTH, 3.0, time)),
+        ("saturn", view_of(SATURN, 5.0, time)),
         ("moon-limb", limb),
-        ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..view_from(599, 60.0, time) }),
+        ("jupiter-four-moons", ViewRequest { fov_deg: Some(45.0), ..view_of(JUPITER, 60.0, time) }),
         ("whole-system", system),
         ("night-sky", night_sky),
         ("belt", belt),

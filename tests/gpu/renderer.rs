@@ -5,7 +5,7 @@
 //!
 //! | what | mean | 99.9 % | greatest | why |
 //! |---|---|---|---|---|
-//! | golden views | 0.3 | 3 | 14 | hardware samplers interpolate with 8-bit weights and round differently; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
+//! | golden views | 0.3 | 3 | 14 | drivers decode sRGB and round differently; a limb pixel may choose another texel: measured 0.16, 2, 13 on llvmpipe (one texel of the Moon) |
 //! | covering keys | 0.3 | 3 | - | the same: measured 0.11, 1 |
 //!
 //! Anisotropic filtering is part of the module (shaders/lib/filtered_map.wesl), so both renderers can be compared at the default quality.

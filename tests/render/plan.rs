@@ -3,7 +3,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 use orrery::catalog::Catalog;
-use orrery::render::plan::uniforms_of;
+use orrery::render::plan::uniform_bytes;
 use orrery::scene::constants::GROUND_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::possible_features;
@@ -116,7 +116,7 @@ fn the_uniforms_of_every_key_are_filled_by_name() {
             multi_scatter,
             ..EclipseUniforms::default()
         };
-        match uniforms_of(layout, &DrawUniforms { eclipse, ..uniforms(features.lights) }, 1) {
+        match uniform_bytes(layout, &DrawUniforms { eclipse, ..uniforms(features.lights) }, 1) {
             Ok(bytes) if bytes.is_empty() => Some(format!("{key}: nothing to fill")),
             Ok(_) => None,
             Err(e) => Some(format!("{key}: {e}")),
@@ -160,7 +160,7 @@ fn values_are_written_to_their_fields() {
         .find(|f| f.lights == 2 && f.eclipse.occluders == 0 && f.maps.night && f.maps.specular)
         .expect("the Earth, lit by the Sun and the Moon");
     let layout = layout(features);
-    let bytes = uniforms_of(&layout, &uniforms(2), 1).expect("filled");
+    let bytes = uniform_bytes(&layout, &uniforms(2), 1).expect("filled");
     let offset = |name: &str| layout.field(name).expect("a field").offset;
     assert_eq!(number(&bytes, offset("rect_in_clip") + 8), 3.0);
     assert_eq!(number(&bytes, offset("albedo") + 4), 15.0);
@@ -174,6 +174,6 @@ fn a_wrong_number_of_lights_is_refused() {
     let all = possible_features(&Catalog::embedded());
     let features = all.iter().find(|f| f.lights == 2).expect("two lights");
     assert!(
-        matches!(uniforms_of(&layout(features), &uniforms(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction")
+        matches!(uniform_bytes(&layout(features), &uniforms(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction")
     );
 }

@@ -88,8 +88,8 @@ fn libraries_are_compared_by_their_entries() {
     assert_eq!((report.equal, report.changed.len()), (2, 0));
     assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
 
-    // A library has a folder for each generator, named by a digest of fragments, emitter and lowering. With two such folders, that is two
-    // revisions, its path is ambiguous.
+    // A library has a folder for each generator, named by a digest of fragments, emitter and lowering. With two such folders the path alone
+    // does not say which revision is meant.
     let root = old.path().join("orrery/shaders");
     let generator_folder = std::fs::read_dir(&root).expect("a root").next().expect("a folder").expect("an entry").path();
     std::fs::create_dir(root.join("other")).expect("made");
@@ -157,7 +157,7 @@ fn an_atlas_has_a_page_for_each_module_and_no_dead_link() {
     assert!(page.contains("lambert.albedo.sun1.sphere.html\">+albedo") && page.contains("lambert.sun2.sphere.html\">sun1 -&gt; sun2"));
 }
 
-/// A case of the corpus as read from its files alone, without the catalog and the body on which the corpus draws its keys.
+/// A case of the corpus as read from its files alone, without the catalog and the sample body of `corpus::write`.
 struct Case {
     module: Arc<ShaderModule>,
     plan: Plan,
@@ -283,7 +283,7 @@ fn a_corpus_can_be_drawn_from_its_files_alone() {
     for case in list(&manifest["cases"]).iter().filter_map(Value::as_str) {
         let unedited = read_case(folder.path(), case, |wgsl| wgsl);
         let (frame, _timings) = software.render(&unedited.plan, &unedited, FrameImages::DisplayAndHdr).expect("drawn");
-        // The edited module has the same id.
+        // The edited module of the negative control has the same id, so that the renderer would draw the cached one.
         software.forget_modules();
         assert_eq!(unedited.pixels_off(&frame.hdr), 0, "{case} in software");
         #[cfg(feature = "gpu")]

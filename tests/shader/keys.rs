@@ -52,7 +52,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     let text = include_str!("../shader_digests.txt");
     let record = DigestRecord::parse(text).expect("the record reads");
     // All modules take five minutes on two cores, so only a full run (ORRERY_FULL_SWEEPS=1, as in .ci/run) builds them all and stores the record as
-    // proof. Any other run builds a part, a different one each time, or none if there is a proof with the same record, generator, lowering and keys.
+    // proof. Any other run builds a part, chosen by its process id, or none if there is a proof with the same record, generator, lowering and keys.
     let proof_path = proof_file(&ids);
     if !sweep::in_full() {
         assert_eq!(

@@ -7,7 +7,7 @@ use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices, uniforms_of,
+    SamplerState, TextureBinding, TextureSource, Vertices, uniform_bytes,
 };
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
@@ -78,7 +78,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
     };
     let id = ModuleId::Planet(ShaderKey::for_draw(&features));
     let map_taps = 8;
-    let uniform_bytes = uniforms_of(&LIBRARY.module(&id).expect("emitted").layout, &uniforms, map_taps).expect("every field is there");
+    let uniform_bytes = uniform_bytes(&LIBRARY.module(&id).expect("emitted").layout, &uniforms, map_taps).expect("every field is there");
     draw("sphere", id, uniform_bytes, Vertices::Count(6))
 }
 

@@ -4,7 +4,7 @@
 //! point appended to the module's own text, which is parsed, validated and lowered as in the software renderer.
 
 use orrery::image::SharedTexture;
-use orrery::render::plan::{AddressMode, SamplerState, uniforms_of};
+use orrery::render::plan::{AddressMode, SamplerState, uniform_bytes};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
@@ -60,7 +60,7 @@ impl Emitted {
     /// [`Emitted::evaluate`] in f32, as when frames are drawn, or in f64.
     pub fn evaluate_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
         let uniform_bytes = match self.is_planet_module {
-            true => uniforms_of(&self.layout, uniforms, MAP_TAPS).expect("uniforms"),
+            true => uniform_bytes(&self.layout, uniforms, MAP_TAPS).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
         let class = KernelClass::detect();

@@ -1,6 +1,6 @@
 //! The Events panel: the events it finds and the views it opens; contacts at a place; rows that do not move while a search goes on or is stopped.
 
-use crate::view::input::{Window, advance, without_images};
+use crate::view::input::{Window, advance, window_without_images};
 use crate::view::interface::{CpuTestRenderer, interface, session};
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -129,7 +129,7 @@ fn open_events(window: &mut Window, utc: &str) {
 
 #[test]
 fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     open_events(&mut window, "2024-01-01T00:00:00Z");
     window.get_by_label_contains("events after 2024-01-01 00:00 UTC");
     window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC").click();
@@ -168,7 +168,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
 
 #[test]
 fn kinds_and_direction_choose_what_is_listed() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     open_events(&mut window, "2015-01-24T00:00:00Z");
     for kind in [EventKind::Solar, EventKind::Lunar, EventKind::Moons] {
         window.get_by_role_and_label(Role::CheckBox, kind.name()).click();

@@ -60,7 +60,7 @@ pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>
 }
 
 /// A window that never draws an image, tall enough for every row of the list.
-pub(super) fn without_images(target: NaifId) -> Window {
+pub(super) fn window_without_images(target: NaifId) -> Window {
     let mut window = pausable_window(interface(target, TIME), &Arc::default(), 1900.0);
     window.run_steps(3);
     window
@@ -106,13 +106,13 @@ fn click_in_one_frame(window: &mut Window, pos: Pos2) {
 
 #[test]
 fn the_pressed_row_is_the_selected_row() {
-    let count = rows(&without_images(NaifId::EARTH)).len();
+    let count = rows(&window_without_images(NaifId::EARTH)).len();
     assert!(count > 12, "{count} rows");
     // Each row in a new window, whose list is about to expand another body's moons.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
-        let visible_rows = rows(&without_images(target));
+        let visible_rows = rows(&window_without_images(target));
         for (k, (id, name, _)) in visible_rows.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
-            let mut window = without_images(target);
+            let mut window = window_without_images(target);
             let rect = rows(&window)[k].2;
             let click_as_chosen = if k % 2 == 0 { click_in_one_frame } else { click };
             click_as_chosen(&mut window, rect.center());
@@ -121,7 +121,7 @@ fn the_pressed_row_is_the_selected_row() {
         }
     }
     // The rows one after the other in one window while branches expand; every body's row is reached in the end.
-    let mut window = without_images(NaifId::EARTH);
+    let mut window = window_without_images(NaifId::EARTH);
     let mut clicked = std::collections::BTreeSet::new();
     for attempt in 0..200 {
         let visible_rows = rows(&window);
@@ -148,7 +148,7 @@ fn the_pressed_row_is_the_selected_row() {
 #[test]
 fn a_second_click_hits_the_same_row() {
     for target in [NaifId(599), SATURN, NaifId(799), NaifId(899)] {
-        let mut window = without_images(NaifId::EARTH);
+        let mut window = window_without_images(NaifId::EARTH);
         let place = rows(&window).into_iter().find(|r| r.0 == target).expect("a row").2.center();
         click(&mut window, place);
         click(&mut window, place);
@@ -166,7 +166,7 @@ fn branches_expand_and_collapse_whatever_is_selected() {
     };
     for (id, name) in [(399, "Earth"), (499, "Mars"), (599, "Jupiter"), (699, "Saturn"), (799, "Uranus"), (899, "Neptune")] {
         for selected in [NaifId(id), NaifId::SUN] {
-            let mut window = without_images(selected);
+            let mut window = window_without_images(selected);
             let (arrow_pos, mut is_open) = arrow(&window, name);
             for click_index in 0..4 {
                 let click_as_chosen = if click_index % 2 == 0 { click_in_one_frame } else { click };
@@ -340,7 +340,7 @@ fn a_failed_search_is_reported_below_the_field_until_the_next_input() {
         ("+wings", "wings"),
         ("zz 9", "Nothing is called “zz 9”"),
     ] {
-        let mut window = without_images(SATURN);
+        let mut window = window_without_images(SATURN);
         type_text(&mut window, "/");
         type_text(&mut window, query);
         window.key_press(Key::Enter);
@@ -359,7 +359,7 @@ fn a_failed_search_is_reported_below_the_field_until_the_next_input() {
     }
     // The field is left and entered again: by key, by key and a letter in the same frame, by mouse. The next letter replaces its text.
     for way in 0..3 {
-        let mut window = without_images(SATURN);
+        let mut window = window_without_images(SATURN);
         bring_search_into(&mut window, Search::Unfocused);
         assert_eq!(search_field(&window), (false, "satu".to_owned()));
         let field_centre = window.get_by_role_and_label(Role::TextInput, SEARCH).rect().center();

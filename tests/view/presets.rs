@@ -1,6 +1,6 @@
 //! Ready-made views (presets): they are found by search and in the Moments panel; what they show.
 
-use crate::view::input::{Window, without_images};
+use crate::view::input::{Window, window_without_images};
 use crate::view::interface::session;
 use crate::view::search::{MARS, search, window_after_search};
 use egui_kittest::kittest::Queryable;
@@ -16,11 +16,11 @@ use orrery::view::app::what_to_see_now::NowItem;
 use orrery::view::panels::Tab;
 
 fn base_view() -> ViewState {
-    without_images(MARS).state().viewer.view.clone()
+    window_without_images(MARS).state().viewer.view.clone()
 }
 
 fn targets(text: &str) -> Vec<SearchTarget> {
-    let window = without_images(MARS);
+    let window = window_without_images(MARS);
     suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().map(|s| s.target).collect()
 }
 
@@ -67,7 +67,7 @@ fn the_system_is_seen_from_above_with_its_orbits() {
     let CameraPose::Orbit { body: NaifId::SUN, elevation_deg, .. } = view.eye else { panic!("{:?}", view.eye) };
     assert!((elevation_deg - 40.0).abs() < 1e-9 && view.orbits && view.target == NaifId::SUN);
     // The button in the Moments panel leads to the same view.
-    let mut window = without_images(MARS);
+    let mut window = window_without_images(MARS);
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(3);
     window.get_by_label("Whole solar system").click_accesskit();

@@ -1,6 +1,6 @@
 //! The search field: each kind of answer leads to its place, and similar names are offered.
 
-use crate::view::input::{Window, type_text, without_images};
+use crate::view::input::{Window, type_text, window_without_images};
 use crate::view::interface::session;
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -23,7 +23,7 @@ pub(super) fn search(window: &mut Window, text: &str) {
 }
 
 pub(super) fn window_after_search(text: &str) -> Window {
-    let mut window = without_images(MARS);
+    let mut window = window_without_images(MARS);
     search(&mut window, text);
     window
 }
@@ -88,7 +88,7 @@ fn each_kind_of_answer_leads_to_its_target() {
 
 #[test]
 fn misspelled_words_of_searches_are_corrected() {
-    let window = without_images(MARS);
+    let window = window_without_images(MARS);
     let similar = |text: &str| similar_texts(text, &window.state().viewer, session().catalog());
     assert_eq!(similar("eclpse 2027"), ["eclipses 2027"]);
     assert_eq!(similar("lunr eclipse"), ["lunar eclipses"]);
@@ -103,7 +103,7 @@ fn misspelled_words_of_searches_are_corrected() {
 #[test]
 fn a_star_is_in_the_middle_of_its_image() {
     let (catalog, stars, places) = (session().catalog(), session().catalog().stars(), SessionPositions(session()));
-    let mut view = without_images(MARS).state().viewer.view.clone();
+    let mut view = window_without_images(MARS).state().viewer.view.clone();
     for (year, utc) in [(1950.0, "1950-01-01"), (2050.0, "2050-01-01")] {
         view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
         for (name, hip) in STAR_NAMES {
@@ -122,7 +122,7 @@ fn a_star_is_in_the_middle_of_its_image() {
 
 #[test]
 fn the_likeliest_meaning_is_suggested_first() {
-    let window = without_images(MARS);
+    let window = window_without_images(MARS);
     let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.target);
     assert_eq!(first("mars"), Some(SearchTarget::Body(MARS)));
     assert_eq!(first("moon"), Some(SearchTarget::Body(NaifId::MOON)));
@@ -139,7 +139,7 @@ fn the_likeliest_meaning_is_suggested_first() {
 
 #[test]
 fn a_similar_name_is_offered_and_not_chosen() {
-    let mut window = without_images(MARS);
+    let mut window = window_without_images(MARS);
     type_text(&mut window, "/");
     type_text(&mut window, "betelguese");
     window.get_by_label("Did you mean Betelgeuse?");

@@ -1,6 +1,6 @@
 //! The time bar: calendar, rate, neighbouring events. Also hints, messages, and clicks on bodies.
 
-use crate::view::input::{Window, advance, click, without_images};
+use crate::view::input::{Window, advance, click, window_without_images};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
@@ -22,7 +22,7 @@ fn press(window: &mut Window, name: &str) {
 
 #[test]
 fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     press(&mut window, "Calendar");
     press(&mut window, "24 May 2017");
     assert_eq!(utc(&window), "2017-05-24T00:00:00Z");
@@ -41,7 +41,7 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
 
 #[test]
 fn the_slider_of_the_rate_is_logarithmic() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     let slider = window.get_by_role_and_label(Role::Slider, "Rate of time").rect();
     window.get_by_role_and_label(Role::Button, "Play").click();
     window.run_steps(2);
@@ -59,7 +59,7 @@ fn the_slider_of_the_rate_is_logarithmic() {
 
 #[test]
 fn one_press_leads_to_the_next_or_previous_event() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     window.state_mut().viewer.view.tdb_s = Instant::parse("2024-01-01").expect("a time").tdb_seconds_past_j2000();
     // NASA's eclipse bulletins: 2023-10-14 17:59:32, 2024-04-08 18:17:20, 2024-10-02 18:45:04 UT.
     for (button, event_time) in [
@@ -118,7 +118,7 @@ fn hints_disappear_when_used() {
 /// Messages about drivers appear only in the Performance panel. Other messages also appear over the image, for a while.
 #[test]
 fn driver_messages_do_not_cover_the_image() {
-    let mut window = without_images(NaifId(499));
+    let mut window = window_without_images(NaifId(499));
     let line = "llvmpipe is a software driver: drawing in software; --renderer gpu forces it";
     window.state().session_messages.lock().push(line.into());
     window.run_steps(2);

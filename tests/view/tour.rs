@@ -1,6 +1,6 @@
 //! Tours: camera paths between stops, of the built-in tours too; errors in tour files; playing, pausing, ending and recording in the window.
 
-use crate::view::input::without_images;
+use crate::view::input::window_without_images;
 use crate::view::interface::session;
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
@@ -143,7 +143,7 @@ fn a_tour_is_recorded() {
     let stops = [stop("target=Saturn&time=2017-05-17"), stop("target=Moon&time=2017-05-18&eye.distance_radii=3")];
     std::fs::write(&file, format!(r#"{{"title":"T","stops":[{}]}}"#, stops.join(","))).expect("a file");
     let length_s = parse(&std::fs::read_to_string(&file).expect("text")).expect("a tour").length_s();
-    let mut window = without_images(NaifId(699));
+    let mut window = window_without_images(NaifId(699));
     window.state_mut().tab = Some(Tab::Share);
     window.run_steps(2);
     window.get_by_label_contains("Animation file: .gif").set_text_value_accesskit(&folder.path().join("t.apng").display().to_string());
@@ -170,7 +170,7 @@ fn a_tour_is_recorded() {
 /// A click plays a tour; a change of the view pauses it and keeps the view; Escape ends it.
 #[test]
 fn a_tour_plays_in_the_window() {
-    let mut window = without_images(NaifId(699));
+    let mut window = window_without_images(NaifId(699));
     window.run_steps(2);
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(2);

@@ -15,7 +15,7 @@ use super::scissor::scissor;
 use super::simple_draws;
 use super::sky;
 use super::small_bodies;
-use super::uniform_bytes::uniforms_of;
+use super::uniform_bytes::uniform_bytes;
 use crate::scene::Scene;
 use crate::scene::draw::{BodyPart, Draw, DrawFeatures, PixelView, Shape};
 use crate::scene::request::Quality;
@@ -230,7 +230,7 @@ fn body_draw(
 ) -> Result<PlanDraw, PlanError> {
     let module = ModuleId::Planet(ShaderKey::for_draw(&draw.features));
     let layout = provider.layout(&module)?;
-    let uniform_bytes = uniforms_of(&layout, &draw.uniforms, sampling.anisotropy)
+    let uniform_bytes = uniform_bytes(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {

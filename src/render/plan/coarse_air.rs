@@ -11,7 +11,7 @@ use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::simple_draws::{FIRST_READ_BINDING, full_screen_draw};
-use super::uniform_bytes::uniforms_of;
+use super::uniform_bytes::uniform_bytes;
 use crate::scene::draw::constants::{COARSE_AIR_BORDER, COARSE_AIR_PX};
 use crate::scene::draw::{AirPass, BodyPart, Draw, DrawFeatures, DrawUniforms};
 use crate::shader::ModuleId;
@@ -159,7 +159,7 @@ fn samples_draw(
     uniforms.lights.truncate(1);
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
-    let uniform_bytes = uniforms_of(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let uniform_bytes = uniform_bytes(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     Ok(PlanDraw {
         label,
         module,

@@ -29,4 +29,4 @@ pub use passes::{
 };
 pub use provider::ResourceProvider;
 pub(crate) use sky::SKY_DECODING;
-pub use uniform_bytes::uniforms_of;
+pub use uniform_bytes::uniform_bytes;

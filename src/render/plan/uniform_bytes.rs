@@ -7,25 +7,27 @@ use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
 /// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps on a map.
-pub fn uniforms_of(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
-    let mut w = layout.writer();
+pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
+    let mut writer = layout.writer();
     for field in &layout.fields {
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
-            name @ "map_taps" => w.f32(name, f32::from(map_taps))?,
-            name => write_value(&mut w, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?,
+            name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
+            name => {
+                write_value(&mut writer, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?
+            }
         }
     }
-    w.finish()
+    writer.finish()
 }
 
-fn write_value(w: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
+fn write_value(writer: &mut UniformWriter<'_>, name: &str, value: &UniformValue<'_>) -> Result<(), LayoutError> {
     match value {
-        UniformValue::F32(v) => w.f32(name, *v),
-        UniformValue::Vec2(v) => w.vec2(name, *v),
-        UniformValue::Vec3(v) => w.vec3(name, *v),
-        UniformValue::Vec4(v) => w.vec4(name, *v),
-        UniformValue::Mat4(v) => w.mat4(name, *v),
-        UniformValue::Rows(rows) => w.vec4_array(name, rows),
+        UniformValue::F32(v) => writer.f32(name, *v),
+        UniformValue::Vec2(v) => writer.vec2(name, *v),
+        UniformValue::Vec3(v) => writer.vec3(name, *v),
+        UniformValue::Vec4(v) => writer.vec4(name, *v),
+        UniformValue::Mat4(v) => writer.mat4(name, *v),
+        UniformValue::Rows(rows) => writer.vec4_array(name, rows),
     }
 }

@@ -4,7 +4,7 @@ use crate::render::plan::Blend;
 
 /// The new value of the target at one pixel or sample.
 #[inline(always)]
-pub(crate) fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
+pub(crate) fn blend_pixel(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
     match blend {
         Blend::Replace => source,
         Blend::PremultipliedOver => {
@@ -15,7 +15,7 @@ pub(crate) fn blended(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32;
     }
 }
 
-/// The same arithmetic as [`blended`] for several pixels, one array per component.
+/// The same arithmetic as [`blend_pixel`] for several pixels, one array per component.
 #[inline(always)]
 pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
@@ -38,7 +38,7 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
 
 /// As [`blend_lanes`] over pixels of one colour; `target` is only written.
 #[inline(always)]
-pub(crate) fn blend_with_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
+pub(crate) fn blend_over_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
     for ((from, colour), to) in source.into_iter().zip(colour).zip(target) {
         match blend {
@@ -66,25 +66,25 @@ mod tests {
 
     #[test]
     fn each_blend_mode_follows_its_equation() {
-        assert_eq!(blended(Blend::Replace, SOURCE, TARGET), SOURCE);
-        assert_eq!(blended(Blend::PremultipliedOver, SOURCE, TARGET), [0.75, 0.75, 0.25, 0.875]);
-        assert_eq!(blended(Blend::Add, SOURCE, TARGET), [1.25, 1.0, 0.375, 1.25]);
+        assert_eq!(blend_pixel(Blend::Replace, SOURCE, TARGET), SOURCE);
+        assert_eq!(blend_pixel(Blend::PremultipliedOver, SOURCE, TARGET), [0.75, 0.75, 0.25, 0.875]);
+        assert_eq!(blend_pixel(Blend::Add, SOURCE, TARGET), [1.25, 1.0, 0.375, 1.25]);
     }
 
     #[test]
-    fn blend_lanes_gives_the_same_bits_as_blended() {
+    fn blend_lanes_gives_the_same_bits_as_blend_pixel() {
         for blend in [Blend::Replace, Blend::PremultipliedOver, Blend::Add] {
             let mut target = TARGET.map(|v| vec![v; 5]);
             let source = SOURCE.map(|v| vec![v; 5]);
             let [r, g, b, a] = &mut target;
             blend_lanes(blend, [&source[0], &source[1], &source[2], &source[3]], [r, g, b, a]);
-            let expected = blended(blend, SOURCE, TARGET);
+            let expected = blend_pixel(blend, SOURCE, TARGET);
             for k in 0..4 {
                 assert!(target[k].iter().all(|v| v.to_bits() == expected[k].to_bits()));
             }
             let mut over_one_colour = TARGET.map(|_| vec![f32::NAN; 5]);
             let planes = over_one_colour.each_mut().map(|plane| plane.as_mut_slice());
-            blend_with_colour(blend, [&source[0], &source[1], &source[2], &source[3]], TARGET, planes);
+            blend_over_colour(blend, [&source[0], &source[1], &source[2], &source[3]], TARGET, planes);
             assert_eq!(over_one_colour, target);
         }
     }

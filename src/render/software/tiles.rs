@@ -4,7 +4,7 @@
 //! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
 //! f64.
 
-use super::blend::{blend_lanes, blend_with_colour, blended};
+use super::blend::{blend_lanes, blend_over_colour, blend_pixel};
 use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
 use crate::render::plan::Blend;
 
@@ -184,7 +184,7 @@ impl TileTarget {
         self.prepare_block(pixel / BLOCK_PIXELS);
         if self.split_index[pixel] == UNSPLIT {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
-            let new = blended(blend, source, target);
+            let new = blend_pixel(blend, source, target);
             if covered == fully_covered {
                 for (plane, value) in self.colour.iter_mut().zip(new) {
                     plane[pixel] = value;
@@ -199,7 +199,7 @@ impl TileTarget {
         let samples = &mut self.split_colour[usize::from(self.split_index[pixel])];
         for (s, target) in samples.iter_mut().enumerate() {
             if has_bit(covered, s) {
-                *target = blended(blend, source, *target);
+                *target = blend_pixel(blend, source, *target);
             }
         }
     }
@@ -222,7 +222,7 @@ impl TileTarget {
             // The block has the clear colour, which is blended from here instead of being stored first.
             self.written_blocks |= 1 << first;
             let planes = self.colour.each_mut().map(|plane| &mut plane[range.clone()]);
-            blend_with_colour(blend, source, self.clear_colour, planes);
+            blend_over_colour(blend, source, self.clear_colour, planes);
             return true;
         }
         for block in first..range.end.div_ceil(BLOCK_PIXELS) {

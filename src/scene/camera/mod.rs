@@ -1,4 +1,4 @@
-//! The camera, and the only place where f64 is narrowed to f32.
+//! The camera, and the only place in `scene` where f64 is narrowed to f32.
 //!
 //! In: the camera's position and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen positions, and the affine forms of
 //! [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before. Clip coordinates: x right, y up, -1..1 over
@@ -27,7 +27,7 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Whether the frame is a face of a dome or an entire sphere. The glare of the Sun is then drawn even if the Sun is outside the frame.
+    /// Whether the frame is one face of a dome image or of a whole-sphere image. The Sun's glare is then drawn even if the Sun is outside the frame.
     pub is_cube_face: bool,
 }
 
@@ -48,7 +48,7 @@ impl Placement {
         self.body_from_icrf * -self.centre_km / self.radii_km
     }
 
-    /// An ICRF vector in the unit-sphere frame, multiplied by the equatorial radius, so that lengths are preserved for a sphere.
+    /// An ICRF vector in the unit-sphere frame, times the equatorial radius: for a sphere the length of the vector does not change.
     pub fn direction_in_unit_sphere(&self, v: DVec3) -> DVec3 {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
@@ -62,12 +62,12 @@ impl Placement {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
-    /// Like [`Self::surface_along`], for a direction in the unit-sphere frame.
+    /// Like [`Self::surface_along`], for a direction of any length in the unit-sphere frame.
     pub(crate) fn surface_along_unit_sphere(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();
         let w = direction.normalize();
         let b = origin.dot(w);
-        // |origin x w| is the distance of the ray from the centre, computed without cancellation.
+        // The square of half the chord; |origin x w| is the distance of the ray's line from the centre, computed without cancellation.
         let discriminant = 1.0 - origin.cross(w).length_squared();
         (discriminant >= 0.0 && b < 0.0).then(|| origin + w * (-b - discriminant.sqrt()))
     }
@@ -243,9 +243,10 @@ impl Camera {
     /// Narrows the rays of one draw to f32.
     ///
     /// A ray is given by its direction and its anchor, a point on it. Both are affine over the rectangle: value = origin + u du + v dv. The anchor is the
-    /// camera, or the intersection with the plane through the body's centre parallel to the image. The rounding of f32 (relative error e) moves the silhouette
-    /// by about 2 e |c| radians in the camera form and 3 e A / t in the plane form, where c is the camera, t² = |c|² - 1, and A the distance of the
-    /// farthest anchor in the rectangle from the body's centre; `Auto` compares the two errors. Measured in tests/scene/silhouette.rs.
+    /// camera (camera form), or the ray's intersection with the plane through the body's centre parallel to the image (plane form). The rounding of f32, of
+    /// relative error e, moves the silhouette by about 2 e |c| radians in the camera form and by 3 e A / t in the plane form. Here c is the camera in the
+    /// unit-sphere frame, t the distance from there to the horizon (t² = |c|² - 1), and A the greatest distance of an anchor in the rectangle from the
+    /// body's centre. `Auto` takes the form with the smaller shift. Measured in tests/scene/silhouette.rs.
     ///
     /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel. The errors of an NVIDIA H100 show that it interpolates between the
     /// moved vertices (docs/trade.md): a ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far more.
@@ -276,8 +277,9 @@ impl Camera {
             AnchorForm::Plane => false,
         };
         let anchor = if anchor_is_camera { [camera, DVec3::ZERO, DVec3::ZERO] } else { plane };
-        // The quadratic form |ray|^2 (1 - q^2) over the rectangle, where q is the distance of a ray from the centre; it is 0 at the silhouette. The
-        // component of a ray along the line to the centre does not contribute to its moment and is removed before rounding.
+        // The moment of a ray is camera x ray; its length is |ray| q, where q is the distance of the ray's line from the centre. So |ray|² - |moment|² is
+        // |ray|² (1 - q²), a quadratic form over the rectangle that is 0 at the silhouette. A ray's component along the line to the centre does not
+        // contribute to its moment; it is removed first, because its rounding would.
         let centre = placement.centre_km.normalize_or_zero();
         let moments = icrf.map(|ray| camera.cross(placement.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];

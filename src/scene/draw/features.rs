@@ -120,7 +120,7 @@ impl BodyShadow {
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples along the view ray at each vertex; the sums are interpolated.
+    /// Five samples (four by day) along each pixel's view ray; named after an engine that sampled at vertices.
     Vertex,
     /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,

@@ -176,7 +176,7 @@ mod tests {
             ("!(lights_1 && air_table)", true),
             ("(lights_2 || air_pixel_8) && lights_1", true),
             ("lights_2 || (lights_1 && air_table)", false),
-            ("has_air && !has_shadow", true),
+            ("has_air && !loses_sunlight", true),
             ("true && !false", true),
         ] {
             assert_eq!(Condition::parse(text).expect(text).holds(on), holds, "{text}");

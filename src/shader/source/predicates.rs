@@ -25,11 +25,11 @@ pub static PREDICATES: &[Predicate] = &[
         "light scattered by an atmosphere is summed, by whichever model",
     ),
     predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring is in front of the Sun"),
-    predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body throws its shadow on its own ring"),
+    predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body casts its shadow on its own ring"),
     predicate(
-        "has_shadow",
+        "loses_sunlight",
         "eclipse_1 || ring_shadow_point_sun || ring_shadow_penumbra || body_shadow_sphere || body_shadow_ellipsoid_penumbra",
-        "an occluder, a ring or the body itself takes part of the sunlight",
+        "an occluder, a ring or the body itself blocks a part of the sunlight",
     ),
     predicate("has_secondary_light", "lights_2 || ring_shine", "another body or the ring lights the ground"),
     predicate(
@@ -60,18 +60,18 @@ pub static PREDICATES: &[Predicate] = &[
         "the sunlight past other bodies is interpolated in the same image where that is accurate enough",
     ),
     predicate(
-        "draws_clouds",
+        "ground_draws_clouds",
         "air_pass_read_with_clouds && !surface_cloud",
         "the ground's draw also shows the clouds, where the coarse image of the air is used",
     ),
     predicate(
-        "fills_in_clouds",
+        "clouds_fill_gaps",
         "air_pass_read_with_clouds && surface_cloud",
         "the clouds' draw shows them where the coarse image of the air is not used",
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
-    predicate("has_opacity", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
+    predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
     predicate(
         "has_map",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud",
@@ -83,7 +83,7 @@ pub static PREDICATES: &[Predicate] = &[
         "the pixel's place in the body's maps is needed",
     ),
     predicate(
-        "steps_over_ground",
+        "needs_ray_differentials",
         "(shape_sphere || shape_ellipsoid) && (maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv || overlays_1)",
         "maps are read along the ground that a view ray's pixel covers",
     ),
@@ -93,10 +93,10 @@ pub static PREDICATES: &[Predicate] = &[
         "any image is read along the pixel's footprint",
     ),
     predicate(
-        "is_intersected",
+        "has_quadric_shape",
         "shape_sphere || shape_ellipsoid",
         "each pixel's view ray meets a quadric, and the fragment writes its depth",
     ),
-    predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "the unit-sphere frame differs from the body's equatorial radii"),
+    predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "lengths in the unit-sphere frame must be scaled by the axis ratios"),
     predicate("reads_ring_profile", "surface_ring || ring_shadow_point_sun || ring_shadow_penumbra", "the ring's profile table is read"),
 ];

@@ -6,7 +6,7 @@
 //! and single operations.
 
 use super::class::UNROLLED_LANES;
-use super::input::{Input, reference};
+use super::operand::{KernelOperand, unchecked_ref};
 use super::ops::Eval;
 use crate::render::software::math::Real;
 use crate::render::software::tape::{FusedOp, Op};
@@ -435,7 +435,7 @@ pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
 pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;
-    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
+    fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
@@ -446,20 +446,20 @@ pub(crate) struct Then<P, B, const AT: usize>(P, B);
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+    fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         // Arguments beyond the arity are ignored; any operand can stand in for them.
         let last = A::ARITY - 1;
-        A::eval::<R, FMA>(inputs[0].at(lane), inputs[if last < 1 { last } else { 1 }].at(lane), inputs[last].at(lane))
+        A::eval::<R, FMA>(operands[0].at(lane), operands[if last < 1 { last } else { 1 }].at(lane), operands[last].at(lane))
     }
 }
 
 impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
-    fn eval<R: Real, const N: usize, const FMA: bool>(inputs: &[Input<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
-        let chained = P::eval::<R, N, FMA>(inputs, lane);
-        let next = if B::ARITY > 1 { inputs[P::OPERANDS].at(lane) } else { chained };
-        let last = if B::ARITY > 2 { inputs[P::OPERANDS + 1].at(lane) } else { chained };
+    fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
+        let chained = P::eval::<R, N, FMA>(operands, lane);
+        let next = if B::ARITY > 1 { operands[P::OPERANDS].at(lane) } else { chained };
+        let last = if B::ARITY > 2 { operands[P::OPERANDS + 1].at(lane) } else { chained };
         match AT {
             0 => B::eval::<R, FMA>(chained, next, last),
             1 => B::eval::<R, FMA>(next, chained, last),
@@ -478,19 +478,19 @@ pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KI
     base: *const R,
     offsets: *const u32,
 ) {
-    macro_rules! input {
+    macro_rules! operand {
         ($k:literal) => {{
             // Unused operands repeat the first operand.
             let k = if $k < C::OPERANDS { $k } else { 0 };
             // SAFETY: the caller guarantees that the offset and the operand are valid.
-            unsafe { Input::<R, N>::new(base.add(*reference(offsets.add(k)) as usize), KINDS >> k & 1 == 1) }
+            unsafe { KernelOperand::<R, N>::new(base.add(*unchecked_ref(offsets.add(k)) as usize), KINDS >> k & 1 == 1) }
         }};
     }
-    let inputs = [input!(0), input!(1), input!(2), input!(3), input!(4), input!(5), input!(6), input!(7)];
+    let operands = [operand!(0), operand!(1), operand!(2), operand!(3), operand!(4), operand!(5), operand!(6), operand!(7)];
     const { assert!(N.is_multiple_of(UNROLLED_LANES)) };
     for (k, part) in dst.chunks_exact_mut(UNROLLED_LANES).enumerate() {
         for (lane, result) in part.iter_mut().enumerate() {
-            *result = C::eval::<R, N, FMA>(&inputs, k * UNROLLED_LANES + lane);
+            *result = C::eval::<R, N, FMA>(&operands, k * UNROLLED_LANES + lane);
         }
     }
 }

@@ -6,14 +6,14 @@
 
 pub mod chains;
 pub mod class;
-mod input;
+mod operand;
 mod ops;
 
 use super::math::Real;
 use super::tape::{Op, with_ops};
 use class::UNROLLED_LANES;
 pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
-use input::{Input, reference};
+use operand::{KernelOperand, unchecked_ref};
 pub(crate) use ops::Eval;
 
 fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
@@ -44,7 +44,7 @@ unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bo
     c: *const R,
 ) {
     // SAFETY: the caller guarantees validity.
-    let (a, b, c) = unsafe { (Input::<R, N>::new(a, A), Input::<R, N>::new(b, B), Input::<R, N>::new(c, C)) };
+    let (a, b, c) = unsafe { (KernelOperand::<R, N>::new(a, A), KernelOperand::<R, N>::new(b, B), KernelOperand::<R, N>::new(c, C)) };
     for (k, part) in dst.chunks_mut(UNROLLED_LANES).enumerate() {
         for (i, d) in part.iter_mut().enumerate() {
             let lane = k * UNROLLED_LANES + i;
@@ -73,7 +73,7 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
 #[inline(always)]
 unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const R {
     // SAFETY: the caller guarantees it.
-    unsafe { base.add(*reference(offsets.add(k)) as usize) }
+    unsafe { base.add(*unchecked_ref(offsets.add(k)) as usize) }
 }
 
 /// The type of a chain.

@@ -4,7 +4,7 @@
 //! key.
 
 use super::{Inspected, ShaderPanel};
-use crate::render::plan::{RING_PROFILE, role_of, uniforms_of};
+use crate::render::plan::{RING_PROFILE, role_of, uniform_bytes};
 use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
 use crate::view::error_texts::error_text;
@@ -28,7 +28,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let layout = &module.module.layout;
     let bytes = match (inspected.draw, &inspected.id) {
-        (Some(draw), _) => Some(uniforms_of(layout, &draw.uniforms, inspected.rendered.job.sampling.anisotropy)),
+        (Some(draw), _) => Some(uniform_bytes(layout, &draw.uniforms, inspected.rendered.job.sampling.anisotropy)),
         (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };

@@ -7,7 +7,7 @@ use crate::render::software::math::Real;
 /// # Safety
 /// `pointer` is aligned, and valid for reads during the lifetime of the result.
 #[inline(always)]
-pub(super) unsafe fn reference<'a, T>(pointer: *const T) -> &'a T {
+pub(super) unsafe fn unchecked_ref<'a, T>(pointer: *const T) -> &'a T {
     #[allow(clippy::transmute_ptr_to_ref, reason = "a dereferenced pointer is checked in debug builds")]
     // SAFETY: the caller guarantees it.
     unsafe {
@@ -17,18 +17,18 @@ pub(super) unsafe fn reference<'a, T>(pointer: *const T) -> &'a T {
 
 /// An operand: lanes, or one value for all lanes. It contains a reference instead of a pointer, because debug builds check every use of a pointer,
 /// and loops with such checks are not vectorised.
-pub(crate) struct Input<'a, R, const N: usize> {
+pub(crate) struct KernelOperand<'a, R, const N: usize> {
     lanes: Option<&'a [R; N]>,
     shared: R,
 }
 
-impl<R: Real, const N: usize> Input<'_, R, N> {
+impl<R: Real, const N: usize> KernelOperand<'_, R, N> {
     /// # Safety
     /// `values` is valid for `N` reads, or for one if `is_per_lane` is false, during the lifetime of the result.
     #[inline(always)]
     pub(crate) unsafe fn new(values: *const R, is_per_lane: bool) -> Self {
         // SAFETY: the caller guarantees it.
-        unsafe { Self { lanes: if is_per_lane { Some(reference(values.cast())) } else { None }, shared: *reference(values) } }
+        unsafe { Self { lanes: if is_per_lane { Some(unchecked_ref(values.cast())) } else { None }, shared: *unchecked_ref(values) } }
     }
 
     #[inline(always)]
