@@ -80,6 +80,26 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
 }
 
+/// The window takes the same options: what `render` refuses, it refuses before it opens.
+#[test]
+fn the_window_refuses_wrong_composition_arguments_in_one_line() {
+    if !crate::support::program::has_view() {
+        return;
+    }
+    for (args, expected_words) in [
+        (&["--dome-zenith"][..], "zenith requires --projection fisheye"),
+        (&["--dome-tilt", "400"], "tilt requires --projection fisheye or equirectangular"),
+        (&["--projection", "fisheye", "--dome-tilt", "400"], "-180 to 180 degrees"),
+        (&["--projection", "fisheye", "--stereo", "anaglyph"], "stereo requires the perspective projection"),
+        (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], "more than 0 km"),
+    ] {
+        let out = orrery(&[&["view"][..], args].concat());
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && message.contains(expected_words), "{args:?}: {message}");
+        assert!(message.trim().lines().count() == 1 && out.stdout.is_empty(), "{args:?}: {message}");
+    }
+}
+
 #[test]
 fn probe_project_gives_pixels_in_fisheye_and_equirectangular_images() {
     let project = |projection: &str, ra: f64, dec: f64| -> serde_json::Value {
