@@ -108,13 +108,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources_to_draw(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
-    if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first_number).is_some_and(|p| is_exr(&p)) {
-        return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
-    }
     let views = match tour_file {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
+        return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
+    }
     let request_of = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
