@@ -223,20 +223,17 @@ fn frame_progress(frames: u32) -> indicatif::ProgressBar {
 /// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
-    let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
-    for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)] {
-        if let Some(value) = value {
-            view.push_str(&format!(", {word} {value}"));
-        }
-    }
+    let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
+    let given = options.into_iter().filter_map(|(word, value)| Some(format!("{word} {}", value.as_ref()?)));
+    let mut description: Vec<String> = given.collect();
     if !request.composition.is_plain() {
-        view.push_str(&format!(", {}", request.composition.to_text()));
+        description.push(request.composition.to_text());
     }
-    view.push_str(&format!(", exposure {:+.3}", scene.exposure.stops));
+    description.push(format!("exposure {:+.3}", scene.exposure.stops));
     vec![
         ("Title", title.map(str::to_owned).or(v.target.clone()).unwrap_or_else(|| "Orrery".into())),
         ("Creation Time", request.time.to_utc_iso()),
-        ("Description", view),
+        ("Description", description.join(", ")),
         ("Legend", legend_of(scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]

@@ -276,6 +276,27 @@ fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
     }
 }
 
+/// Without a target the description begins with the next item, and not with a comma.
+#[test]
+fn the_description_of_an_image_lists_what_was_given() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (camera, image) = (folder.path().join("camera.json"), folder.path().join("a.png"));
+    std::fs::write(&camera, r#"{"position":{"body":"phobos","km":[0,60,0]},"look":{"at":"phobos"}}"#).expect("written");
+    for (options, expected) in [
+        (&["--camera-json", path_text(&camera)][..], "exposure "),
+        (&["--camera-json", path_text(&camera), "--layers", "+labels"], "layers +labels, exposure "),
+        (&["--target", "phobos", "--up", "celestial"], "target phobos, up celestial, exposure "),
+    ] {
+        let args = ["--time", TIME, "--size", "12x10", "--overwrite", "-o", path_text(&image)];
+        let out = render(&[options, &args].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let file = std::fs::read(&image).expect("written");
+        let file_text = String::from_utf8_lossy(&file);
+        let description = file_text.split("Description\0").nth(1).expect("a description").trim_start_matches('\0');
+        assert!(description.starts_with(expected), "{options:?}: {:?}", description.chars().take(80).collect::<String>());
+    }
+}
+
 #[test]
 fn a_stop_that_cannot_be_drawn_is_named() {
     if !crate::support::program::has_view() {
