@@ -175,6 +175,15 @@ impl ViewArgs {
     /// The camera's position. `from`: the body of `--from`.
     fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
         let ground = self.at.as_deref().map(place_on_ground).transpose()?;
+        if ground.is_some() && self.distance_radii.is_some() {
+            if from.is_some() {
+                let why = "--distance-radii: with --from and --at the camera stands on that body: leave it out, or give --height-km";
+                return Err(CliError::Failed(why.into()));
+            }
+            if self.height_km.is_some() {
+                return Err(CliError::Failed("--distance-radii and --height-km both say how high the camera is: give one of them".into()));
+            }
+        }
         Ok(match (ground, from) {
             (Some((latitude_deg, longitude_deg)), Some(body)) => {
                 Position::Ground { body, latitude_deg, longitude_deg, height_km: self.height_km.unwrap_or(EYE_HEIGHT_KM) }
