@@ -30,6 +30,8 @@ impl SolarEclipse {
         let geometry = &self.geometry;
         let (from, to) = geometry.central_span()?;
         let mut path = EclipsePath::default();
+        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; a limit without a point counts as on the centre line.
+        let mut left_is_north_by_deg = 0.0;
         for i in 0..=POINTS {
             let fraction = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
             let s = from + (to - from) * fraction;
@@ -42,11 +44,13 @@ impl SolarEclipse {
                 _ => continue,
             };
             // To the left of the shadow's motion, which is north unless the path goes westward over a pole.
-            path.northern_limit.extend(self.limit(s, centre, heading_rad - FRAC_PI_2));
-            path.southern_limit.extend(self.limit(s, centre, heading_rad + FRAC_PI_2));
+            let (left, right) = (self.limit(s, centre, heading_rad - FRAC_PI_2), self.limit(s, centre, heading_rad + FRAC_PI_2));
+            let northward_deg = |limit: Option<GeodeticPosition>| limit.map_or(0.0, |p| p.latitude_deg - centre.latitude_deg);
+            left_is_north_by_deg += northward_deg(left) - northward_deg(right);
+            path.northern_limit.extend(left);
+            path.southern_limit.extend(right);
         }
-        let mean = |limit: &[GeodeticPosition]| limit.iter().map(|p| p.latitude_deg).sum::<f64>() / limit.len().max(1) as f64;
-        if mean(&path.northern_limit) < mean(&path.southern_limit) {
+        if left_is_north_by_deg < 0.0 {
             std::mem::swap(&mut path.northern_limit, &mut path.southern_limit);
         }
         Some(path)

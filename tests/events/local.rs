@@ -141,6 +141,21 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
     assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
 }
 
+/// An antumbra that grazes the ground has only one limit on it, which may be the southern one in northern latitudes.
+#[test]
+fn the_only_limit_of_a_grazing_path_is_named_by_its_side() {
+    let path = eclipse_of(&IAU, "1529-11-11").path().expect("a path");
+    assert!(
+        path.northern_limit.is_empty() && path.southern_limit.len() > 100,
+        "{} {}",
+        path.northern_limit.len(),
+        path.southern_limit.len()
+    );
+    for (p, (_, centre)) in path.southern_limit.iter().zip(&path.centre_line) {
+        assert!(p.latitude_deg < centre.latitude_deg && p.latitude_deg > 0.0, "{p:?} {centre:?}");
+    }
+}
+
 fn km_between(a: GeodeticPosition, b: GeodeticPosition) -> f64 {
     let (lat, dlat) = (a.latitude_deg.to_radians(), (b.latitude_deg - a.latitude_deg).to_radians());
     let dlon = (b.longitude_deg - a.longitude_deg).to_radians() * (lat + 0.5 * dlat).cos();
