@@ -11,9 +11,11 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Steps along the centre line.
 const POINTS: i32 = 120;
-/// The search for a limit doubles its distance from the centre line and gives up above this, degrees of arc: antumbrae that graze the ground are over
-/// 1000 km wide.
-const MAX_WIDTH_DEG: f64 = 20.0;
+/// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the phase is not central.
+const FIRST_WIDTH_DEG: f64 = 0.02;
+/// The search gives up above this distance; the last one that is tried is 20.48 degrees. Antumbrae that graze the ground reach more than 11 degrees, 1200 km,
+/// to the side on which their limit is sunlit.
+const MAX_WIDTH_DEG: f64 = 25.0;
 
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
@@ -56,12 +58,13 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is more than a degree below
-    /// its horizon, or if the place is too far away.
+    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is then more than a degree
+    /// below its horizon, or if the place is too far away.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
-        let is_central = |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).is_central_near(s);
-        let (mut inside, mut outside) = (0.0, 0.02);
+        let is_central =
+            |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).central_instant_near(s).is_some();
+        let (mut inside, mut outside) = (0.0, FIRST_WIDTH_DEG);
         while is_central(outside) {
             inside = outside;
             outside *= 2.0;
@@ -74,7 +77,10 @@ impl SolarEclipse {
             if is_central(middle) { inside = middle } else { outside = middle }
         }
         let place = destination(centre, bearing_rad, inside);
-        (geometry.station(place).sun_altitude_deg(s) > -1.0).then_some(place)
+        let station = geometry.station(place);
+        // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
+        let greatest_s = station.central_instant_near(s).unwrap_or(s);
+        (station.sun_altitude_deg(greatest_s) > -1.0).then_some(place)
     }
 }
 
