@@ -222,6 +222,11 @@ fn a_tour_is_rendered_as_a_sequence() {
     assert_eq!(files(folder.path()), written);
     let with_target = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(with_target.status.code() == Some(2) && stderr_text(&with_target).contains("--target"), "{}", stderr_text(&with_target));
+    // A side beyond the range was once changed to the nearest one in it.
+    for size in ["0x10", "12x16385"] {
+        let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
+    }
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let refused = render(&args);
     assert!(
