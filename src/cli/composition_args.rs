@@ -42,19 +42,21 @@ impl CompositionArgs {
     /// The composition that these options describe.
     ///
     /// # Errors
-    /// A mesh that cannot be read, with its file and line.
+    /// A mesh that cannot be read, with its file and line; options that contradict each other, or a number out of range.
     pub(crate) fn composition(&self) -> Result<Composition, CliError> {
         let warp = self.warp.as_ref().map(|path| {
             let shown = echo(&path.display().to_string());
             let text = read_text(path, MAX_MESH_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}; --warp takes a text file")))?;
             WarpMesh::parse(&shown, &text).map(Arc::new).map_err(|e| CliError::Failed(e.to_string()))
         });
-        Ok(Composition {
+        let composition = Composition {
             projection: self.projection,
             zenith_centred: self.dome_zenith,
             tilt_deg: self.dome_tilt,
             stereo: self.stereo.map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: warp.transpose()?,
-        })
+        };
+        composition.check().map_err(|e| CliError::Failed(e.to_string()))?;
+        Ok(composition)
     }
 }

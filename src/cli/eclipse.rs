@@ -281,28 +281,43 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
     for eclipse in eclipses {
         let Some(path) = eclipse.path() else { continue };
         let centre: Vec<GeodeticPosition> = path.centre_line.iter().map(|(_, place)| *place).collect();
-        let mut add = |name: &str, places: &[GeodeticPosition], times: Value| {
+        let instants: Vec<Instant> = path.centre_line.iter().map(|(t, _)| *t).collect();
+        // `instants`: those of the places, or none.
+        let mut add = |name: &str, places: &[GeodeticPosition], instants: &[Instant]| {
             let lines = events::cut_at_date_line(places);
             if !lines.is_empty() {
+                // One for each vertex, in the order of the coordinates.
+                let times: Vec<String> =
+                    lines.iter().flatten().filter_map(|v| Some(instant_at(instants, v.position)?.to_utc_iso())).collect();
+                let times = if times.is_empty() { Value::Null } else { json!(times) };
+                let coordinates: Vec<Vec<[f64; 2]>> =
+                    lines.iter().map(|line| line.iter().map(|v| [v.longitude_deg, v.latitude_deg]).collect()).collect();
                 features.push(json!({
                     "type": "Feature",
                     "properties": {
                         "name": name, "type": eclipse.class.name(), "greatest": eclipse.greatest.to_utc_iso(), "saros": eclipse.saros,
                         "radii": radii, "times": times,
                     },
-                    "geometry": { "type": "MultiLineString", "coordinates": lines },
+                    "geometry": { "type": "MultiLineString", "coordinates": coordinates },
                 }));
             }
         };
-        add("centre line", &centre, path.centre_line.iter().map(|(t, _)| json!(t.to_utc_iso())).collect());
-        add("northern limit", &path.northern_limit, Value::Null);
-        add("southern limit", &path.southern_limit, Value::Null);
+        add("centre line", &centre, &instants);
+        add("northern limit", &path.northern_limit, &[]);
+        add("southern limit", &path.southern_limit, &[]);
     }
     if features.is_empty() {
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
     write_atomic(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
+}
+
+/// The instant at a position along a line whose places have these instants; see [`events::CutVertex::position`].
+fn instant_at(instants: &[Instant], position: f64) -> Option<Instant> {
+    let before = *instants.get(position as usize)?;
+    let after = instants.get(position as usize + 1).unwrap_or(&before);
+    Some(before.plus_seconds(position.fract() * (after.tdb_seconds_past_j2000() - before.tdb_seconds_past_j2000())))
 }
 
 /// Adds the circumstances at a place under `local`, and the local contacts of the discs to the row's `contacts`.

@@ -108,13 +108,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources_to_draw(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
-    if (composition.stereo.is_some() || composition.warp.is_some()) && output.path(first_number).is_some_and(|p| is_exr(&p)) {
-        return Err(CliError::Failed("--stereo and --warp make display values: write .png, or - for a stream".into()));
-    }
     let views = match tour_file {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
+        return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
+    }
     let request_of = |number: u32| {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
@@ -223,20 +223,17 @@ fn frame_progress(frames: u32) -> indicatif::ProgressBar {
 /// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
-    let mut view = v.target.clone().map_or(String::new(), |t| format!("target {t}"));
-    for (word, value) in [("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)] {
-        if let Some(value) = value {
-            view.push_str(&format!(", {word} {value}"));
-        }
-    }
+    let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
+    let given = options.into_iter().filter_map(|(word, value)| Some(format!("{word} {}", value.as_ref()?)));
+    let mut description: Vec<String> = given.collect();
     if !request.composition.is_plain() {
-        view.push_str(&format!(", {}", request.composition.to_text()));
+        description.push(request.composition.to_text());
     }
-    view.push_str(&format!(", exposure {:+.3}", scene.exposure.stops));
+    description.push(format!("exposure {:+.3}", scene.exposure.stops));
     vec![
         ("Title", title.map(str::to_owned).or(v.target.clone()).unwrap_or_else(|| "Orrery".into())),
         ("Creation Time", request.time.to_utc_iso()),
-        ("Description", view),
+        ("Description", description.join(", ")),
         ("Legend", legend_of(scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]

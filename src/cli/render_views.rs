@@ -26,20 +26,22 @@ impl Views {
         Self::Steps { first: Box::new(first), step_s, count }
     }
 
-    /// The views along the tour of a file, `rate` frames per second.
+    /// The views along the tour of a file, `rate` frames per second. `options`: projection, stereo pair and warp mesh of the command line; the first two
+    /// replace those of every stop, unless they leave the image plain.
     ///
     /// # Errors
-    /// A file that cannot be read, an invalid field of a stop, or a tour of more than [`MAX_FRAMES`] frames.
+    /// A file that cannot be read, an invalid field of a stop, a stop that cannot be drawn with the options, or a tour of more than [`MAX_FRAMES`] frames.
     #[cfg(feature = "view")]
     pub(crate) fn along_tour(
         file: &Path,
         (width, height): (u32, u32),
         rate: u32,
         session: &Session,
-        composition: &Composition,
+        options: &Composition,
     ) -> Result<Self, CliError> {
         use super::view_args::instant;
-        use crate::view::app::tour::{MAX_BYTES, Tour};
+        use crate::view::app::tour::{MAX_BYTES, Tour, TourMoment};
+        use crate::view::app::view_state::ViewState;
         let in_file =
             |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| in_file(&e))?;
@@ -49,9 +51,15 @@ impl Views {
             return Err(CliError::Failed(format!("--rate {rate}: more than {MAX_FRAMES} frames; the tour takes {:.0} s", tour.length_s())));
         }
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
-            let view = tour.at(f64::from(number) / rate).view;
-            let request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| in_file(&e))?;
-            Ok(ViewRequest { composition: composition.clone(), ..request })
+            let TourMoment { view, stop, .. } = tour.at(f64::from(number) / rate);
+            let at_stop = |why: &dyn std::fmt::Display| in_file(&format!("stop {}: {why}", stop + 1));
+            // Replaced in the view and not in its request, because the request's field of view follows from the projection.
+            let view = ViewState { composition: view.composition.with_options(options), ..view };
+            let mut request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| at_stop(&e))?;
+            request.composition.warp.clone_from(&options.warp);
+            // The view was checked without the mesh, which a stereo pair excludes.
+            request.check().map_err(|e| at_stop(&e))?;
+            Ok(request)
         });
         Ok(Self::Tour { title: tour.title.clone(), frames: frames.collect::<Result<_, CliError>>()? })
     }
@@ -64,7 +72,7 @@ impl Views {
         _size: (u32, u32),
         _rate: u32,
         _session: &Session,
-        _composition: &Composition,
+        _options: &Composition,
     ) -> Result<Self, CliError> {
         Err(CliError::Failed("--tour needs a build with the feature \"view\"".into()))
     }
@@ -84,6 +92,15 @@ impl Views {
                 ViewRequest { time: first.time.plus_seconds(f64::from(number) * step_s), ..(**first).clone() }
             }
             Self::Tour { frames, .. } => frames[(number as usize).min(frames.len() - 1)].clone(),
+        }
+    }
+
+    /// Whether a frame shows a stereo pair or is warped onto a mesh.
+    pub(crate) fn has_stereo_or_warp(&self) -> bool {
+        let is_composed = |composition: &Composition| composition.stereo.is_some() || composition.warp.is_some();
+        match self {
+            Self::Steps { first, .. } => is_composed(&first.composition),
+            Self::Tour { frames, .. } => frames.iter().any(|request| is_composed(&request.composition)),
         }
     }
 

@@ -76,7 +76,6 @@ mod windowed {
     use crate::session::{RendererPreference, Session};
     use crate::time::Instant;
     use crate::view::app::body_positions::SessionPositions;
-    use crate::view::app::composition_state::CompositionState;
     use crate::view::app::initial_view::initial_view;
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
@@ -96,6 +95,8 @@ mod windowed {
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let language =
             args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
+        let mut composition = args.composition.composition()?;
+        let warp = composition.warp.take();
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);
@@ -116,11 +117,7 @@ mod windowed {
         warning.iter().for_each(|line: &String| print_message(line));
         let mut view = saved_view.ok().flatten().unwrap_or(default_view);
         // The projection and stereo options of the command line take precedence over those of a link.
-        let mut composition = args.composition.composition()?;
-        let warp = composition.warp.take();
-        if !composition.is_plain() {
-            view.composition = CompositionState::of(&composition);
-        }
+        view.composition = view.composition.with_options(&composition);
         let viewer = Viewer::new(subjects(&session), view, clock);
         let settings_path = args.settings.clone().or_else(Settings::default_path);
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);

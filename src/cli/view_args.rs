@@ -8,6 +8,7 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
 use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
@@ -91,10 +92,14 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// Width and height, in pixels, from a text such as `1024x768`.
+/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour limit their size to it without an error.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
-    sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))
+    let (width, height): (u32, u32) = sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))?;
+    if [width, height].iter().any(|side| !(1..=MAX_IMAGE_PX).contains(side)) {
+        return Err(invalid_option("--size", text, &format!("each side must be 1 to {MAX_IMAGE_PX} pixels")));
+    }
+    Ok((width, height))
 }
 
 /// Latitude and east longitude, in degrees, from a text such as `48.86,2.35`.
@@ -175,6 +180,15 @@ impl ViewArgs {
     /// The camera's position. `from`: the body of `--from`.
     fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
         let ground = self.at.as_deref().map(place_on_ground).transpose()?;
+        if ground.is_some() && self.distance_radii.is_some() {
+            if from.is_some() {
+                let why = "--distance-radii: with --from and --at the camera stands on that body: leave it out, or give --height-km";
+                return Err(CliError::Failed(why.into()));
+            }
+            if self.height_km.is_some() {
+                return Err(CliError::Failed("--distance-radii and --height-km both say how high the camera is: give one of them".into()));
+            }
+        }
         Ok(match (ground, from) {
             (Some((latitude_deg, longitude_deg)), Some(body)) => {
                 Position::Ground { body, latitude_deg, longitude_deg, height_km: self.height_km.unwrap_or(EYE_HEIGHT_KM) }

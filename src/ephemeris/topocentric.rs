@@ -103,10 +103,13 @@ impl ObserverSky<'_> {
     /// The position of a target in the sky of the place.
     ///
     /// # Errors
-    /// A body that is not in the catalog, or that the ephemeris cannot place at `t`.
+    /// The body that the place is on, a body that is not in the catalog, or one that the ephemeris cannot place at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
         let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError::other(format!("no body has the code {}", id.0)));
         let (ground, body) = (known(self.place.body)?, known(target)?);
+        if ground.id == body.id {
+            return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", body.name)));
+        }
         let (point, normal) = ground_point_km(ground.radii_km, self.place.latitude_deg, self.place.longitude_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
         let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;

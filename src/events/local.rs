@@ -16,6 +16,9 @@ const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
 /// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const SEARCH_STEP_S: f64 = 120.0;
+/// Seconds before and after the shadow's passage at the centre line within which it passes the places beside it: the difference is 52 minutes at 20 degrees
+/// from the path of 1529-11-11. In this span the separation has one minimum.
+const CENTRAL_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,10 +217,10 @@ impl<'a> Station<'a> {
             .then(|| (zero_crossing(deepest_s, deepest_s - SEARCH_S, outside), zero_crossing(deepest_s, deepest_s + SEARCH_S, outside)))
     }
 
-    /// Whether one disc lies within the other at the least separation, which must be within half an hour of `near_s`.
-    pub(crate) fn is_central_near(&self, near_s: f64) -> bool {
-        let deepest_s = time_of_minimum(near_s - 1800.0, near_s + 1800.0, |s| self.discs(s).separation);
-        self.discs(deepest_s).distance_from_internal_tangency() < 0.0
+    /// The instant of the least separation, which must be within [`CENTRAL_SEARCH_S`] of `near_s`, if one disc lies within the other then.
+    pub(crate) fn central_instant_near(&self, near_s: f64) -> Option<f64> {
+        let deepest_s = time_of_minimum(near_s - CENTRAL_SEARCH_S, near_s + CENTRAL_SEARCH_S, |s| self.discs(s).separation);
+        (self.discs(deepest_s).distance_from_internal_tangency() < 0.0).then_some(deepest_s)
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.

@@ -11,9 +11,11 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Steps along the centre line.
 const POINTS: i32 = 120;
-/// The search for a limit doubles its distance from the centre line and gives up above this, degrees of arc: antumbrae that graze the ground are over
-/// 1000 km wide.
-const MAX_WIDTH_DEG: f64 = 20.0;
+/// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the phase is not central.
+const FIRST_WIDTH_DEG: f64 = 0.02;
+/// The search gives up above this distance; the last one that is tried is 20.48 degrees. Antumbrae that graze the ground reach more than 11 degrees, 1200 km,
+/// to the side on which their limit is sunlit.
+const MAX_WIDTH_DEG: f64 = 25.0;
 
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
@@ -30,6 +32,8 @@ impl SolarEclipse {
         let geometry = &self.geometry;
         let (from, to) = geometry.central_span()?;
         let mut path = EclipsePath::default();
+        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; a limit without a point counts as on the centre line.
+        let mut left_is_north_by_deg = 0.0;
         for i in 0..=POINTS {
             let fraction = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
             let s = from + (to - from) * fraction;
@@ -42,22 +46,25 @@ impl SolarEclipse {
                 _ => continue,
             };
             // To the left of the shadow's motion, which is north unless the path goes westward over a pole.
-            path.northern_limit.extend(self.limit(s, centre, heading_rad - FRAC_PI_2));
-            path.southern_limit.extend(self.limit(s, centre, heading_rad + FRAC_PI_2));
+            let (left, right) = (self.limit(s, centre, heading_rad - FRAC_PI_2), self.limit(s, centre, heading_rad + FRAC_PI_2));
+            let northward_deg = |limit: Option<GeodeticPosition>| limit.map_or(0.0, |p| p.latitude_deg - centre.latitude_deg);
+            left_is_north_by_deg += northward_deg(left) - northward_deg(right);
+            path.northern_limit.extend(left);
+            path.southern_limit.extend(right);
         }
-        let mean = |limit: &[GeodeticPosition]| limit.iter().map(|p| p.latitude_deg).sum::<f64>() / limit.len().max(1) as f64;
-        if mean(&path.northern_limit) < mean(&path.southern_limit) {
+        if left_is_north_by_deg < 0.0 {
             std::mem::swap(&mut path.northern_limit, &mut path.southern_limit);
         }
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is more than a degree below
-    /// its horizon, or if the place is too far away.
+    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is then more than a degree
+    /// below its horizon, or if the place is too far away.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
-        let is_central = |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).is_central_near(s);
-        let (mut inside, mut outside) = (0.0, 0.02);
+        let is_central =
+            |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).central_instant_near(s).is_some();
+        let (mut inside, mut outside) = (0.0, FIRST_WIDTH_DEG);
         while is_central(outside) {
             inside = outside;
             outside *= 2.0;
@@ -70,7 +77,10 @@ impl SolarEclipse {
             if is_central(middle) { inside = middle } else { outside = middle }
         }
         let place = destination(centre, bearing_rad, inside);
-        (geometry.station(place).sun_altitude_deg(s) > -1.0).then_some(place)
+        let station = geometry.station(place);
+        // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
+        let greatest_s = station.central_instant_near(s).unwrap_or(s);
+        (station.sun_altitude_deg(greatest_s) > -1.0).then_some(place)
     }
 }
 
@@ -90,23 +100,40 @@ fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> G
     GeodeticPosition { latitude_deg: sin_lat.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
-/// A line of places as (longitude, latitude), cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9).
-pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<[f64; 2]>> {
-    let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
-    for (before, point) in places
-        .iter()
-        .map(|p| [p.longitude_deg, p.latitude_deg])
-        .scan(None, |before: &mut Option<[f64; 2]>, point| Some((before.replace(point), point)))
-    {
-        if let Some(before) = before.filter(|b| (b[0] - point[0]).abs() > 180.0) {
-            let edge = 180.0_f64.copysign(before[0]);
+/// A vertex of a line that was cut at the date line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CutVertex {
+    /// East longitude, degrees.
+    pub longitude_deg: f64,
+    /// Geodetic latitude, degrees.
+    pub latitude_deg: f64,
+    /// Position along the uncut line: 2.25 is a quarter of the way from its place 2, counted from 0, to its place 3.
+    pub position: f64,
+}
+
+/// A line of places, cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which have no place of
+/// their own; by their `position` other properties of the places, such as times, are interpolated.
+pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
+    let mut lines: Vec<Vec<CutVertex>> = vec![Vec::new()];
+    let mut before: Option<CutVertex> = None;
+    for (k, place) in places.iter().enumerate() {
+        let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, position: k as f64 };
+        if let Some(before) = before.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
+            let edge_deg = 180.0_f64.copysign(before.longitude_deg);
             // Degrees of longitude from the earlier place to the date line, and to the later place.
-            let (to_date_line, whole) = ((edge - before[0]).abs(), 360.0 - (before[0] - point[0]).abs());
-            let latitude = before[1] + (point[1] - before[1]) * if whole > 0.0 { to_date_line / whole } else { 0.0 };
-            lines.last_mut().into_iter().for_each(|line| line.push([edge, latitude]));
-            lines.push(vec![[-edge, latitude]]);
+            let to_date_line = (edge_deg - before.longitude_deg).abs();
+            let whole = 360.0 - (before.longitude_deg - vertex.longitude_deg).abs();
+            let fraction = if whole > 0.0 { to_date_line / whole } else { 0.0 };
+            let between = |from: f64, to: f64| from + (to - from) * fraction;
+            let at_edge = CutVertex {
+                longitude_deg: edge_deg,
+                latitude_deg: between(before.latitude_deg, vertex.latitude_deg),
+                position: between(before.position, vertex.position),
+            };
+            lines.last_mut().into_iter().for_each(|line| line.push(at_edge));
+            lines.push(vec![CutVertex { longitude_deg: -edge_deg, ..at_edge }]);
         }
-        lines.last_mut().into_iter().for_each(|line| line.push(point));
+        lines.last_mut().into_iter().for_each(|line| line.push(vertex));
     }
     lines.retain(|line| line.len() > 1);
     lines
@@ -134,7 +161,11 @@ mod tests {
     #[test]
     fn a_line_over_the_date_line_is_cut_there() {
         let cut = cut_at_date_line(&[place(10.0, 170.0), place(12.0, 178.0), place(14.0, -178.0), place(16.0, -170.0)]);
-        assert_eq!(cut, [vec![[170.0, 10.0], [178.0, 12.0], [180.0, 13.0]], vec![[-180.0, 13.0], [-178.0, 14.0], [-170.0, 16.0]]]);
+        let numbers = |line: &Vec<CutVertex>| line.iter().map(|v| [v.longitude_deg, v.latitude_deg, v.position]).collect::<Vec<_>>();
+        assert_eq!(
+            cut.iter().map(numbers).collect::<Vec<_>>(),
+            [[[170.0, 10.0, 0.0], [178.0, 12.0, 1.0], [180.0, 13.0, 1.5]], [[-180.0, 13.0, 1.5], [-178.0, 14.0, 2.0], [-170.0, 16.0, 3.0]]]
+        );
         assert_eq!(cut_at_date_line(&[place(0.0, -10.0), place(0.0, 10.0)]).len(), 1);
     }
 }

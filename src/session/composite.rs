@@ -45,7 +45,9 @@ impl Session {
             let height = 0.5 * f64::from(request.height) / mesh.smallest_derivative(aspect);
             // The width is limited, too; on a very wide screen this upper limit of the height is below the lower one, and has precedence.
             let height = height.max(UNWARPED_LIMITS_PX.0).min(UNWARPED_LIMITS_PX.1 / aspect.max(1.0));
-            (unwarped.width, unwarped.height) = ((height * aspect).round() as u32, height.round() as u32);
+            // A screen a pixel wide would round to an image without a column.
+            let side_px = |side: f64| side.round().max(1.0) as u32;
+            (unwarped.width, unwarped.height) = (side_px(height * aspect), side_px(height));
         }
         let mut frames = CompositeFrames::of(&self.catalog, &self.ephemeris, &unwarped)?;
         let exposure = {

@@ -55,6 +55,20 @@ fn every_composition_is_drawn_in_both_precisions() {
     }
 }
 
+/// The image that such a screen samples would be less than half a pixel wide.
+#[test]
+fn a_warp_for_a_screen_one_pixel_wide_is_drawn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mesh, image) = (folder.path().join("quarter.data"), folder.path().join("x.png"));
+    // The image is on a quarter of the screen's width and height.
+    std::fs::write(&mesh, "2\n2 2\n-0.0004 -0.25 0 0 1\n0.0004 -0.25 1 0 1\n-0.0004 0.25 0 1 1\n0.0004 0.25 1 1 1\n").expect("written");
+    let [mesh, image_path] = [&mesh, &image].map(|path| path.to_str().expect("a UTF-8 path"));
+    let view = &VIEW_ARGUMENTS[..5];
+    let out = orrery(&[view, &["--size", "1x600", "--warp", mesh, "-o", image_path]].concat());
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    assert_eq!(image::open(&image).expect("an image").to_rgba8().dimensions(), (1, 600));
+}
+
 #[test]
 fn wrong_composition_arguments_are_refused_in_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -78,6 +92,26 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     assert!(exr.contains("display values"), "{exr}");
     // The folder contains only the mesh.
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
+}
+
+/// The window takes the same options: what `render` refuses, it refuses before it opens.
+#[test]
+fn the_window_refuses_wrong_composition_arguments_in_one_line() {
+    if !crate::support::program::has_view() {
+        return;
+    }
+    for (args, expected_words) in [
+        (&["--dome-zenith"][..], "zenith requires --projection fisheye"),
+        (&["--dome-tilt", "400"], "tilt requires --projection fisheye or equirectangular"),
+        (&["--projection", "fisheye", "--dome-tilt", "400"], "-180 to 180 degrees"),
+        (&["--projection", "fisheye", "--stereo", "anaglyph"], "stereo requires the perspective projection"),
+        (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], "more than 0 km"),
+    ] {
+        let out = orrery(&[&["view"][..], args].concat());
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && message.contains(expected_words), "{args:?}: {message}");
+        assert!(message.trim().lines().count() == 1 && out.stdout.is_empty(), "{args:?}: {message}");
+    }
 }
 
 #[test]

@@ -113,6 +113,9 @@ fn errors_about_spans_and_places_name_a_remedy() {
         (vec!["--rise-set", "--at", "91,0", "--time", "now"], "--at"),
         (vec!["--rise-set", "--time", "now"], "--at"),
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
+        (vec!["--body", "earth", "--at", "48,11", "--time", "2024-04-08"], "Earth has no altitude and azimuth from a place on it"),
+        (vec!["--body", "earth", "--rise-set", "--at", "48,11", "--time", "2024-04-08"], "from a place on it"),
+        (vec!["--body", "earth", "--apparent", "--time", "2024-04-08"], "from its own centre"),
     ] {
         let out = orrery(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();

@@ -222,6 +222,11 @@ fn a_tour_is_rendered_as_a_sequence() {
     assert_eq!(files(folder.path()), written);
     let with_target = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(with_target.status.code() == Some(2) && stderr_text(&with_target).contains("--target"), "{}", stderr_text(&with_target));
+    // A side beyond the range was once changed to the nearest one in it.
+    for size in ["0x10", "12x16385"] {
+        let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
+    }
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let refused = render(&args);
     assert!(
@@ -229,6 +234,96 @@ fn a_tour_is_rendered_as_a_sequence() {
         "{}",
         stderr_text(&refused)
     );
+}
+
+/// Writes a tour with one cut to each view, given by the fields of its composition (JSON).
+fn write_tour(file: &Path, compositions: &[&str]) {
+    let stop = |composition: &&str| {
+        format!(r#"{{"view":{{"target":"Phobos","time":"{TIME}","composition":{composition}}},"hold_s":1,"travel_s":0}}"#)
+    };
+    let stops = compositions.iter().map(stop).collect::<Vec<_>>().join(",");
+    std::fs::write(file, format!(r#"{{"title":"T","stops":[{stops}]}}"#)).expect("a file");
+}
+
+/// A stop keeps its projection, angle and stereo pair, as in the window. Options replace projection and stereo pair; a fisheye that an option asks for has its
+/// default angle, and not the field of view of a stop that is none.
+#[test]
+fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
+    if !crate::support::program::has_view() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%d.png"));
+    let (plain, dome, narrow) = ("{}", r#"{"projection":"fisheye"}"#, r#"{"projection":"fisheye","fisheye_deg":90}"#);
+    let red_cyan = r#"{"stereo":"anaglyph"}"#;
+    let pair = "perspective, anaglyph, eyes as usual";
+    let cases: [(&str, &[&str], &str, &str); 9] = [
+        (plain, &[], "perspective", "45 deg"),
+        (dome, &[], "fisheye", "180 deg"),
+        (narrow, &[], "fisheye", "90 deg"),
+        (red_cyan, &[], pair, "45 deg"),
+        (plain, &["--projection", "fisheye"], "fisheye", "180 deg"),
+        (narrow, &["--projection", "fisheye", "--dome-tilt", "20"], "fisheye, tilted by 20 deg", "90 deg"),
+        (narrow, &["--projection", "equirectangular"], "equirectangular", "45 deg"),
+        (dome, &["--stereo", "anaglyph"], pair, "45 deg"),
+        (red_cyan, &["--projection", "fisheye"], "fisheye", "180 deg"),
+    ];
+    for (composition, options, expected_composition, expected_fov) in cases {
+        write_tour(&tour, &[composition]);
+        let args = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "1", "--overwrite", "-o", path_text(&pattern)];
+        let out = render(&[&args[..], options].concat());
+        assert!(out.status.success(), "{composition} {options:?}: {}", stderr_text(&out));
+        let file = std::fs::read(folder.path().join("out-0.png")).expect("written");
+        let file_text = String::from_utf8_lossy(&file);
+        for part in [format!(r#""composition":"{expected_composition}""#), format!(r#""fov":"{expected_fov}""#)] {
+            assert!(file_text.contains(&part), "{composition} {options:?}: no {part}");
+        }
+    }
+}
+
+/// Without a target the description begins with the next item, and not with a comma.
+#[test]
+fn the_description_of_an_image_lists_what_was_given() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (camera, image) = (folder.path().join("camera.json"), folder.path().join("a.png"));
+    std::fs::write(&camera, r#"{"position":{"body":"phobos","km":[0,60,0]},"look":{"at":"phobos"}}"#).expect("written");
+    for (options, expected) in [
+        (&["--camera-json", path_text(&camera)][..], "exposure "),
+        (&["--camera-json", path_text(&camera), "--layers", "+labels"], "layers +labels, exposure "),
+        (&["--target", "phobos", "--up", "celestial"], "target phobos, up celestial, exposure "),
+    ] {
+        let args = ["--time", TIME, "--size", "12x10", "--overwrite", "-o", path_text(&image)];
+        let out = render(&[options, &args].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let file = std::fs::read(&image).expect("written");
+        let file_text = String::from_utf8_lossy(&file);
+        let description = file_text.split("Description\0").nth(1).expect("a description").trim_start_matches('\0');
+        assert!(description.starts_with(expected), "{options:?}: {:?}", description.chars().take(80).collect::<String>());
+    }
+}
+
+#[test]
+fn a_stop_that_cannot_be_drawn_is_named() {
+    if !crate::support::program::has_view() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let (tour, mesh) = (folder.path().join("tour.json"), folder.path().join("mesh.data"));
+    std::fs::write(&mesh, "2\n2 2\n-1.2 -1 0 0 1\n1.2 -1 1 0 1\n-1.2 1 0 1 1\n1.2 1 1 1 1\n").expect("written");
+    write_tour(&tour, &["{}", r#"{"stereo":"anaglyph"}"#]);
+    // A mesh excludes a stereo pair, and a pair has no linear light for an EXR file.
+    for (output, options, message_part) in [
+        ("out-%d.png", &["--warp", path_text(&mesh)][..], "tour.json: stop 2: stereo requires"),
+        ("out-%d.exr", &[], "display values"),
+        ("out-%d.png", &["--dome-zenith"], "zenith requires --projection fisheye"),
+    ] {
+        let pattern = folder.path().join(output);
+        let args = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "1", "-o", path_text(&pattern)];
+        let out = render(&[&args[..], options].concat());
+        let line = stderr_text(&out);
+        assert!(out.status.code() == Some(1) && line.contains(message_part) && line.trim().lines().count() == 1, "{options:?}: {line}");
+    }
+    assert_eq!(files(folder.path()).len(), 2, "no frame was written");
 }
 
 /// An existing animation is not overwritten without --overwrite, and unsupported settings are reported before anything is drawn.

@@ -307,12 +307,14 @@ fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let (cache, image) = (folder.path().join("cache"), folder.path().join("a.png"));
     let missing = folder.path().join("none");
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["--at", "91,0"], "--at 91,0"),
         (&["--at=-90.5,0"], "--at -90.5,0"),
         (&["--at", "0,400"], "--at 0,400"),
         (&["--at", "nan,0"], "--at nan,0"),
         (&["--from", "earth", "--at", "91,0"], "--at 91,0"),
+        (&["--from", "earth", "--at", "51,0", "--distance-radii", "5"], "--distance-radii: with --from and --at"),
+        (&["--at", "51,0", "--height-km", "9", "--distance-radii", "5"], "--distance-radii and --height-km both"),
         (&["--rate", "0"], "--rate"),
         (&["--frames", "0"], "--frames"),
         (&["--textures", path_text(&missing)], "there is no such folder; --textures"),

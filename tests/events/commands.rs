@@ -74,6 +74,27 @@ fn local_circumstances_and_paths_are_reported() {
     }
 }
 
+/// Where a line crosses the date line, it has a vertex on each side of the cut, with the time of the crossing.
+#[test]
+fn a_centre_line_over_the_date_line_has_a_time_for_each_vertex() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("path.geojson");
+    let args = ["--from", "2012-05-20", "--to", "2012-05-22", "--kind", "solar", "--path", file.to_str().expect("a path")];
+    assert!(find(&args).status.success());
+    let path: Value = serde_json::from_slice(&std::fs::read(&file).expect("a file")).expect("GeoJSON");
+    let centre_line = &path["features"][0];
+    assert_eq!(centre_line["properties"]["name"], "centre line");
+    let lines = centre_line["geometry"]["coordinates"].as_array().expect("lines");
+    let [west, east] = [0, 1].map(|k| lines[k].as_array().expect("points").len());
+    let times: Vec<&str> =
+        centre_line["properties"]["times"].as_array().expect("times").iter().map(|t| t.as_str().expect("a time")).collect();
+    assert_eq!((lines.len(), times.len()), (2, west + east));
+    assert!(times.is_sorted(), "{times:?}");
+    // The crossing is between its neighbours, and not at one of them.
+    assert_eq!(times[west - 1], times[west]);
+    assert!(times[west - 2] < times[west] && times[west] < times[west + 1], "{times:?}");
+}
+
 #[test]
 fn invalid_arguments_get_one_clear_line() {
     for (args, message_part) in [

@@ -141,6 +141,39 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
     assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
 }
 
+/// An antumbra that grazes the ground has only one limit on it, which may be the southern one in northern latitudes.
+#[test]
+fn the_only_limit_of_a_grazing_path_is_named_by_its_side() {
+    let path = eclipse_of(&IAU, "1529-11-11").path().expect("a path");
+    assert!(
+        path.northern_limit.is_empty() && path.southern_limit.len() > 100,
+        "{} {}",
+        path.northern_limit.len(),
+        path.southern_limit.len()
+    );
+    for (p, (_, centre)) in path.southern_limit.iter().zip(&path.centre_line) {
+        assert!(p.latitude_deg < centre.latitude_deg && p.latitude_deg > 0.0, "{p:?} {centre:?}");
+    }
+}
+
+/// An antumbra that grazes the ground reaches far from the centre line, and places there see it up to half an hour earlier or later than the centre line: a
+/// limit has a point where the Sun is up at that time. The side in darkness has none.
+#[test]
+fn a_limit_far_from_the_centre_line_is_found_where_it_is_sunlit() {
+    let path = eclipse_of(&IAU, "-0084-07-16").path().expect("a path");
+    let counts = (path.centre_line.len(), path.northern_limit.len(), path.southern_limit.len());
+    assert_eq!(counts, (121, 121, 0));
+    let e = eclipse_of(&IAU, "-2311-08-18");
+    let path = e.path().expect("a path");
+    assert!(path.northern_limit.len() > 115, "{}", path.northern_limit.len());
+    for p in path.northern_limit.iter().chain(&path.southern_limit) {
+        let circumstances = e.seen_from(*p).expect("an eclipse");
+        // At the limit itself the central phase lasts a moment, or, by rounding, not at all.
+        let greatest = circumstances.contacts.iter().find(|c| c.name == "C2").unwrap_or(&circumstances.maximum);
+        assert!(greatest.altitude_deg > -1.1, "{p:?}: {}", greatest.altitude_deg);
+    }
+}
+
 fn km_between(a: GeodeticPosition, b: GeodeticPosition) -> f64 {
     let (lat, dlat) = (a.latitude_deg.to_radians(), (b.latitude_deg - a.latitude_deg).to_radians());
     let dlon = (b.longitude_deg - a.longitude_deg).to_radians() * (lat + 0.5 * dlat).cos();

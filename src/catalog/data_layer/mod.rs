@@ -358,6 +358,9 @@ mod tests {
         ] {
             let error_text = why(from, to);
             assert!(error_text.starts_with(expected), "{error_text}");
+            // A byte order mark changes no line number.
+            let with_mark = read("a.kml", Some(NaifId::EARTH), &format!("\u{feff}{}", KML.replace(from, to))).expect_err("a mistake");
+            assert_eq!(with_mark, error_text);
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
     }

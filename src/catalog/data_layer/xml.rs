@@ -69,7 +69,9 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 /// # Errors
 /// The line number, and what is wrong there.
 pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<(), (usize, String)> {
-    let mut reader = Reader::from_str(document.trim_start_matches('\u{feff}'));
+    // Offsets of the reader and of `lines` must count from the same byte, so the byte order mark is removed for both.
+    let document = document.trim_start_matches('\u{feff}');
+    let mut reader = Reader::from_str(document);
     let mut lines = Lines { text: document.as_bytes(), counted_to: 0, line: 1 };
     let mut path: Vec<Element> = Vec::new();
     let mut has_root = false;

@@ -1,71 +1,70 @@
 //! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
-//! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, uncertainty of the mean motion,
-//! and optionally a quadratic term, which is 0 for all bodies at present. Always: it never decreases with the time from the epoch and never exceeds
-//! twice the largest distance from the parent. Omitted: errors of the orbital plane, which are smaller than those along the orbit.
+//! The error is an angle along the orbit that grows with the time from the elements' epoch: omitted periodic terms, and uncertainty of the mean motion.
+//! Always: it never decreases with the time from the epoch and never exceeds twice the largest distance from the parent. Omitted: errors of the orbital
+//! plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 
-/// Degrees along the orbit: at the epoch, per year, per year squared.
+/// Degrees along the orbit: at the epoch, and per year from it.
 struct Drift {
     at_epoch_deg: f64,
     deg_per_yr: f64,
-    deg_per_yr2: f64,
 }
 
 /// Rates are the difference of two published mean motions, JPL's (the catalog) and the IAU's rotation (pck00011), rounded up, except
 /// where a comment states otherwise.
 fn drift(body: NaifId) -> Drift {
-    let (at_epoch_deg, deg_per_yr, deg_per_yr2) = match body.0 {
+    let (at_epoch_deg, deg_per_yr) = match body.0 {
         // Phobos: mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, orbital plane within 0.01 in 2000 and 0.1 in 1900
         // (tests/ephemeris/satellites.rs); Mars' oblateness moves Phobos by 3/2 J2 (R/a)^2 = 0.02 degrees within an orbit, which is left out.
-        401 => (0.1, 1.5e-3, 0.0),
+        401 => (0.1, 1.5e-3),
         // Proteus: up to 3.8 degrees from the IAU's meridian over 2000 to 2041 (tests/ephemeris/satellites.rs).
-        808 => (4.3, 0.08, 0.0),
+        808 => (4.3, 0.08),
         // Deimos.
-        402 => (1.1, 0.004, 0.0),
+        402 => (1.1, 0.004),
         // Amalthea.
-        505 => (1.1, 0.1, 0.0),
+        505 => (1.1, 0.1),
         // Thebe, Adrastea, Metis.
-        514..=516 => (1.1, 0.06, 0.0),
+        514..=516 => (1.1, 0.06),
         // Janus and Epimetheus exchange orbits every four years, and the IAU's values describe two such states.
-        610 => (30.0, 40.0, 0.0),
-        611 => (90.0, 144.0, 0.0),
+        610 => (30.0, 40.0),
+        611 => (90.0, 144.0),
         // Helene, Telesto and Calypso, Trojans of Dione and Tethys, librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A
         // 397, 353); their mean motions are those of the large moons.
-        612 => (17.0, 0.01, 0.0),
-        613 => (3.0, 0.01, 0.0),
-        614 => (5.0, 0.01, 0.0),
+        612 => (17.0, 0.01),
+        613 => (3.0, 0.01),
+        614 => (5.0, 0.01),
         // Atlas.
-        615 => (1.1, 3.2, 0.0),
+        615 => (1.1, 3.2),
         // Prometheus; it and Pandora perturb each other chaotically.
-        616 => (1.1, 1.1, 0.0),
+        616 => (1.1, 1.1),
         // Pandora.
-        617 => (1.1, 0.5, 0.0),
+        617 => (1.1, 0.5),
         // Pan.
-        618 => (1.1, 4.5, 0.0),
+        618 => (1.1, 4.5),
         // Ariel, Umbriel, Titania, Oberon, Miranda.
-        701..=705 => (1.1, 0.012, 0.0),
+        701..=705 => (1.1, 0.012),
         // Puck.
-        715 => (1.1, 0.18, 0.0),
+        715 => (1.1, 0.18),
         // Triton: 2.7 degrees from the IAU's meridian both in 1900 and in 2000 (tests/ephemeris/satellites.rs).
-        801 => (3.0, 0.01, 0.0),
+        801 => (3.0, 0.01),
         // Charon.
-        901 => (1.1, 0.001, 0.0),
+        901 => (1.1, 0.001),
         // Larissa.
-        807 => (1.1, 0.24, 0.0),
+        807 => (1.1, 0.24),
         // Phoebe and Nereid: the Sun's perturbation, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the
         // motions.
-        609 => (5.2, 0.01, 0.0),
-        802 => (2.3, 0.01, 0.0),
+        609 => (5.2, 0.01),
+        802 => (2.3, 0.01),
         // Ceres and Vesta, osculating elements: 0.03 and 0.02 degrees a year from their proper motions, times four.
-        2_000_001 | 2_000_004 => (1.1, 0.12, 0.0),
+        2_000_001 | 2_000_004 => (1.1, 0.12),
         // Not compared with any reference: the largest values above of a moon whose orbit is not disturbed.
-        _ => (4.3, 4.5, 0.0),
+        _ => (4.3, 4.5),
     };
-    Drift { at_epoch_deg, deg_per_yr, deg_per_yr2 }
+    Drift { at_epoch_deg, deg_per_yr }
 }
 
 /// Upper limit of the position's error, km.
@@ -73,7 +72,7 @@ pub fn error_km(body: NaifId, elements: &MeanElements, t: Instant) -> f64 {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     let years = (days / DAYS_PER_JULIAN_YEAR).abs();
     let drift = drift(body);
-    let angle_rad = (drift.at_epoch_deg + years * (drift.deg_per_yr + years * drift.deg_per_yr2)).to_radians();
+    let angle_rad = (drift.at_epoch_deg + years * drift.deg_per_yr).to_radians();
     let (a, e) = (elements.semi_major_axis_km, elements.eccentricity);
     // An error of the mean anomaly has the largest effect at periapsis.
     (angle_rad * a * ((1.0 + e) / (1.0 - e)).sqrt()).min(2.0 * a * (1.0 + e))

@@ -1,9 +1,11 @@
 //! Why a plan could not be executed.
 
+use super::MAX_SIZE;
+
 /// Each message is one line that states the error, the draw or pass if it concerns one, and a remedy if there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
-    #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to 16384")]
+    #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to {MAX_SIZE}")]
     Size { pass: String, width: u32, height: u32 },
     #[error("pass {pass}: {samples} samples per pixel; 1 and 4 are possible")]
     Samples { pass: String, samples: u8 },

@@ -40,8 +40,19 @@ impl Default for CompositionState {
 }
 
 impl CompositionState {
+    /// These fields with the projection and the stereo pair of `options`; unchanged if the options leave the image plain. Options do not give the full angle
+    /// of a fisheye, so a fisheye keeps its own.
+    pub(crate) fn with_options(&self, options: &Composition) -> Self {
+        let chosen = Self::of(options);
+        if chosen.is_plain() {
+            return self.clone();
+        }
+        let fisheye_deg = if self.projection == Projection::Fisheye { self.fisheye_deg } else { chosen.fisheye_deg };
+        Self { fisheye_deg, ..chosen }
+    }
+
     /// The stored fields of a composition, without its warp mesh. A composition has no fisheye angle: the caller sets `fisheye_deg`.
-    pub(crate) fn of(composition: &Composition) -> Self {
+    fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
             dome_zenith: composition.zenith_centred,
@@ -79,5 +90,24 @@ impl CompositionState {
         if let Some(km) = self.eye_separation_km {
             check(km > 0.0 && km.is_finite(), &|| format!("composition.eye_separation_km {km}: must be more than 0 km"));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn options_replace_a_composition_but_not_the_angle_of_a_fisheye() {
+        let fisheye =
+            CompositionState { projection: Projection::Fisheye, fisheye_deg: 90.0, dome_zenith: true, ..CompositionState::default() };
+        let anaglyph = CompositionState { stereo: Some(StereoLayout::Anaglyph), ..CompositionState::default() };
+        // Options without a projection and a stereo pair leave the composition as it is.
+        assert_eq!(fisheye.with_options(&Composition::default()), fisheye);
+        assert_eq!(anaglyph.with_options(&Composition::default()), anaglyph);
+        let dome = Composition { projection: Projection::Fisheye, tilt_deg: 20.0, ..Composition::default() };
+        let tilted = CompositionState { projection: Projection::Fisheye, dome_tilt_deg: 20.0, ..CompositionState::default() };
+        assert_eq!(fisheye.with_options(&dome), CompositionState { fisheye_deg: 90.0, ..tilted.clone() });
+        assert_eq!(anaglyph.with_options(&dome), tilted);
     }
 }

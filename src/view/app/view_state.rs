@@ -8,6 +8,7 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::SceneError;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
@@ -218,7 +219,7 @@ impl ViewState {
         request.composition = self.composition.composition();
         request.fov_deg =
             Some(if self.composition.projection == Projection::Fisheye { self.composition.fisheye_deg } else { self.fov_deg });
-        (request.width, request.height) = (width.clamp(1, 16_384), height.clamp(1, 16_384));
+        (request.width, request.height) = (width.clamp(1, MAX_IMAGE_PX), height.clamp(1, MAX_IMAGE_PX));
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
         request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };

@@ -8,6 +8,7 @@ use super::Interface;
 use crate::catalog::NaifId;
 use crate::render::plan::{FrameImages, GpuImage, SamplingQuality};
 use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RendererPreference, RequestedOutput, Session};
 use crate::view::app::view_state::ViewStateError;
@@ -21,8 +22,6 @@ use std::sync::Arc;
 
 /// Seconds after the last motion of the view until an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
-/// Largest width and height of a viewport.
-pub(super) const MAX_SIDE_PX: u32 = 16_384;
 /// Seconds between checks whether the GPU is ready to replace the software renderer.
 const READY_CHECK_S: f64 = 0.1;
 /// Smallest interval between images while time runs no faster than real time, seconds.
@@ -198,7 +197,7 @@ impl Interface {
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         let scale = self.viewport.resolution.scale(1);
-        let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_SIDE_PX)) / scale).ceil() as u32);
+        let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.
         if let Ok(job) = self.image_job(worker.session(), [width, height], Some(Quality::Draft)) {
             self.viewport.requested = Some(job.clone());

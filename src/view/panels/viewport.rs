@@ -2,11 +2,11 @@
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
-use super::render_loop::MAX_SIDE_PX;
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
 use crate::scene::labels::{self, FILLS_IMAGE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::ZOOM_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -36,7 +36,7 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
-    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_SIDE_PX);
+    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
     interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());

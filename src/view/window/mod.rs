@@ -15,6 +15,7 @@ mod settings_writer;
 pub mod shader_watcher;
 
 use crate::files::WriteError;
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::session::{Readiness, Session};
 use crate::view::app::settings::Settings;
 use crate::view::panels::Interface;
@@ -49,8 +50,8 @@ pub(crate) enum WindowError {
     SettingsNotSaved(WriteError),
 }
 
-/// Largest side of a texture that egui may create, such as that of the glyphs.
-const MAX_TEXTURE_SIDE: usize = 16_384;
+/// Largest side of a texture that egui may create, such as that of the glyphs: the image of a viewport has to fit.
+const MAX_TEXTURE_SIDE: usize = MAX_IMAGE_PX as usize;
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
 /// Time for which a redraw waits for an image that is being rendered. The image's arrival redraws the window anyway, so one redraw can

@@ -3,6 +3,7 @@
 use super::dialog::{self, FileField};
 use super::export::ImageOptions;
 use super::{ExportKind, Interface};
+use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::text;
 use crate::view::panels::accessible;
@@ -10,12 +11,9 @@ use crate::view::panels::icons::{self, Icon};
 use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
-/// Largest width and height of an exported image, pixels.
-const MAX_SIDE_PX: u32 = 16_384;
-
 /// A field for a width or height, pixels.
 fn side_field(value: &mut u32) -> DragValue<'_> {
-    DragValue::new(value).range(1..=MAX_SIDE_PX)
+    DragValue::new(value).range(1..=MAX_IMAGE_PX)
 }
 
 /// Shows fields for width, height and labels with these accessible names.
