@@ -1,21 +1,19 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
 //! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
-//! going back restores the previous view; the current time comes from the given clock.
+//! going back restores the previous view; the current time comes from the given clock. Not here: turns and
+//! zooms (`camera_motion`).
+
+mod camera_motion;
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::scene::request::Projection;
-use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::time_rate::TimeRate;
-use crate::view::app::view_state::{
-    CameraPose, FOV_DEG, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, body_fixed_orbit_pose, horizontal_view, inertial_orbit_pose, pose_on_ground,
-    rotated_view,
-};
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view};
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -102,8 +100,6 @@ const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
-/// Change of the logarithm of the field of view per wheel notch.
-const LOG_FOV_PER_NOTCH: f64 = 0.15;
 const MAX_HISTORY: usize = 64;
 
 /// The state of the window.
@@ -196,8 +192,8 @@ impl Viewer {
             Action::Select(id) => self.selected = id,
             Action::SelectNext(by) => self.select_next(by, places),
             Action::FlyTo(id) => self.fly_to(id, places),
-            Action::Turn(dx, dy) => self.turn(dx, dy, height_px),
-            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px),
+            Action::Turn(dx, dy) => self.turn(dx, dy, height_px, places),
+            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, places),
             Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
             Action::Zoom(notches) => self.zoom(notches),
             Action::ChangeFov(notches) => self.change_fov(notches),
@@ -205,7 +201,7 @@ impl Viewer {
             Action::LookAt(id) => self.change(|view| (view.target, view.tracks) = (id, true)),
             Action::LookFrom(id) => self.look_from(id),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
-            Action::Track(on) => self.view.tracks = on,
+            Action::Track(on) => self.track(on, places),
             Action::FaceSelected => self.face_selected(),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
@@ -395,60 +391,6 @@ impl Viewer {
         }
     }
 
-    fn turn(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.end_flight();
-        let fov_rad = self.view.fov_deg.to_radians();
-        match &mut self.view.eye {
-            CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
-                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.drag(dx, dy, height_px, fov_rad);
-                (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
-            }
-            _ => self.look_around(-dx, -dy, height_px),
-        }
-    }
-
-    /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the image follows the mouse.
-    fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.end_flight();
-        let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
-        match &mut self.view.eye {
-            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
-                *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
-                *pitch_deg = (*pitch_deg - dy * deg_per_px).clamp(-89.0, 89.0);
-            }
-            CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
-                *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
-                *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Looking around stops the tracking of another target.
-                self.view.target = *body;
-            }
-            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
-        }
-    }
-
-    fn zoom(&mut self, notches: f64) {
-        self.end_flight();
-        match &mut self.view.eye {
-            CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
-                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.zoom(notches);
-                *distance_radii = orbit.distance_radii;
-            }
-            _ => self.change_fov(notches),
-        }
-    }
-
-    fn change_fov(&mut self, notches: f64) {
-        let (angle_deg, range_deg) = match self.view.composition.projection {
-            Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
-            Projection::Fisheye => (&mut self.view.composition.fisheye_deg, FISHEYE_RANGE_DEG),
-            // An equirectangular image always shows the entire sphere.
-            Projection::Equirectangular => return,
-        };
-        *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
-    }
-
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.change(|view| {
@@ -465,33 +407,6 @@ impl Viewer {
         // A field of view of one degree shows the disc and its surroundings.
         let eye = CameraPose::Centre { body: from };
         self.change(|view| *view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..view.clone() });
-    }
-
-    fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
-        self.end_flight();
-        let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
-        let Some(pose) = self.pose_from(body, places).filter(|_| fixed != make_fixed) else { return };
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
-        let radius_km = self.radius_km(body);
-        self.view.eye = if make_fixed {
-            body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
-        } else {
-            inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))
-        };
-        // Both poses measure these two angles from the direction to the body and its pole.
-        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
-            (*yaw_deg, *pitch_deg) = (old_yaw_deg, old_pitch_deg);
-        }
-    }
-
-    fn face_selected(&mut self) {
-        self.end_flight();
-        self.view.roll_deg = 0.0;
-        self.view.tracks = true;
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
-            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
-            self.view.target = *body;
-        }
     }
 }
 
