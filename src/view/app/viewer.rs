@@ -12,6 +12,7 @@ use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
+use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view};
 use crate::view::language::body_name;
@@ -88,6 +89,8 @@ pub enum Action {
     NextView,
     /// Show a complete view: a bookmark, a link, a moment.
     Show(Box<ViewState>),
+    /// Show the view of a preset, which has made these changes.
+    ShowPreset(Box<ViewState>, PresetChanges),
 }
 
 /// Distance at arrival, in radii of the body.
@@ -102,6 +105,13 @@ const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
 const MAX_HISTORY: usize = 64;
 
+/// A view of the history.
+struct PastView {
+    view: ViewState,
+    /// See [`Viewer::preset_changes`].
+    preset_changes: Option<PresetChanges>,
+}
+
 /// The state of the window.
 pub struct Viewer {
     pub view: ViewState,
@@ -113,8 +123,11 @@ pub struct Viewer {
     subjects: Vec<Subject>,
     /// A flight and the view at its end.
     flight: Option<(Flight, ViewState)>,
-    back_history: Vec<ViewState>,
-    forward_history: Vec<ViewState>,
+    /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
+    /// inherit these changes after *Back*, either.
+    preset_changes: Option<PresetChanges>,
+    back_history: Vec<PastView>,
+    forward_history: Vec<PastView>,
     clock: fn() -> Instant,
 }
 
@@ -131,6 +144,7 @@ impl Viewer {
             is_in_tour: false,
             subjects,
             flight: None,
+            preset_changes: None,
             back_history: Vec::new(),
             forward_history: Vec::new(),
             clock,
@@ -218,14 +232,8 @@ impl Viewer {
             }
             Action::PreviousView => self.step_history(true),
             Action::NextView => self.step_history(false),
-            Action::Show(mut view) => {
-                let selected = view.target;
-                if let Some(paused) = view.paused.take() {
-                    self.time_rate.set_paused(paused);
-                }
-                self.change(|current| *current = *view);
-                self.selected = selected;
-            }
+            Action::Show(view) => self.show(*view, None),
+            Action::ShowPreset(view, changes) => self.show(*view, Some(changes)),
         }
     }
 
@@ -257,6 +265,16 @@ impl Viewer {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
+    fn show(&mut self, mut view: ViewState, preset_changes: Option<PresetChanges>) {
+        if let Some(paused) = view.paused.take() {
+            self.time_rate.set_paused(paused);
+        }
+        self.remember();
+        self.selected = view.target;
+        self.view = view;
+        self.preset_changes = preset_changes;
+    }
+
     /// Stores the view in the history, then changes it.
     fn change(&mut self, modify: impl FnOnce(&mut ViewState)) {
         self.remember();
@@ -265,15 +283,38 @@ impl Viewer {
 
     /// Stores the view, or a flight's destination, in the history, and ends the flight.
     fn remember(&mut self) {
-        let current = self.destination().clone();
+        let current = self.current_view();
         self.flight = None;
-        if self.back_history.last() != Some(&current) {
+        if self.back_history.last().is_none_or(|last| last.view != current.view) {
             self.back_history.push(current);
         }
         if self.back_history.len() > MAX_HISTORY {
             self.back_history.remove(0);
         }
         self.forward_history.clear();
+    }
+
+    /// The current view as the history stores it.
+    fn current_view(&self) -> PastView {
+        PastView { view: self.destination().clone(), preset_changes: self.preset_changes }
+    }
+
+    /// Stores the view in the history and undoes the brightness that a preset has set: the next view is of another place. The history keeps the view
+    /// as it was.
+    fn leave(&mut self) {
+        self.remember();
+        if let Some(changes) = self.preset_changes.take() {
+            changes.undo_brightness(&mut self.view);
+        }
+    }
+
+    /// The view from which new views take quality, effects and layers: the current one, or a flight's destination, without the changes of a preset.
+    pub(crate) fn base_view(&self) -> ViewState {
+        let mut view = self.destination().clone();
+        if let Some(changes) = self.preset_changes {
+            changes.undo(&mut view);
+        }
+        view
     }
 
     /// The current view; during a flight, its destination.
@@ -288,14 +329,14 @@ impl Viewer {
 
     /// Restores the previous view of the history (`back`), or the next one.
     fn step_history(&mut self, back: bool) {
-        let current = self.destination().clone();
+        let current = self.current_view();
         let (from, to) =
             if back { (&mut self.back_history, &mut self.forward_history) } else { (&mut self.forward_history, &mut self.back_history) };
         let Some(restored) = from.pop() else { return };
         to.push(current);
         self.flight = None;
-        self.selected = restored.target;
-        self.view = restored;
+        self.selected = restored.view.target;
+        (self.view, self.preset_changes) = (restored.view, restored.preset_changes);
     }
 
     fn select_next(&mut self, by: i32, places: &dyn BodyPositions) {
@@ -361,7 +402,7 @@ impl Viewer {
             let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
             orbit.elevation_rad = above.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }
-        self.remember();
+        self.leave();
         self.selected = id;
         let goal = ViewState {
             target: id,
@@ -393,10 +434,9 @@ impl Viewer {
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
-        self.change(|view| {
-            view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
-            (view.target, view.roll_deg, view.fov_deg) = (body, 0.0, 60.0);
-        });
+        self.leave();
+        self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
+        (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, 60.0);
     }
 
     fn look_from(&mut self, from: NaifId) {
@@ -406,7 +446,8 @@ impl Viewer {
         }
         // A field of view of one degree shows the disc and its surroundings.
         let eye = CameraPose::Centre { body: from };
-        self.change(|view| *view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..view.clone() });
+        self.leave();
+        self.view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..self.view.clone() };
     }
 }
 

@@ -316,7 +316,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
 /// The best view of an event.
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
-    event.view(session.catalog(), &SessionPositions(session), &interface.base_view())
+    event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
 /// Selects an event that was found outside this panel, and shows the best view of it.
@@ -353,7 +353,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             let altitude_deg = maximum.map_or(45.0, |l| l.altitude_deg);
             let place =
                 crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
-            let mut view = event.view_from(place, altitude_deg, &interface.base_view());
+            let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
             view.tdb_s = maximum.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
             actions.push(Action::Show(Box::new(view)));
         }
