@@ -11,7 +11,7 @@ use crate::view::language::{body_name, decimal, named, reason_text, signed, text
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
-use egui::{ComboBox, ScrollArea};
+use egui::{ComboBox, ScrollArea, SliderClamping};
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
@@ -31,8 +31,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
-            ui.add(egui::Slider::new(stops, -20.0..=30.0).custom_parser(typed_number).text(text!("effects-stops")))
-                .on_hover_text(text!("effects-exposure-hint"));
+            // A view from a link or a file may have another valid value, which must not change because the panel opens.
+            let slider = egui::Slider::new(stops, -20.0..=30.0).clamping(SliderClamping::Edits);
+            ui.add(slider.custom_parser(typed_number).text(text!("effects-stops"))).on_hover_text(text!("effects-exposure-hint"));
         } else {
             ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }
