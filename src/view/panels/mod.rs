@@ -234,6 +234,7 @@ impl Interface {
         self.viewport.last_frame_s = now_s;
         self.viewer.advance(elapsed_s);
         tour::advance(self, ui.ctx(), elapsed_s);
+        let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
         // Messages about drivers appear in the Performance panel, not over the image.
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
@@ -275,6 +276,7 @@ impl Interface {
         }
         warning::show(self, ui.ctx());
         what_to_see_now::hide_after_input(self, panels_before, &actions);
+        tour::pause_after_change(self, view_of_tour);
         let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
