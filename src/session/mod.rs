@@ -11,6 +11,7 @@ mod cpu;
 mod custom_surfaces;
 mod data_layers;
 mod devices;
+mod drawing;
 mod effect_cost;
 mod error;
 mod fragment_folder;
@@ -46,7 +47,6 @@ pub use lunar_heights::read_lunar_heights;
 pub(crate) use meshes::Meshes;
 use parking_lot::Mutex;
 pub use provenance::{ExistingImage, Provenance};
-use renderers::RenderOutput;
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference, RequestedOutput};
 use ring_shine_files::RingShineFiles;
 pub use sample_body::{
@@ -68,12 +68,11 @@ use crate::files::{read_bytes, read_text};
 use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, SharedTexture, StoredMaps};
 use crate::memo::Memo;
 use crate::render::frame::Frame;
-use crate::render::plan::{self, FrameImages, GpuImage, Plan, PlanError, ResourceProvider, SamplingQuality, SimpleDraw};
+use crate::render::plan::{self, GpuImage, PlanError, ResourceProvider, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::draw::RingTable;
 use crate::scene::labels;
 use crate::scene::night_lights::NightLights;
-use crate::scene::request::ViewRequest;
 use crate::scene::rings::ring_shine::{RingShineStore, RingShines};
 use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
@@ -363,116 +362,6 @@ impl Session {
             stages.add_cpu(stage, cpu_time);
         }
         result
-    }
-
-    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without the map.
-    ///
-    /// # Errors
-    /// The scene cannot be built, or a module cannot be compiled.
-    pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
-        if !request.composition.is_plain() {
-            return self.composite_plan(request, sampling);
-        }
-        loop {
-            let scene = self.scene_prepared_by(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
-            let modules = plan::modules(&scene);
-            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
-                Ok(plan) => return Ok((scene, plan)),
-                // A map that the requirements did not list is unreadable: the scene is built again without it.
-                Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
-                Err(_) if self.replace_forged(&modules) => {}
-                Err(e) => return Err(e.into()),
-            }
-        }
-    }
-
-    /// The passes and draws of a view in their order, as text.
-    ///
-    /// # Errors
-    /// See [`Self::plan`].
-    pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
-        let (scene, plan) = self.plan(request, sampling)?;
-        let steps = if request.composition.is_plain() { plan::steps(&scene, self, sampling)? } else { Vec::new() };
-        Ok(plan::graph::listing(&steps, &plan))
-    }
-
-    /// Draws a view with the chosen renderer, or in software if the GPU fails. `images`: what the frame contains.
-    pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, images: FrameImages) -> Result<DrawnFrame, SessionError> {
-        self.draw_by(self.renderer(), request, sampling, images)
-    }
-
-    /// As [`Self::draw`], but on the threads of [`Self::background_renderer`].
-    pub fn draw_in_background(
-        &self,
-        request: &ViewRequest,
-        sampling: SamplingQuality,
-        images: FrameImages,
-    ) -> Result<DrawnFrame, SessionError> {
-        self.draw_by(self.background_renderer(), request, sampling, images)
-    }
-
-    fn draw_by(
-        &self,
-        software: &SoftwareRenderer,
-        request: &ViewRequest,
-        sampling: SamplingQuality,
-        images: FrameImages,
-    ) -> Result<DrawnFrame, SessionError> {
-        loop {
-            let (scene, plan) = self.plan(request, sampling)?;
-            match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, RequestedOutput::Frame(images))) {
-                Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
-                Err(_) if self.replace_forged(&plan.modules()) => {}
-                Err(why) => return Err(why.into()),
-            }
-        }
-    }
-
-    /// Draws a plan with the chosen renderer, as [`Self::draw`] does.
-    pub(crate) fn draw_plan(&self, plan: &Plan, images: FrameImages) -> Result<Frame, SessionError> {
-        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
-    }
-
-    /// Drops the modules whose entries on disk were forged, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
-    /// of no use.
-    fn replace_forged(&self, modules: &[ModuleId]) -> bool {
-        let replaced = self.library.replace_forged(modules) > 0;
-        if replaced {
-            self.devices.forget_modules();
-        }
-        replaced
-    }
-}
-
-fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, gpu_image, by }: RenderOutput) -> DrawnFrame {
-    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, gpu_image, by }
-}
-
-impl Session {
-    /// Compiles modules from these fragments from now on.
-    pub fn set_fragments(&self, fragments: Fragments) {
-        self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
-        self.devices.forget_modules();
-    }
-
-    /// Draws a view for a window; in software if the GPU is not ready for this view.
-    pub fn draw_or_fall_back(
-        &self,
-        request: &ViewRequest,
-        sampling: SamplingQuality,
-        requested: RequestedOutput,
-    ) -> Result<DrawnFrame, SessionError> {
-        loop {
-            let (scene, plan) = self.plan(request, sampling)?;
-            // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
-            let window = || plan::warm_up_interface(self).ok();
-            match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
-                Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
-                Err(_) if self.replace_forged(&plan.modules()) => {}
-                Err(why) => return Err(why.into()),
-            }
-        }
     }
 }
 

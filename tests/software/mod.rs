@@ -1,6 +1,7 @@
 //! The software renderer: lowering, arithmetic, rasterisation, sampling, tone mapping.
 
 mod control_flow;
+mod edited_module;
 mod filtered_map;
 mod frame;
 mod lower;

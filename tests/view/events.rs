@@ -143,7 +143,9 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
     // It was not visible in Greenwich.
     window.get_by_label("Not visible from this place.");
-    assert!(window.query_all_by_label("below the horizon").count() > 2 || window.query_by_label("P1").is_some());
+    // Contacts and maximum at the place, where all would be below the horizon, and not the contacts for the entire Earth.
+    assert_eq!(window.query_all_by_label("below the horizon").count(), 3);
+    assert!(["C1", "C4"].iter().all(|contact| window.query_by_label(contact).is_some()) && window.query_by_label("P1").is_none());
     assert!(window.get_by_label("From this place").accesskit_node().is_disabled());
     window.get_by_label("Watch it").click();
     window.run_steps(2);
@@ -229,10 +231,9 @@ impl RenderWorker for QueuingWorker {
     }
 }
 
-#[test]
-fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
-    let queue: Arc<TaskQueue> = Arc::default();
-    let worker = QueuingWorker(Arc::clone(&queue));
+/// A window with tasks that wait in a queue.
+fn queuing_window(queue: &Arc<TaskQueue>) -> Window {
+    let worker = QueuingWorker(Arc::clone(queue));
     let mut window: Window = Harness::builder()
         .with_size([1100.0, 900.0])
         .with_step_dt(1.0 / 60.0)
@@ -243,6 +244,44 @@ fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
         );
     window.state_mut().tab = Some(Tab::Events);
     window.run_steps(3);
+    window
+}
+
+/// *From this place* is disabled until the contacts of the chosen event have arrived; those of the event chosen before do not count.
+#[test]
+fn an_event_is_seen_from_a_place_only_once_its_own_contacts_are_known() {
+    let queue: Arc<TaskQueue> = Arc::default();
+    let mut window = queuing_window(&queue);
+    // Both total eclipses of the Moon in 2000; that of January was visible in Greenwich (Espenak, NASA catalog of lunar eclipses).
+    let [january, july] = ["Total lunar eclipse, 2000-01-21", "Total lunar eclipse, 2000-07-16"];
+    let answer_all = |window: &mut Window| {
+        while queue.run_next() {
+            window.run_steps(2);
+        }
+    };
+    let is_disabled = |window: &Window| window.get_by_label("From this place").accesskit_node().is_disabled();
+    answer_all(&mut window);
+    window.get_by_label_contains(january).click_accesskit();
+    window.run_steps(4);
+    answer_all(&mut window);
+    assert!(!is_disabled(&window), "the contacts in January have arrived");
+    let shown_s = window.state().viewer.view.tdb_s;
+    window.get_by_label_contains(july).click_accesskit();
+    let mut frames = 0;
+    for _ in 0..6 {
+        // The frame after the choice is the first that shows the other event.
+        let is_chosen = window.state().viewer.view.tdb_s != shown_s;
+        window.run_steps(1);
+        assert!(!is_chosen || is_disabled(&window), "enabled by the contacts in January, {frames} frames after the choice");
+        frames += u32::from(is_chosen);
+    }
+    assert!(frames > 2, "July was not chosen");
+}
+
+#[test]
+fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
+    let queue: Arc<TaskQueue> = Arc::default();
+    let mut window = queuing_window(&queue);
     let rows = |window: &Window| -> Vec<(String, egui::Rect)> {
         let named = window.query_all_by_role(Role::Button).filter_map(|n| Some((n.accesskit_node().label()?, n.rect())));
         named.filter(|(name, _)| name.contains("eclipse, ")).collect()

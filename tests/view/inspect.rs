@@ -5,6 +5,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
+use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::shader_watcher::ShaderWatcher;
 use orrery::view::worker::render_worker::InlineWorker;
@@ -122,6 +123,38 @@ fn two_variants_are_drawn_and_compared() {
     assert!(metrics[0].contains("mean 0.0000") && metrics[0].contains("infinite"), "{}", metrics[0]);
 }
 
+/// Stored answers are asked for again once the fragments have changed, although the view is the same.
+#[test]
+fn after_an_edit_of_a_fragment_pixel_and_comparison_are_computed_again() {
+    let cache = tempfile::tempdir().expect("a temporary folder");
+    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+    let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
+    let worker = InlineWorker::new(&session);
+    let mut harness = harness(&worker, interface_at_saturn());
+    // Half of the sunlight that Saturn reflects.
+    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/photometry/lambert.wesl").expect("a fragment");
+    let darker = text.replacen("return ", "return 0.5 * ", 1);
+    assert_ne!(*text, darker);
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let before = names_containing(&harness, "; exposure ");
+    assert!(!before.is_empty(), "no radiance of the pixel");
+    harness.run_steps(4);
+    assert_eq!(names_containing(&harness, "; exposure "), before, "without an edit");
+    session.set_fragments(Fragments::with_files([((*path).to_owned(), darker)]));
+    harness.run_steps(8);
+    let after = names_containing(&harness, "; exposure ");
+    assert!(!after.is_empty() && after != before, "{before:?} {after:?}");
+    harness.state_mut().tab = Some(Tab::Compare);
+    harness.run_steps(8);
+    let before = names_containing(&harness, "PSNR");
+    assert_eq!(before.len(), 1, "one line of metrics: {before:?}");
+    session.set_fragments(Fragments::default());
+    harness.run_steps(8);
+    let after = names_containing(&harness, "PSNR");
+    assert!(after.len() == 1 && after != before, "{before:?} {after:?}");
+}
+
 #[test]
 fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     let (cache, folder) = (tempfile::tempdir().expect("a temporary folder"), tempfile::tempdir().expect("a temporary folder"));
@@ -133,7 +166,7 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
         ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
         "an empty folder is accepted"
     );
-    let (path, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
+    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
     let file = folder.path().join(path);
     std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
     std::fs::write(&file, text).expect("written");

@@ -1,6 +1,7 @@
 //! Each panel as screen readers see it: the accessibility tree as recorded text, without measured values. Costs of effects, tone maps, choice of the
 //! renderer.
 
+use crate::view::input::window_without_images;
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Role, Toggled};
 use egui_kittest::Harness;
@@ -149,6 +150,23 @@ fn the_tone_map_clips_or_compresses_light_above_white() {
         }
     }
     assert!(dark_and_bright.iter().all(|n| *n > 20), "dark and bright pixels: {dark_and_bright:?}");
+}
+
+/// A link or a file may set any valid exposure and any valid brightness of stars, also beyond the ends of the sliders.
+#[test]
+fn an_opened_panel_does_not_change_values_beyond_its_sliders() {
+    for (exposure_stops, stars_boost) in [(-40.0, -10.0), (45.0, 25.0)] {
+        let mut window = window_without_images(SATURN);
+        let view = &mut window.state_mut().viewer.view;
+        (view.exposure_stops, view.stars_boost) = (Some(exposure_stops), stars_boost);
+        window.state_mut().tab = Some(Tab::Effects);
+        window.run_steps(3);
+        window.get_by_label("Sky and lines").click_accesskit();
+        window.run_steps(30);
+        assert!(window.query_all_by_label("Faint light, stops").next().is_some(), "the slider is not shown");
+        let view = &window.state().viewer.view;
+        assert_eq!((view.exposure_stops, view.stars_boost), (Some(exposure_stops), stars_boost));
+    }
 }
 
 #[test]

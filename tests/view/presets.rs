@@ -1,6 +1,6 @@
 //! Ready-made views (presets): they are found by search and in the Moments panel; what they show.
 
-use crate::view::input::{Window, window_without_images};
+use crate::view::input::{Window, advance, window_without_images};
 use crate::view::interface::session;
 use crate::view::search::{MARS, search, window_after_search};
 use egui_kittest::kittest::Queryable;
@@ -106,6 +106,41 @@ fn the_next_view_does_not_inherit_what_a_preset_has_set() {
     window.state_mut().viewer.view.exposure_stops = Some(5.0);
     search(&mut window, "saturn");
     assert_eq!(window.state().viewer.destination().exposure_stops, Some(5.0));
+}
+
+/// *Back* returns to a preset's view as it was, with the exposure and the stars that the preset has set. The list of recent views stores the same view.
+#[test]
+fn back_returns_to_a_presets_view_as_it_was() {
+    for (preset, exposure_stops, stars_boost) in [("whole system", Some(2.0), 0.0), ("sky tonight", None, 2.0)] {
+        let mut window = window_after_search(preset);
+        for body in ["saturn", "jupiter"] {
+            search(&mut window, body);
+            let goal = window.state().viewer.destination();
+            assert_eq!((goal.exposure_stops, goal.stars_boost), (None, 0.0), "{preset}, {body}");
+            let recent = &window.state().settings.recent[0].view;
+            assert_eq!((recent.exposure_stops, recent.stars_boost), (exposure_stops, stars_boost), "{preset}, {body}");
+            window.get_by_label("Back").click_accesskit();
+            window.run_steps(3);
+            let view = &window.state().viewer.view;
+            assert_eq!((view.exposure_stops, view.stars_boost), (exposure_stops, stars_boost), "{preset}, {body}");
+        }
+    }
+}
+
+/// A preset's changes are undone once: an exposure that the user sets afterwards is kept.
+#[test]
+fn a_presets_changes_are_undone_only_once() {
+    let mut window = window_without_images(MARS);
+    window.state_mut().viewer.view.exposure_stops = Some(12.0);
+    search(&mut window, "moon phases");
+    assert_eq!(window.state().viewer.view.exposure_stops, None);
+    search(&mut window, "saturn");
+    assert_eq!(window.state().viewer.destination().exposure_stops, Some(12.0), "the user's exposure returns");
+    advance(&mut window, 3.0);
+    assert!(!window.state().viewer.is_flying());
+    window.state_mut().viewer.view.exposure_stops = None;
+    search(&mut window, "jupiter");
+    assert_eq!(window.state().viewer.destination().exposure_stops, None);
 }
 
 /// In every season and at every latitude where the night gets dark, the Sun is at least 15 degrees below the horizon.

@@ -1,10 +1,11 @@
 //! Tours: camera paths between stops, of the built-in tours too; errors in tour files; playing, pausing, ending and recording in the window.
 
-use crate::view::input::window_without_images;
+use crate::view::input::{type_text, window_without_images};
 use crate::view::interface::session;
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
 use orrery::catalog::NaifId;
+use orrery::scene::request::{Quality, ToneMap};
 use orrery::scene::viewpoint::viewer;
 use orrery::time::Instant;
 use orrery::view::app::tour::Tour;
@@ -201,6 +202,38 @@ fn a_tour_plays_in_the_window() {
     window.get_by_label("Back").click();
     window.run_steps(2);
     assert_eq!(window.state().viewer.view.target, NaifId(699));
+}
+
+/// A control that changes what the view shows pauses the tour, and the change is kept. A change of quality lasts without a pause.
+#[test]
+fn a_switch_pauses_a_tour_and_is_kept() {
+    let mut window = window_without_images(NaifId(699));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    window.get_by_label(orrery_catalogs::TOURS[0].0).click();
+    window.run_steps(4);
+    window.state_mut().tab = Some(Tab::Effects);
+    window.run_steps(4);
+    assert!(window.query_by_label("Pause tour").is_some(), "opening a panel pauses the tour");
+    assert_eq!(window.state().viewer.view.quality, Quality::Draft);
+    window.get_by_label("standard").click();
+    window.run_steps(4);
+    assert_eq!(window.state().viewer.view.quality, Quality::Standard);
+    assert!(window.query_by_label("Pause tour").is_some(), "a change of quality pauses the tour");
+    assert_eq!(window.state().viewer.view.tone_map, ToneMap::Filmic);
+    window.get_by_label("clipped").click();
+    window.run_steps(6);
+    assert_eq!(window.state().viewer.view.tone_map, ToneMap::Clipped);
+    assert!(window.query_by_label("Play tour").is_some(), "the tour goes on");
+    window.get_by_label("Play tour").click();
+    window.run_steps(4);
+    assert!(window.query_by_label("Pause tour").is_some());
+    // A shortcut, too.
+    let orbits = window.state().viewer.view.orbits;
+    type_text(&mut window, "o");
+    window.run_steps(4);
+    assert_eq!(window.state().viewer.view.orbits, !orbits);
+    assert!(window.query_by_label("Play tour").is_some(), "the tour goes on");
 }
 
 /// Between two fisheyes the field of view stays within those of the stops, also at the greatest one; from a perspective view the fisheye starts with its own.

@@ -74,13 +74,20 @@ pub(super) struct EntryPoints {
     pub tone_map: Option<ToneMapFields>,
 }
 
+/// The decoded programs of each module.
+#[derive(Debug)]
+struct DecodedModules {
+    by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
+    /// How often the modules were forgotten. A thread that meanwhile decodes a module, without the lock, may have fetched it before the change of its source.
+    times_forgotten: u64,
+}
+
 /// Executes plans on the CPU.
 #[derive(Debug)]
 pub struct SoftwareRenderer {
     pool: rayon::ThreadPool,
     options: Options,
-    /// The decoded programs of each module.
-    entry_points: Mutex<RecentMap<ModuleId, Arc<EntryPoints>>>,
+    decoded: Mutex<DecodedModules>,
 }
 
 /// Both stages of a draw, bound to its uniforms and textures.
@@ -101,7 +108,8 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        Ok(Self { pool, options, entry_points: Mutex::new(RecentMap::with_capacity(MODULES_KEPT)) })
+        let decoded = DecodedModules { by_id: RecentMap::with_capacity(MODULES_KEPT), times_forgotten: 0 };
+        Ok(Self { pool, options, decoded: Mutex::new(decoded) })
     }
 
     /// Runs `work` inside the renderer's thread pool.
@@ -109,9 +117,12 @@ impl SoftwareRenderer {
         self.pool.install(work)
     }
 
-    /// Drops the cached programs. The caller must do this after a module's source has changed under the same name.
+    /// Drops the cached programs, and those that other threads are decoding. The caller must do this after a module's source has changed under the same
+    /// name.
     pub fn forget_modules(&self) {
-        self.entry_points.lock().clear();
+        let mut decoded = self.decoded.lock();
+        decoded.by_id.clear();
+        decoded.times_forgotten += 1;
     }
 
     pub(crate) fn options(&self) -> &Options {
@@ -238,9 +249,13 @@ impl SoftwareRenderer {
 
     /// The programs of the draw's module.
     fn entry_points(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<EntryPoints>, RenderError> {
-        if let Some(known) = self.entry_points.lock().get(&draw.module) {
-            return Ok(known);
-        }
+        let times_forgotten = {
+            let mut decoded = self.decoded.lock();
+            if let Some(known) = decoded.by_id.get(&draw.module) {
+                return Ok(known);
+            }
+            decoded.times_forgotten
+        };
         let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
         let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;
         let programs = programs_from_bytes(&module.tape).map_err(|e| module_error(format!("its stored programs cannot be read: {e}")))?;
@@ -255,7 +270,11 @@ impl SoftwareRenderer {
             return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
         let entry_points = Arc::new(EntryPoints { vertex: vertex.into(), fragment: fragment.into(), tone_map: ToneMapFields::of(&module) });
-        self.entry_points.lock().insert(draw.module.clone(), Arc::clone(&entry_points));
+        let mut decoded = self.decoded.lock();
+        if decoded.times_forgotten == times_forgotten {
+            decoded.by_id.insert(draw.module.clone(), Arc::clone(&entry_points));
+        }
+        drop(decoded);
         Ok(entry_points)
     }
 

@@ -14,6 +14,7 @@ pub mod moment_view;
 mod option_serde;
 pub mod orbit_camera;
 pub mod place_text;
+pub mod preset_changes;
 pub mod presets;
 pub mod search;
 pub mod settings;

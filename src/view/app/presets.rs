@@ -114,50 +114,6 @@ impl Preset {
     }
 }
 
-/// The settings that a preset may change besides camera and time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct PresetSettings {
-    orbits: bool,
-    constellations: bool,
-    stars_boost: f64,
-    exposure_stops: Option<f64>,
-}
-
-impl PresetSettings {
-    fn of(view: &ViewState) -> Self {
-        let ViewState { orbits, stars_boost, exposure_stops, .. } = *view;
-        Self { orbits, constellations: view.layers.constellations, stars_boost, exposure_stops }
-    }
-}
-
-/// The settings before and after the last preset, so that other views do not inherit its changes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PresetChanges {
-    before: PresetSettings,
-    after: PresetSettings,
-}
-
-impl PresetChanges {
-    pub(crate) fn between(before: &ViewState, after: &ViewState) -> Self {
-        Self { before: PresetSettings::of(before), after: PresetSettings::of(after) }
-    }
-
-    /// Undoes the preset's changes, unless the user has changed one of these settings since.
-    pub(crate) fn undo(&self, view: &mut ViewState) {
-        if PresetSettings::of(view) == self.after {
-            self.undo_brightness(view);
-            (view.orbits, view.layers.constellations) = (self.before.orbits, self.before.constellations);
-        }
-    }
-
-    /// Undoes only the brightness of stars and the exposure: a flight from a view of the system to a body keeps orbits and constellations.
-    pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
-        if PresetSettings::of(view) == self.after {
-            (view.stars_boost, view.exposure_stops) = (self.before.stars_boost, self.before.exposure_stops);
-        }
-    }
-}
-
 /// The planets' orbits from above, at the same azimuth as the Earth.
 fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);

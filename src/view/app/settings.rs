@@ -1,7 +1,7 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
 //! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
-//! `.broken`, which replaces an earlier one; missing fields have their defaults.
+//! `.broken`, or `.broken-2` and so on if that exists; missing fields have their defaults.
 
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
@@ -183,7 +183,8 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file cannot be used, returns the default settings and an error
-    /// line, and appends `.broken` to the file's name, so that saving does not overwrite it.
+    /// line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are kept, too: they may hold the
+    /// user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -215,7 +216,17 @@ impl Settings {
 
 /// Renames a file that cannot be used as settings; returns where it is now, or why it could not be renamed.
 fn set_aside(path: &Path) -> String {
-    let aside = PathBuf::from(format!("{}.broken", path.display()));
+    let numbered = |number: u32| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(if number == 1 { ".broken".to_owned() } else { format!(".broken-{number}") });
+        PathBuf::from(name)
+    };
+    let mut number = 1;
+    // A link whose target is missing occupies its name as well.
+    while numbered(number).symlink_metadata().is_ok() {
+        number += 1;
+    }
+    let aside = numbered(number);
     match std::fs::rename(path, &aside) {
         Ok(()) => format!("kept as {}", aside.display()),
         Err(e) => format!("it could not be set aside: {e}"),
@@ -283,12 +294,15 @@ mod tests {
         assert_eq!(settings, Settings::default());
         assert!(error.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
-        // Saving must not overwrite a file that cannot be read either.
+        // Saving must not overwrite a file that cannot be read either, nor must this file replace the first.
         let too_large = vec![b' '; MAX_BYTES as usize + 1];
         std::fs::write(&path, &too_large).expect("a file");
         let (settings, error) = Settings::load(&path);
-        assert!(settings == Settings::default() && error.expect("a line").contains("settings.json.broken"));
-        assert_eq!(std::fs::read(folder.path().join("settings.json.broken")).expect("kept"), too_large);
+        assert!(settings == Settings::default() && error.expect("a line").ends_with("settings.json.broken-2"));
+        assert_eq!(std::fs::read(folder.path().join("settings.json.broken-2")).expect("kept"), too_large);
+        assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
+        std::fs::write(&path, "[").expect("a file");
+        assert!(Settings::load(&path).1.expect("a line").ends_with("settings.json.broken-3"));
         // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
         assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));

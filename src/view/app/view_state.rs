@@ -394,6 +394,12 @@ pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64
     (forward, up)
 }
 
+/// Azimuth and altitude of a direction, degrees, at a place with the zenith `normal`: the inverse of [`horizontal_view`].
+pub(crate) fn horizontal_angles_deg(normal: DVec3, direction: DVec3) -> (f64, f64) {
+    let local = horizon_axes(normal).transpose() * direction;
+    (local.x.atan2(local.y).to_degrees().rem_euclid(360.0), local.z.clamp(-1.0, 1.0).asin().to_degrees())
+}
+
 /// Columns: east, north, zenith.
 fn horizon_axes(normal: DVec3) -> DMat3 {
     let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
@@ -417,6 +423,17 @@ mod tests {
         // At 0 N 0 E the zenith is x, east y, north z.
         let axes = horizon_axes(DVec3::X);
         assert!((axes.x_axis - DVec3::Y).length() < 1e-12 && (axes.y_axis - DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_angles_of_a_direction_are_those_that_give_it() {
+        let normal = DVec3::new(0.3, -0.5, 0.7).normalize();
+        for (azimuth_deg, altitude_deg) in [(0.0, 0.0), (90.0, 30.0), (200.0, -45.0), (359.0, 89.0)] {
+            let (forward, _) = horizontal_view(normal, azimuth_deg, altitude_deg);
+            let (azimuth, altitude) = horizontal_angles_deg(normal, forward);
+            let off_deg = (azimuth - azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
+            assert!(off_deg.abs() < 1e-9 && (altitude - altitude_deg).abs() < 1e-9, "{azimuth} {altitude}");
+        }
     }
 
     #[test]

@@ -1,21 +1,20 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
 //!
 //! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
-//! going back restores the previous view; the current time comes from the given clock.
+//! going back restores the previous view; the current time comes from the given clock. Not here: turns and
+//! zooms (`camera_motion`).
+
+mod camera_motion;
 
 use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::scene::request::Projection;
-use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::flight::{Flight, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
+use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
-use crate::view::app::view_state::{
-    CameraPose, FOV_DEG, MAX_FOV_DEG, MIN_FOV_DEG, ViewState, body_fixed_orbit_pose, horizontal_view, inertial_orbit_pose, pose_on_ground,
-    rotated_view,
-};
+use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view};
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -90,6 +89,8 @@ pub enum Action {
     NextView,
     /// Show a complete view: a bookmark, a link, a moment.
     Show(Box<ViewState>),
+    /// Show the view of a preset, which has made these changes.
+    ShowPreset(Box<ViewState>, PresetChanges),
 }
 
 /// Distance at arrival, in radii of the body.
@@ -102,9 +103,14 @@ const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
-/// Change of the logarithm of the field of view per wheel notch.
-const LOG_FOV_PER_NOTCH: f64 = 0.15;
 const MAX_HISTORY: usize = 64;
+
+/// A view of the history.
+struct PastView {
+    view: ViewState,
+    /// See [`Viewer::preset_changes`].
+    preset_changes: Option<PresetChanges>,
+}
 
 /// The state of the window.
 pub struct Viewer {
@@ -117,8 +123,11 @@ pub struct Viewer {
     subjects: Vec<Subject>,
     /// A flight and the view at its end.
     flight: Option<(Flight, ViewState)>,
-    back_history: Vec<ViewState>,
-    forward_history: Vec<ViewState>,
+    /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
+    /// inherit these changes after *Back*, either.
+    preset_changes: Option<PresetChanges>,
+    back_history: Vec<PastView>,
+    forward_history: Vec<PastView>,
     clock: fn() -> Instant,
 }
 
@@ -135,6 +144,7 @@ impl Viewer {
             is_in_tour: false,
             subjects,
             flight: None,
+            preset_changes: None,
             back_history: Vec::new(),
             forward_history: Vec::new(),
             clock,
@@ -196,8 +206,8 @@ impl Viewer {
             Action::Select(id) => self.selected = id,
             Action::SelectNext(by) => self.select_next(by, places),
             Action::FlyTo(id) => self.fly_to(id, places),
-            Action::Turn(dx, dy) => self.turn(dx, dy, height_px),
-            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px),
+            Action::Turn(dx, dy) => self.turn(dx, dy, height_px, places),
+            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, places),
             Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
             Action::Zoom(notches) => self.zoom(notches),
             Action::ChangeFov(notches) => self.change_fov(notches),
@@ -205,7 +215,7 @@ impl Viewer {
             Action::LookAt(id) => self.change(|view| (view.target, view.tracks) = (id, true)),
             Action::LookFrom(id) => self.look_from(id),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
-            Action::Track(on) => self.view.tracks = on,
+            Action::Track(on) => self.track(on, places),
             Action::FaceSelected => self.face_selected(),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
@@ -222,14 +232,8 @@ impl Viewer {
             }
             Action::PreviousView => self.step_history(true),
             Action::NextView => self.step_history(false),
-            Action::Show(mut view) => {
-                let selected = view.target;
-                if let Some(paused) = view.paused.take() {
-                    self.time_rate.set_paused(paused);
-                }
-                self.change(|current| *current = *view);
-                self.selected = selected;
-            }
+            Action::Show(view) => self.show(*view, None),
+            Action::ShowPreset(view, changes) => self.show(*view, Some(changes)),
         }
     }
 
@@ -261,6 +265,16 @@ impl Viewer {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
+    fn show(&mut self, mut view: ViewState, preset_changes: Option<PresetChanges>) {
+        if let Some(paused) = view.paused.take() {
+            self.time_rate.set_paused(paused);
+        }
+        self.remember();
+        self.selected = view.target;
+        self.view = view;
+        self.preset_changes = preset_changes;
+    }
+
     /// Stores the view in the history, then changes it.
     fn change(&mut self, modify: impl FnOnce(&mut ViewState)) {
         self.remember();
@@ -269,15 +283,38 @@ impl Viewer {
 
     /// Stores the view, or a flight's destination, in the history, and ends the flight.
     fn remember(&mut self) {
-        let current = self.destination().clone();
+        let current = self.current_view();
         self.flight = None;
-        if self.back_history.last() != Some(&current) {
+        if self.back_history.last().is_none_or(|last| last.view != current.view) {
             self.back_history.push(current);
         }
         if self.back_history.len() > MAX_HISTORY {
             self.back_history.remove(0);
         }
         self.forward_history.clear();
+    }
+
+    /// The current view as the history stores it.
+    fn current_view(&self) -> PastView {
+        PastView { view: self.destination().clone(), preset_changes: self.preset_changes }
+    }
+
+    /// Stores the view in the history and undoes the brightness that a preset has set: the next view is of another place. The history keeps the view
+    /// as it was.
+    fn leave(&mut self) {
+        self.remember();
+        if let Some(changes) = self.preset_changes.take() {
+            changes.undo_brightness(&mut self.view);
+        }
+    }
+
+    /// The view from which new views take quality, effects and layers: the current one, or a flight's destination, without the changes of a preset.
+    pub(crate) fn base_view(&self) -> ViewState {
+        let mut view = self.destination().clone();
+        if let Some(changes) = self.preset_changes {
+            changes.undo(&mut view);
+        }
+        view
     }
 
     /// The current view; during a flight, its destination.
@@ -292,14 +329,14 @@ impl Viewer {
 
     /// Restores the previous view of the history (`back`), or the next one.
     fn step_history(&mut self, back: bool) {
-        let current = self.destination().clone();
+        let current = self.current_view();
         let (from, to) =
             if back { (&mut self.back_history, &mut self.forward_history) } else { (&mut self.forward_history, &mut self.back_history) };
         let Some(restored) = from.pop() else { return };
         to.push(current);
         self.flight = None;
-        self.selected = restored.target;
-        self.view = restored;
+        self.selected = restored.view.target;
+        (self.view, self.preset_changes) = (restored.view, restored.preset_changes);
     }
 
     fn select_next(&mut self, by: i32, places: &dyn BodyPositions) {
@@ -365,7 +402,7 @@ impl Viewer {
             let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
             orbit.elevation_rad = above.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }
-        self.remember();
+        self.leave();
         self.selected = id;
         let goal = ViewState {
             target: id,
@@ -395,66 +432,11 @@ impl Viewer {
         }
     }
 
-    fn turn(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.end_flight();
-        let fov_rad = self.view.fov_deg.to_radians();
-        match &mut self.view.eye {
-            CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
-                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.drag(dx, dy, height_px, fov_rad);
-                (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
-            }
-            _ => self.look_around(-dx, -dy, height_px),
-        }
-    }
-
-    /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the image follows the mouse.
-    fn look_around(&mut self, dx: f64, dy: f64, height_px: f64) {
-        self.end_flight();
-        let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
-        match &mut self.view.eye {
-            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
-                *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
-                *pitch_deg = (*pitch_deg - dy * deg_per_px).clamp(-89.0, 89.0);
-            }
-            CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
-                *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
-                *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Looking around stops the tracking of another target.
-                self.view.target = *body;
-            }
-            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
-        }
-    }
-
-    fn zoom(&mut self, notches: f64) {
-        self.end_flight();
-        match &mut self.view.eye {
-            CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
-                let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.zoom(notches);
-                *distance_radii = orbit.distance_radii;
-            }
-            _ => self.change_fov(notches),
-        }
-    }
-
-    fn change_fov(&mut self, notches: f64) {
-        let (angle_deg, range_deg) = match self.view.composition.projection {
-            Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
-            Projection::Fisheye => (&mut self.view.composition.fisheye_deg, FISHEYE_RANGE_DEG),
-            // An equirectangular image always shows the entire sphere.
-            Projection::Equirectangular => return,
-        };
-        *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
-    }
-
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
-        self.change(|view| {
-            view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
-            (view.target, view.roll_deg, view.fov_deg) = (body, 0.0, 60.0);
-        });
+        self.leave();
+        self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
+        (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, 60.0);
     }
 
     fn look_from(&mut self, from: NaifId) {
@@ -464,34 +446,8 @@ impl Viewer {
         }
         // A field of view of one degree shows the disc and its surroundings.
         let eye = CameraPose::Centre { body: from };
-        self.change(|view| *view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..view.clone() });
-    }
-
-    fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
-        self.end_flight();
-        let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
-        let Some(pose) = self.pose_from(body, places).filter(|_| fixed != make_fixed) else { return };
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
-        let radius_km = self.radius_km(body);
-        self.view.eye = if make_fixed {
-            body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
-        } else {
-            inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))
-        };
-        // Both poses measure these two angles from the direction to the body and its pole.
-        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
-            (*yaw_deg, *pitch_deg) = (old_yaw_deg, old_pitch_deg);
-        }
-    }
-
-    fn face_selected(&mut self) {
-        self.end_flight();
-        self.view.roll_deg = 0.0;
-        self.view.tracks = true;
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
-            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
-            self.view.target = *body;
-        }
+        self.leave();
+        self.view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..self.view.clone() };
     }
 }
 

@@ -117,6 +117,25 @@ fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
 /// Gap between the two discs, points.
 const DISC_GAP: f32 = 10.0;
 
+/// Distance of a name from the edge of its drawing, and smallest gap between two names, points.
+const NAME_MARGIN: f32 = 2.0;
+const NAME_GAP: f32 = 4.0;
+
+/// The middle of a text as close to `x` as possible, so that the text is within `area` (left and right edge). A text that is wider than the area starts at its
+/// left edge.
+fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
+    x.min(right - 0.5 * width).max(left + 0.5 * width)
+}
+
+/// The middles of two names below their bodies, each given by its x coordinate and the name's width. Neither name crosses the edges of `area`, and the second
+/// starts after the first, if both fit.
+fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] {
+    let distance = 0.5 * (first.1 + second.1) + NAME_GAP;
+    let second_x = second.0.max(middle_within(area, first.0, first.1) + distance);
+    let second_middle = middle_within(area, second_x, second.1);
+    [middle_within(area, first.0.min(second_middle - distance), first.1), second_middle]
+}
+
 /// Draws two bodies next to each other.
 fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
     let rect = background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
@@ -124,13 +143,19 @@ fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
     let points_per_km = scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
-    for (body, colour) in [(a, MARK), (b, GREY)] {
+    let bodies = [(a, MARK), (b, GREY)];
+    let names = bodies.map(|(body, colour)| {
         let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points_per_km) as f32).max(0.5 * MIN_DIAMETER));
         let centre = pos2(left + half_width, inner.center().y);
         ui.painter().add(ellipse(centre, half_width, half_height, disc_colour(catalog, body.id)));
-        let at = pos2(centre.x.clamp(rect.left() + 24.0, rect.right() - 24.0), rect.bottom() - 2.0);
-        ui.painter().text(at, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
         left += 2.0 * half_width + DISC_GAP;
+        let width = ui.painter().layout_no_wrap(body_name(&body.name).to_owned(), font.clone(), colour).size().x;
+        (centre.x, width)
+    });
+    let middles = middles_of_two([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], names);
+    for ((body, colour), middle) in bodies.into_iter().zip(middles) {
+        let at = pos2(middle, rect.bottom() - 2.0);
+        ui.painter().text(at, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
     }
 }
 
@@ -158,6 +183,26 @@ struct PlottedBody<'n> {
     is_marked: bool,
 }
 
+/// The middles of the labels along the line, each given by its body's x coordinate, its width and whether it is marked; `None` for a label that would be too close to
+/// another, or start before `start`. The marked label comes first and is always shown, the others follow from left to right.
+fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
+    let mut last_end = start;
+    let mut marked: Option<(f32, f32)> = None;
+    let middle_of = |&(x, width, is_marked): &(f32, f32, bool)| {
+        let middle = middle_within(area, x, width);
+        let (left, right) = (middle - 0.5 * width, middle + 0.5 * width);
+        if is_marked {
+            marked = Some((left, right));
+        } else if left < last_end || marked.is_some_and(|(a, b)| left < b + NAME_GAP && right > a - NAME_GAP) {
+            return None;
+        } else {
+            last_end = right + NAME_GAP;
+        }
+        Some(middle)
+    };
+    labels.iter().map(middle_of).collect()
+}
+
 /// Draws bodies along a line from the Sun.
 fn distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
     let farthest_au = bodies.iter().map(|b| b.distance_au).fold(1.0, f64::max);
@@ -170,26 +215,17 @@ fn distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
     painter.hline(from..=to, line_y, Stroke::new(1.0, Color32::from_gray(90)));
     painter.circle_filled(pos2(from, line_y), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
-    let mut last_label_end = from + 6.0;
     // The marked body is labelled first, so that its label is always shown.
     let mut order: Vec<&PlottedBody<'_>> = bodies.iter().collect();
     order.sort_by(|a, b| b.is_marked.cmp(&a.is_marked).then(a.distance_au.total_cmp(&b.distance_au)));
-    let mut marked_label: Option<(f32, f32)> = None;
-    for &PlottedBody { name, distance_au, is_marked } in order {
-        let x = x_of(distance_au);
+    let width_of = |name: &str| painter.layout_no_wrap(name.to_owned(), font.clone(), GREY).size().x;
+    let labels: Vec<(f32, f32, bool)> = order.iter().map(|body| (x_of(body.distance_au), width_of(body.name), body.is_marked)).collect();
+    let middles = label_middles([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], from + 6.0, &labels);
+    for ((body, (x, _, is_marked)), middle) in order.iter().zip(labels).zip(middles) {
         let colour = if is_marked { MARK } else { GREY };
         painter.circle_filled(pos2(x, line_y), 2.5, colour);
-        let width = painter.layout_no_wrap(name.to_owned(), font.clone(), GREY).size().x;
-        let (left, right) = (x - 0.5 * width, x + 0.5 * width);
-        let collides = left < last_label_end || marked_label.is_some_and(|(a, b)| left < b + 4.0 && right > a - 4.0);
-        if is_marked || !collides {
-            let middle = x.clamp(rect.left() + 0.5 * width + 2.0, rect.right() - 0.5 * width - 2.0);
-            painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, name, font.clone(), colour);
-            if is_marked {
-                marked_label = Some((left, right));
-            } else {
-                last_label_end = right + 4.0;
-            }
+        if let Some(middle) = middle {
+            painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, body.name, font.clone(), colour);
         }
     }
 }
@@ -218,6 +254,45 @@ mod tests {
         assert_eq!(size_text(&earth, &saturn), description, "the sentence is always about the larger body");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
         assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
+    }
+
+    /// Whether a text with this middle and width is within the area.
+    fn is_within([left, right]: [f32; 2], middle: f32, width: f32) -> bool {
+        middle - 0.5 * width >= left - 1e-3 && middle + 0.5 * width <= right + 1e-3
+    }
+
+    #[test]
+    fn two_names_neither_overlap_nor_cross_the_edges() {
+        let area = [2.0, 298.0];
+        // Bodies and names: both at the left edge, both at the right edge, a long name beside a short one, far apart.
+        for [first, second] in
+            [[(12.0, 60.0), (22.0, 40.0)], [(280.0, 60.0), (288.0, 90.0)], [(12.0, 140.0), (150.0, 30.0)], [(60.0, 30.0), (240.0, 30.0)]]
+        {
+            let [a, b] = middles_of_two(area, [first, second]);
+            assert!(is_within(area, a, first.1) && is_within(area, b, second.1), "{first:?} {second:?}: {a} {b}");
+            assert!(a + 0.5 * first.1 < b - 0.5 * second.1, "{first:?} {second:?}: {a} {b}");
+        }
+        assert_eq!(middles_of_two(area, [(60.0, 30.0), (240.0, 30.0)]), [60.0, 240.0], "each below its body");
+        // A name that is wider than the drawing starts at its left edge.
+        assert_eq!(middle_within([0.0, 100.0], 90.0, 140.0), 70.0);
+    }
+
+    #[test]
+    fn labels_along_the_line_do_not_overlap() {
+        let area = [2.0, 198.0];
+        // The marked label is moved away from the right edge, over that of its neighbour.
+        assert_eq!(
+            label_middles(area, 10.0, &[(195.0, 60.0, true), (60.0, 40.0, false), (120.0, 40.0, false)]),
+            [Some(168.0), Some(60.0), None]
+        );
+        // The label at the left edge is moved right, over the start of the next.
+        assert_eq!(
+            label_middles(area, 0.0, &[(5.0, 40.0, false), (44.0, 30.0, false), (80.0, 30.0, false)]),
+            [Some(22.0), None, Some(80.0)]
+        );
+        // A label that starts before the end of the Sun's disc is left out, unless it is marked.
+        assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, false)]), [None::<f32>]);
+        assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, true)]), [Some(20.0)]);
     }
 
     #[test]

@@ -8,9 +8,10 @@ use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session}
 use crate::view::error_texts::error_text;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, decimal, named, reason_text, signed, text};
+use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
-use egui::{ComboBox, ScrollArea};
+use egui::{ComboBox, ScrollArea, SliderClamping};
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
@@ -30,8 +31,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
-            ui.add(egui::Slider::new(stops, -20.0..=30.0).custom_parser(typed_number).text(text!("effects-stops")))
-                .on_hover_text(text!("effects-exposure-hint"));
+            // A view from a link or a file may have another valid value, which must not change because the panel opens.
+            let slider = egui::Slider::new(stops, -20.0..=30.0).clamping(SliderClamping::Edits);
+            ui.add(slider.custom_parser(typed_number).text(text!("effects-stops"))).on_hover_text(text!("effects-exposure-hint"));
         } else {
             ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }
@@ -112,8 +114,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 /// Measured costs of the effects, while the view does not change.
 #[derive(Default)]
 pub(crate) struct EffectCosts {
-    /// The measured view, and the body's name if the switches apply to one body.
-    measured: Option<(ViewRequest, Option<String>)>,
+    /// The measured view, the body's name if the switches apply to one body, and what the view is drawn with.
+    measured: Option<(ViewRequest, Option<String>, DrawnWith)>,
     cache: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
@@ -132,12 +134,11 @@ fn measure_costs(
     let request = &rendered.job.request;
     let stops = rendered.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
-    if effect_costs
-        .measured
-        .as_ref()
-        .is_none_or(|(measured, body)| super::render_loop::differs(measured, request, true) || *body != of_body)
-    {
-        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone())), cache: QueryCache::default() };
+    let drawn_with = DrawnWith::now(worker.session());
+    if effect_costs.measured.as_ref().is_none_or(|(measured, body, measured_with)| {
+        super::render_loop::differs(measured, request, true) || *body != of_body || *measured_with != drawn_with
+    }) {
+        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone(), drawn_with)), cache: QueryCache::default() };
     }
     let at_rest_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {

@@ -81,6 +81,11 @@ impl EventsPanel {
         self.chosen.as_ref().map(|event| event.playback())
     }
 
+    /// The contacts of an event at a place, if they were asked for and have arrived. `local` may still hold those of another event or place.
+    fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
+        self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
+    }
+
     /// Formats the texts of the rows again, in the current language.
     pub(crate) fn rename(&mut self, catalog: &Catalog) {
         for row in &mut self.rows {
@@ -316,7 +321,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
 /// The best view of an event.
 fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent) -> ViewState {
     let session = worker.session();
-    event.view(session.catalog(), &SessionPositions(session), &interface.base_view())
+    event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
 /// Selects an event that was found outside this panel, and shows the best view of it.
@@ -332,7 +337,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let home = interface.information.home;
-    let local_contacts = interface.events.local.as_ref().and_then(|l| l.contacts.as_ref()).and_then(|c| c.as_ref().ok()).cloned();
+    let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         if ui.add(watch).on_hover_text(text!("events-watch-hint")).clicked() {
@@ -353,7 +358,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
             let altitude_deg = maximum.map_or(45.0, |l| l.altitude_deg);
             let place =
                 crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
-            let mut view = event.view_from(place, altitude_deg, &interface.base_view());
+            let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
             view.tdb_s = maximum.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
             actions.push(Action::Show(Box::new(view)));
         }
@@ -387,8 +392,7 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         };
         panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
-    let found = panel.local.as_ref().and_then(|l| l.contacts.as_ref());
-    let (lines, is_visible) = match found {
+    let (lines, is_visible) = match panel.contacts_at(event, home) {
         None => {
             accessible::spinner(ui, text!("events-contacts-coming"));
             return;

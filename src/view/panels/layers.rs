@@ -4,7 +4,7 @@ use super::Interface;
 use crate::scene::request::Layers;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{plain, reason_text, text};
-use egui::Slider;
+use egui::{Slider, SliderClamping};
 
 /// Name of each layer, and the text ids of its label and its tooltip.
 const SWITCHES: [(&str, &str, &str); 17] = [
@@ -38,8 +38,9 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
                 decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
             ui.checkbox(on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
         }
-        ui.add(Slider::new(&mut view.stars_boost, 0.0..=20.0).custom_parser(typed_number).text(text!("sky-faint-light")))
-            .on_hover_text(text!("sky-faint-light-hint"));
+        // A view from a link or a file may have another valid value, which must not change because the panel opens.
+        let boost = Slider::new(&mut view.stars_boost, 0.0..=20.0).clamping(SliderClamping::Edits);
+        ui.add(boost.custom_parser(typed_number).text(text!("sky-faint-light"))).on_hover_text(text!("sky-faint-light-hint"));
         if ui.button(text!("sky-reset")).on_hover_text(text!("sky-reset-hint")).clicked() {
             (view.layers, view.stars_boost) = (Layers::default(), 0.0);
         }

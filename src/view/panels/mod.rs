@@ -42,7 +42,6 @@ pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
-use crate::view::app::presets::PresetChanges;
 use crate::view::app::settings::Settings;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
@@ -138,8 +137,6 @@ pub struct Interface {
     pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
-    /// What the last preset changed in the view, so that it can be undone.
-    preset_changes: Option<PresetChanges>,
     /// The warp mesh for a projector.
     pub warp: Option<Arc<WarpMesh>>,
     /// Function that opens a file dialog of the desktop, if available.
@@ -196,7 +193,6 @@ impl Interface {
             fullscreen: false,
             presents_on_gpu: false,
             warning: None,
-            preset_changes: None,
             warp: None,
             file_dialog: None,
             is_styled: false,
@@ -238,6 +234,7 @@ impl Interface {
         self.viewport.last_frame_s = now_s;
         self.viewer.advance(elapsed_s);
         tour::advance(self, ui.ctx(), elapsed_s);
+        let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
         // Messages about drivers appear in the Performance panel, not over the image.
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
@@ -279,6 +276,7 @@ impl Interface {
         }
         warning::show(self, ui.ctx());
         what_to_see_now::hide_after_input(self, panels_before, &actions);
+        tour::pause_after_change(self, view_of_tour);
         let starts_tour = !had_tour && self.tour.is_open();
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
@@ -294,14 +292,9 @@ impl Interface {
             match action {
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
-                Action::FlyTo(_) | Action::LookFrom(_) | Action::StandOn(..) => {
-                    if let Some(changes) = self.preset_changes {
-                        changes.undo_brightness(&mut self.viewer.view);
-                    }
-                }
                 _ => {}
             }
-            if matches!(action, Action::FlyTo(_) | Action::Show(_)) {
+            if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
                 let view = self.viewer.destination().clone();
                 let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
                 self.settings.remember(name, view);
@@ -360,15 +353,6 @@ impl Interface {
     /// The title for screen readers, without the time, because a screen reader would announce each change.
     fn spoken_title(&self) -> String {
         format!("{} · {} · Orrery", self.viewer.name(self.viewer.view.target), self.viewer.time_rate.label())
-    }
-
-    /// The base view: new views take quality, effects and layers from it. It does not contain the changes of the last preset.
-    pub(super) fn base_view(&self) -> ViewState {
-        let mut view = self.viewer.destination().clone();
-        if let Some(changes) = self.preset_changes {
-            changes.undo(&mut view);
-        }
-        view
     }
 
     /// Shows a saved view.

@@ -5,7 +5,8 @@ use super::{Interface, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::presets::{Preset, PresetChanges};
+use crate::view::app::preset_changes::PresetChanges;
+use crate::view::app::presets::Preset;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
 use crate::view::language::{catalog_detail, catalog_text, named, text};
@@ -45,7 +46,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
-                    match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.base_view()) {
+                    match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.base_view()) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
                         None => interface.message = text!("outside-ephemeris", name = catalog_text("moment", &moment.name)),
                     }
@@ -69,14 +70,14 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
 }
 
 /// Shows a preset's view, at the current time or, for tonight's sky, at the next darkness, and runs time at the preset's rate if it has
-/// one. The preset's changes to the base view are recorded, so that later views do not inherit them.
+/// one. The viewer records the preset's changes to the base view, so that later views do not inherit them.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
-    let base_view = interface.base_view();
+    let base_view = interface.viewer.base_view();
     match preset.view(&SessionPositions(worker.session()), now, home, &base_view) {
         Some(view) => {
-            interface.preset_changes = Some(PresetChanges::between(&base_view, &view));
-            actions.push(Action::Show(Box::new(view)));
+            let changes = PresetChanges::between(&base_view, &view);
+            actions.push(Action::ShowPreset(Box::new(view), changes));
             actions.extend(preset.rate().map(Action::RunAt));
         }
         None => interface.message = text!("outside-ephemeris", name = preset.name()),

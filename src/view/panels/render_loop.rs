@@ -10,15 +10,15 @@ use crate::render::plan::{FrameImages, GpuImage, SamplingQuality};
 use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Readiness, RendererPreference, RequestedOutput, Session};
+use crate::session::{Readiness, RequestedOutput, Session};
 use crate::view::app::view_state::ViewStateError;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
+use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::{DVec2, DVec3};
-use std::sync::Arc;
 
 /// Seconds after the last motion of the view until an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
@@ -55,8 +55,8 @@ pub(super) struct Viewport {
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of images shown so far.
     pub(super) images_shown: u64,
-    /// Digest of the shader fragments and emitter, and the renderer preference; a change of either requires a new image.
-    pub(super) drawn_with: Option<(Arc<str>, RendererPreference)>,
+    /// A change requires a new image.
+    pub(super) drawn_with: Option<DrawnWith>,
     pub(super) labels: Vec<Label>,
     /// Rectangles of messages, hints and suggestions over the viewport, as shown last, points.
     pub(super) overlays: Vec<egui::Rect>,
@@ -224,7 +224,7 @@ impl Interface {
         let scale = if moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
         let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / scale).ceil() as u32);
         let session = worker.session();
-        let drawn_with = (session.library().generator(), session.renderers().1);
+        let drawn_with = DrawnWith::now(session);
         let readiness = session.readiness();
         if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|before| before != drawn_with)
             || readiness == Readiness::JustReady

@@ -177,7 +177,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
-                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.base_view()))));
+                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.base_view()))));
             }
         }
         SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),
@@ -191,7 +191,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
         SearchTarget::Now(item) => {
-            let view = item.view(session, interface.viewer.now(), &interface.base_view());
+            let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
                 None => interface.message = text!("outside-ephemeris", name = item.name()),
@@ -199,13 +199,13 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
-            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.base_view())) {
+            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
                 None => interface.message = text!("outside-ephemeris", name = name),
             }
         }
         SearchTarget::Star(hip) => {
-            let (stars, view) = (catalog.stars(), &interface.base_view());
+            let (stars, view) = (catalog.stars(), &interface.viewer.base_view());
             let years_since_epoch = stars.years_since_epoch(view.time().jd_tt());
             match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &places, view)) {
                 Some(view) => {

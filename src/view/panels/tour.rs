@@ -1,7 +1,7 @@
 //! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, to record it, and to end it.
 //!
 //! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand
-//! pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
+//! or changing what it shows pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
 //! ([`crate::view::app::tour`]).
 
 use super::Interface;
@@ -46,7 +46,12 @@ impl TourPlayer {
         self.playing.is_some()
     }
 
-    /// Pauses the tour; called when the user moves the view.
+    /// Whether a tour sets the view in each frame.
+    pub(crate) fn is_playing(&self) -> bool {
+        self.playing.as_ref().is_some_and(|playing| !playing.is_paused)
+    }
+
+    /// Pauses the tour; called when the user moves the view or changes what it shows.
     pub(crate) fn pause(&mut self) {
         if let Some(playing) = &mut self.playing {
             playing.is_paused = true;
@@ -99,6 +104,15 @@ pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f6
     interface.viewer.view = with_quality_of(&interface.viewer.view, moment.view);
     interface.viewer.is_in_tour = moment.is_changing && !playing.is_paused;
     ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
+}
+
+/// Pauses the tour if the user has changed the view with a control, such as the switch of a layer: otherwise the next frame would undo the change. The
+/// quality is the user's, so that a change of it lasts without a pause. `view_of_tour`: the view that a playing tour has set in this frame.
+pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option<ViewState>) {
+    let view = &interface.viewer.view;
+    if view_of_tour.is_some_and(|of_tour| ViewState { quality: view.quality, ..of_tour } != *view) {
+        interface.tour.pause();
+    }
 }
 
 /// Draws the text and the controls over the sky.

@@ -60,7 +60,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     if interface.shown().is_none() {
         return;
     }
-    let base_view = ViewState { quality: Quality::Standard, ..interface.base_view() };
+    let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.base_view() };
     let now = interface.viewer.now();
     let mut is_busy = false;
     for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now_thumbnails.0) {
@@ -184,7 +184,7 @@ pub(crate) fn open(
             // The view is computed again, because time, quality, effects and layers may have changed since the thumbnail was drawn. The
             // thumbnail also has a quality of its own.
             let now = interface.viewer.now();
-            let view = item.view(worker.session(), now, &interface.base_view()).map_or(chosen.view, |current| current.view);
+            let view = item.view(worker.session(), now, &interface.viewer.base_view()).map_or(chosen.view, |current| current.view);
             let tdb_s = if chosen.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..view })));
             if chosen.is_now {

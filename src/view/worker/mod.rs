@@ -2,6 +2,7 @@
 //! memory.
 
 pub mod adaptive_resolution;
+pub(crate) mod drawn_with;
 pub mod freed_memory;
 pub mod query_cache;
 pub mod render_worker;

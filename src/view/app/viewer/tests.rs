@@ -1,4 +1,5 @@
 use super::*;
+use crate::view::app::view_state::{MAX_FOV_DEG, MIN_FOV_DEG};
 
 /// The Sun at the origin, bodies on the x axis. All have the same orientation.
 struct CollinearBodies;
@@ -168,6 +169,27 @@ fn on_the_ground_drags_look_around_and_zoom_changes_the_field_of_view() {
     apply(&mut viewer, Action::Turn(80.0, 0.0));
     let CameraPose::Ground { azimuth_deg, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
     assert!(azimuth_deg < 180.0);
+}
+
+/// On the ground, the stored angles are not the direction of an image that tracks a body. A drag and the end of tracking start from that direction.
+#[test]
+fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
+    for (action, largest_deg) in [(Action::Turn(1.0, 0.0), 1.0), (Action::LookAround(0.0, 1.0), 1.0), (Action::Track(false), 1e-6)] {
+        let mut viewer = viewer();
+        viewer.view.tdb_s = 5000.0;
+        apply(&mut viewer, Action::StandOn(10.0, 20.0));
+        apply(&mut viewer, Action::LookAt(NaifId::SUN));
+        viewer.view.roll_deg = 30.0;
+        let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        assert!(before.forward.distance(DVec3::NEG_X) < 1e-3, "the camera tracks the Sun: {before:?}");
+        apply(&mut viewer, action.clone());
+        let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let turned_deg = crate::ephemeris::angle_rad(before.forward, after.forward).to_degrees();
+        let rolled_deg = crate::ephemeris::angle_rad(before.up, after.up).to_degrees();
+        assert!(turned_deg < largest_deg && rolled_deg < largest_deg, "{action:?}: {turned_deg} {rolled_deg}");
+        let is_tracking = viewer.view.tracks && viewer.view.target != NaifId::EARTH;
+        assert!(!is_tracking, "{action:?}");
+    }
 }
 
 #[test]

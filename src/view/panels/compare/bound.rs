@@ -11,6 +11,7 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
+use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
@@ -71,18 +72,19 @@ impl ErrorBounds {
 /// The displayed bounds, and the pending bounds of another request.
 #[derive(Default)]
 pub(crate) struct BoundView {
-    requested: Option<ViewRequest>,
+    requested: Option<(ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
 impl BoundView {
-    /// Starts the computation for a new request, unless a computation is running.
+    /// Starts the computation for a new request, or after a change of what it is computed with, unless a computation is running.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
-        if self.pending.is_some() || self.requested.as_ref() == Some(request) {
+        let requested = Some((request.clone(), DrawnWith::now(worker.session())));
+        if self.pending.is_some() || self.requested == requested {
             return;
         }
-        self.requested = Some(request.clone());
+        self.requested = requested;
         let request = request.clone();
         self.pending = Some(ask(worker, move |session: &Session| {
             let frame = error_bounds(session, &request).map_err(|e| error_text(&e))?;

@@ -18,6 +18,7 @@ use crate::session::Session;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
 use crate::view::language::{named, plain, text};
+use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
@@ -59,6 +60,7 @@ struct ComparisonInput {
     request: ViewRequest,
     variants: [Variant; 2],
     view_effects: EffectOverrides,
+    drawn_with: DrawnWith,
 }
 
 impl ComparisonInput {
@@ -167,6 +169,7 @@ impl ComparePanel {
             request: sized(&rendered.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
+            drawn_with: DrawnWith::now(worker.session()),
         };
         if self.input.as_ref().is_some_and(|before| before.is_close_to(&input)) {
             return;

@@ -13,6 +13,7 @@ use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, named, signed, text};
 use crate::view::panels::theme::SMALL;
 use crate::view::panels::{Interface, accessible};
+use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, ask};
 use egui::{RichText, ScrollArea, TextEdit, TextStyle};
 
@@ -27,8 +28,8 @@ pub(crate) struct ProbePage {
     pub typed_px: Option<[u32; 2]>,
     /// Index of the chosen draw among those at the pixel.
     draw: usize,
-    /// The pixel and view of the last query.
-    requested: Option<([u32; 2], ViewRequest)>,
+    /// The pixel and view of the last query, and what it was computed with.
+    requested: Option<([u32; 2], ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
     /// The last answer.
     answer: Option<Result<BothPrecisions, ProbeError>>,
@@ -112,15 +113,21 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 }
 
 impl ProbePage {
-    /// Starts a query if the pixel or the view has changed, the view is at rest and no other query is running.
+    /// Starts a query if the pixel, the view or the fragments have changed, the view is at rest and no other query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
-        let is_current = self.requested.as_ref().is_some_and(|(last_pixel, last_request)| *last_pixel == pixel && *last_request == request);
-        if is_current || self.pending.is_some() || interface.viewer.is_animating() || pixel[0] >= width || pixel[1] >= height {
+        let query = (pixel, request, DrawnWith::now(inspected.worker.session()));
+        if self.requested.as_ref() == Some(&query)
+            || self.pending.is_some()
+            || interface.viewer.is_animating()
+            || pixel[0] >= width
+            || pixel[1] >= height
+        {
             return;
         }
-        self.requested = Some((pixel, request.clone()));
+        let request = query.1.clone();
+        self.requested = Some(query);
         let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
         // The worker that tests use has answered already.
         match pending.take() {

@@ -1,0 +1,166 @@
+//! From a view request to a plan and a drawn frame.
+//!
+//! In: a request. Out: its scene with a plan, or the finished frame. Always: a frame is drawn from one set of fragments, also when they change meanwhile;
+//! modules whose entries on disk were forged are rebuilt.
+
+use super::renderers::{RenderOutput, RequestedOutput};
+use super::{DrawnFrame, Session, SessionError, Stage};
+use crate::render::frame::Frame;
+use crate::render::plan::{self, FrameImages, Plan, PlanError, SamplingQuality};
+use crate::render::software::SoftwareRenderer;
+use crate::scene::Scene;
+use crate::scene::request::ViewRequest;
+use crate::shader::ModuleId;
+use crate::shader::fragments::Fragments;
+
+impl Session {
+    /// Scene and plan of a view. A map that cannot be read is reported once, and its body is drawn without the map.
+    ///
+    /// # Errors
+    /// The scene cannot be built, or a module cannot be compiled.
+    pub fn plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
+        if !request.composition.is_plain() {
+            return self.composite_plan(request, sampling);
+        }
+        loop {
+            let scene = self.scene_prepared_by(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
+            let modules = plan::modules(&scene);
+            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
+                Ok(plan) => return Ok((scene, plan)),
+                // A map that the requirements did not list is unreadable: the scene is built again without it.
+                Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
+                Err(_) if self.replace_forged(&modules) => {}
+                Err(e) => return Err(e.into()),
+            }
+        }
+    }
+
+    /// The passes and draws of a view in their order, as text.
+    ///
+    /// # Errors
+    /// See [`Self::plan`].
+    pub fn passes(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<String, SessionError> {
+        let (scene, plan) = self.plan(request, sampling)?;
+        let steps = if request.composition.is_plain() { plan::steps(&scene, self, sampling)? } else { Vec::new() };
+        Ok(plan::graph::listing(&steps, &plan))
+    }
+
+    /// Draws a view with the chosen renderer, or in software if the GPU fails. `images`: what the frame contains.
+    pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, images: FrameImages) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.renderer(), request, sampling, images)
+    }
+
+    /// As [`Self::draw`], but on the threads of [`Self::background_renderer`].
+    pub fn draw_in_background(
+        &self,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        images: FrameImages,
+    ) -> Result<DrawnFrame, SessionError> {
+        self.draw_by(self.background_renderer(), request, sampling, images)
+    }
+
+    fn draw_by(
+        &self,
+        software: &SoftwareRenderer,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        images: FrameImages,
+    ) -> Result<DrawnFrame, SessionError> {
+        self.with_unchanged_fragments(|| {
+            loop {
+                let (scene, plan) = self.plan(request, sampling)?;
+                match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, RequestedOutput::Frame(images))) {
+                    Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
+                    Err(_) if self.replace_forged(&plan.modules()) => {}
+                    Err(why) => return Err(why.into()),
+                }
+            }
+        })
+    }
+
+    /// Draws a plan with the chosen renderer, as [`Self::draw`] does.
+    pub(crate) fn draw_plan(&self, plan: &Plan, images: FrameImages) -> Result<Frame, SessionError> {
+        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
+    }
+
+    /// Drops the modules whose entries on disk were forged, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
+    /// of no use.
+    pub(super) fn replace_forged(&self, modules: &[ModuleId]) -> bool {
+        let replaced = self.library.replace_forged(modules) > 0;
+        if replaced {
+            self.devices.forget_modules();
+        }
+        replaced
+    }
+
+    /// Compiles modules from these fragments from now on.
+    pub fn set_fragments(&self, fragments: Fragments) {
+        self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
+        self.devices.forget_modules();
+    }
+
+    /// Draws a view for a window; in software if the GPU is not ready for this view.
+    pub fn draw_or_fall_back(
+        &self,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        requested: RequestedOutput,
+    ) -> Result<DrawnFrame, SessionError> {
+        self.with_unchanged_fragments(|| {
+            loop {
+                let (scene, plan) = self.plan(request, sampling)?;
+                // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
+                let window = || plan::warm_up_interface(self).ok();
+                match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
+                    Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
+                    Err(_) if self.replace_forged(&plan.modules()) => {}
+                    Err(why) => return Err(why.into()),
+                }
+            }
+        })
+    }
+
+    /// Repeats `draw` until the fragments have not changed meanwhile. A plan has the layouts and uniform bytes of its modules, but a renderer fetches each
+    /// module only when it draws the module's pass: after a change, that module no longer fits the plan.
+    fn with_unchanged_fragments<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
+        loop {
+            let generator = self.library.generator();
+            let drawn = draw();
+            if self.library.generator() == generator {
+                return drawn;
+            }
+        }
+    }
+}
+
+fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, gpu_image, by }: RenderOutput) -> DrawnFrame {
+    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, gpu_image, by }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Sources;
+    use super::*;
+    use crate::shader::fragments::FRAGMENTS;
+
+    #[test]
+    fn a_frame_during_which_the_fragments_change_is_drawn_again() {
+        let cache = tempfile::tempdir().expect("a folder");
+        let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+        let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
+        let (path, text) = FRAGMENTS[0];
+        let mut drawn = 0;
+        let last = session.with_unchanged_fragments(|| {
+            drawn += 1;
+            if drawn == 1 {
+                session.set_fragments(Fragments::with_files([(path.to_owned(), format!("{text}\n// edited\n"))]));
+                // The mixture of old and new modules may be an error.
+                return Err(SessionError::File { path: path.to_owned(), why: "does not fit".to_owned() });
+            }
+            Ok(drawn)
+        });
+        assert!(last.is_ok_and(|n| n == 2) && drawn == 2, "{drawn}");
+    }
+}

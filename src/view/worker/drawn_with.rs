@@ -1,0 +1,32 @@
+//! What an image or an answer depends on besides its request: shader fragments, the choice of renderer, data files dropped on the window.
+//!
+//! In: a session. Out: a value that differs once one of these has changed. Always: whoever stores an answer with its request stores this value, too,
+//! and asks again when it differs.
+
+use crate::catalog::DataLayer;
+use crate::session::{RendererPreference, Session};
+use std::sync::Arc;
+
+#[derive(Clone)]
+pub(crate) struct DrawnWith {
+    /// Digest of the shader fragments and of the emitter.
+    generator: Arc<str>,
+    preference: RendererPreference,
+    data_layers: Vec<Arc<DataLayer>>,
+}
+
+impl DrawnWith {
+    pub(crate) fn now(session: &Session) -> Self {
+        Self { generator: session.library().generator(), preference: session.renderers().1, data_layers: session.catalog().data_layers() }
+    }
+}
+
+impl PartialEq for DrawnWith {
+    fn eq(&self, other: &Self) -> bool {
+        // A layer never changes: a file that is dropped again becomes a new one. So its address identifies it, and large contents are not compared.
+        let is_same_layer = |(a, b): (&Arc<DataLayer>, &Arc<DataLayer>)| Arc::ptr_eq(a, b);
+        (&self.generator, self.preference) == (&other.generator, other.preference)
+            && self.data_layers.len() == other.data_layers.len()
+            && self.data_layers.iter().zip(&other.data_layers).all(is_same_layer)
+    }
+}
