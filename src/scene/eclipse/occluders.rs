@@ -407,8 +407,8 @@ mod tests {
     use crate::catalog::Catalog;
     use crate::random::Random;
 
-    /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is never
-    /// left out, and one far on the other side is. If Saturn is taken for a sphere, some are left out.
+    /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is
+    /// never left out, and one far on the other side is. If the ellipsoids are taken for spheres, some are left out.
     #[test]
     fn a_shadow_on_the_visible_side_is_never_left_out() {
         let catalog = Catalog::embedded();
