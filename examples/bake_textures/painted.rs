@@ -160,15 +160,17 @@ pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
 }
 
 /// The bright, pinkish southern cap extends to about 15 S and has a ragged edge, a whiter fringe and dark plume streaks. The north is darker and
-/// greyer; around longitude 180 it has cells some 40 km wide (cantaloupe terrain).
+/// greyer; in Bubembe Regio (18 N, 335 E in the gazetteer) and around it, up to the smooth plains that begin near 14 E, it has cells some 40 km wide
+/// (cantaloupe terrain).
 pub(super) fn triton() -> RgbImage {
-    paint(|p, lat, lon| {
+    paint(|p, lat, _| {
         let edge = lat + 15.0 + 16.0 * fractal_noise(p, 4.0, 7);
         let cap = 1.0 - smoothstep(-7.0, 7.0, edge);
         let fringe = (-((edge - 3.0) / 6.0).powi(2)).exp();
         // The ridges between the cells are where the noise changes sign.
         let cells = 1.0 - smoothstep(0.0, 0.35, value_noise(p.map(|v| v * 34.0 + 5.0 * fractal_noise(p, 12.0, 2))).abs());
-        let cantaloupe = smoothstep(-20.0, 20.0, -((lon + 300.0).rem_euclid(360.0) - 120.0).abs() + 60.0) * smoothstep(-5.0, 10.0, lat);
+        let from_bubembe = angle_deg(p, unit_vector(18.0, 335.0));
+        let cantaloupe = (1.0 - smoothstep(25.0, 50.0, from_bubembe)) * smoothstep(-5.0, 10.0, lat);
         let north = 0.60 * (1.0 + 0.13 * fractal_noise(p, 5.0, 7)) + 0.035 * (cells - 0.4) * cantaloupe;
         // Streaks follow a wind that blows to the north-east.
         let along = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];

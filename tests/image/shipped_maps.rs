@@ -199,6 +199,29 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
     assert_only_here(19.8, 239.3, "Occator", |y, x| brightness(&ceres, y, x, 0.5) > 3.0 * around(&ceres, y, x, 8.0, bright));
 }
 
+/// How much single texels differ from the four degrees around them: root mean square of their relative difference, within 12 degrees of a position.
+fn roughness(m: &Texture, lat: f64, lon: f64) -> f64 {
+    let difference = |(north, east): (i32, i32)| {
+        let (lat, lon) = (lat + f64::from(north), lon + f64::from(east));
+        brightness(m, lat, lon, 0.0) / brightness(m, lat, lon, 2.0) - 1.0
+    };
+    let places: Vec<_> = (-12..=12).flat_map(|north| (-12..=12).map(move |east| (north, east))).collect();
+    (places.iter().map(|place| difference(*place).powi(2)).sum::<f64>() / places.len() as f64).sqrt()
+}
+
+/// The cells of Triton's cantaloupe terrain are in Bubembe Regio (18 N, 335 E), not in the smooth plains of Monad Regio (20 N, 37 E), nor on the side that no
+/// spacecraft has seen well.
+#[test]
+fn triton_has_its_cells_in_bubembe_regio() {
+    let triton = map("triton.jpg");
+    let in_bubembe = roughness(&triton, 18.0, 335.0);
+    assert!(in_bubembe > 0.015, "{in_bubembe}");
+    for lon in [40.0, 95.0, 155.0, 180.0, 215.0, 265.0] {
+        let elsewhere = roughness(&triton, 20.0, lon);
+        assert!(elsewhere < 0.012, "{elsewhere} at {lon} E");
+    }
+}
+
 #[test]
 fn the_earth_has_its_continents() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));

@@ -1,19 +1,22 @@
 //! The plan fills every uniform that the modules read: for each set of features that a scene can choose, every field of the uniform block
 //! gets a value.
 
+use crate::support::session::SESSION;
 use glam::{Vec2, Vec3, Vec4};
-use orrery::catalog::Catalog;
-use orrery::render::plan::uniform_bytes;
+use orrery::catalog::{Catalog, NaifId};
+use orrery::render::plan::{SamplingQuality, uniform_bytes};
 use orrery::scene::constants::GROUND_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::possible_features;
 use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::multi_scatter_table::NODES;
+use orrery::scene::request::{Position, Quality, ViewRequest};
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, feature_names, keys_of};
 use orrery::shader::reflect::LayoutError;
 use orrery::shader::{Layout, Lowering, ModuleId, ShaderModule};
+use orrery::time::Instant;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -176,4 +179,24 @@ fn a_wrong_number_of_lights_is_refused() {
     assert!(
         matches!(uniform_bytes(&layout(features), &uniforms(1), 1), Err(LayoutError::Mistyped { name, .. }) if name == "light_direction")
     );
+}
+
+/// The coarse image of the air comes before the light that reads it, so that the light is not always the first pass.
+#[test]
+fn the_pass_of_light_is_found_by_its_name() {
+    let with_coarse_air = ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        quality: Quality::Draft,
+        width: 512,
+        height: 512,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-08T18:17:16Z").expect("a time"))
+    };
+    let by_pixel = ViewRequest { coarse_air: false, ..with_coarse_air.clone() };
+    for (request, is_first) in [(with_coarse_air, false), (by_pixel, true)] {
+        let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+        let light = plan.light_pass().expect("a pass of light");
+        assert!(light.name == "light" && light.draws.iter().any(|d| d.label == "Earth"));
+        assert_eq!(plan.passes[0].name == light.name, is_first);
+    }
 }

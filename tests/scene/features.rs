@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, nomenclature};
 use orrery::scene::Scene;
 use orrery::scene::labels::{LabelLayer, LabelMetrics, Rect};
-use orrery::scene::request::{Layers, Position, ViewRequest};
+use orrery::scene::request::{Axes, Layers, Position, ViewRequest};
 use orrery::time::Instant;
 use std::collections::BTreeSet;
 
@@ -62,7 +62,7 @@ fn names_are_placed_on_their_features() {
             let radius_km = SESSION.catalog().body(NaifId(499)).expect("Mars").radii_km.x;
             // Above 223 degrees east, near Olympus Mons.
             let offset_km = DVec3::new(f64::cos(3.9), f64::sin(3.9), 0.2).normalize() * 7.0 * radius_km;
-            request.position = Position::Offset { body: NaifId(499), offset_km, axes: orrery::scene::request::Axes::BodyFixed };
+            request.position = Position::Offset { body: NaifId(499), offset_km, axes: Axes::BodyFixed };
         }
         let scene = scene(&request);
         let placement = scene.body(NaifId(body)).expect("the body").placement;
@@ -183,4 +183,36 @@ fn caption_and_compass_describe_the_view() {
     let turned = scene(&ViewRequest { up: south_up, ..view(699, "+compass", Some(20.0)) });
     assert!(compass_needle(&turned).y > 10.0);
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
+}
+
+/// A view of a moon along a line that passes Saturn's centre at this many equatorial radii towards the pole; the polar radius is 0.902.
+fn view_past_saturns_pole(moon: NaifId, height_radii: f64, layers: &str, fov_deg: f64) -> ViewRequest {
+    let (saturn, time) = (NaifId(699), Instant::parse("2024-04-16T01:00:00Z").expect("a time"));
+    let pole = SESSION.ephemeris().body_from_icrf(saturn, time).expect("an orientation").row(2);
+    let moon_km = SESSION.ephemeris().state(moon, saturn, time, None).expect("placed").state.pos_km;
+    let radius_km = SESSION.catalog().body(saturn).expect("Saturn").radii_km.x;
+    ViewRequest {
+        layers: Layers::parse(layers).expect("layers"),
+        position: Position::Offset {
+            body: saturn,
+            offset_km: moon_km + (pole * (height_radii * radius_km) - moon_km) * 5.0,
+            axes: Axes::Icrf,
+        },
+        fov_deg: Some(fov_deg),
+        width: 512,
+        height: 512,
+        ..ViewRequest::of(moon, time)
+    }
+}
+
+/// Where a moon is visible over Saturn's pole, it has its label and its features have their names; behind the disc there are none.
+#[test]
+fn a_moon_over_the_pole_of_an_oblate_planet_is_named() {
+    let tethys = NaifId(603);
+    for (height_radii, is_visible) in [(0.935, true), (0.8, false)] {
+        let with_labels = scene(&view_past_saturns_pole(tethys, height_radii, "+labels", 10.0));
+        assert_eq!(layer(&with_labels).labels.iter().any(|l| l.body == tethys), is_visible, "{height_radii}: the label");
+        let with_features = scene(&view_past_saturns_pole(tethys, height_radii, "+features", 0.08));
+        assert_eq!(!layer(&with_features).margin.texts.is_empty(), is_visible, "{height_radii}: the names of features");
+    }
 }

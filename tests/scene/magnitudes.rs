@@ -174,3 +174,17 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
         assert!((1..=20).contains(&partial_samples), "{moon}: {partial_samples} samples in the penumbra");
     }
 }
+
+/// Titan passes 0.96 equatorial radii from the axis of Saturn's shadow, over the pole, where Saturn's polar radius and Titan's add up to 0.945: rays from Titan
+/// reach the entire Sun. Two months earlier it passed through the middle of the shadow.
+#[test]
+fn titan_stays_bright_where_it_passes_beyond_saturns_pole() {
+    let (catalog, ephemeris) = sky();
+    let magnitude_at = |time: &str| from_earth(&catalog, &ephemeris, 606, Instant::parse(time).expect("a time")).magnitude;
+    let unshadowed = magnitude_at("2025-10-29T12:00:00Z").expect("lit");
+    for time in ["2025-10-30T02:00:00Z", "2025-10-30T02:52:00Z", "2025-10-14T05:00:00Z"] {
+        let beyond_the_pole = magnitude_at(time).expect("lit");
+        assert!((beyond_the_pole - unshadowed).abs() < 0.1, "{time}: {beyond_the_pole}, {unshadowed} outside the shadow");
+    }
+    assert_eq!(magnitude_at("2025-08-27T08:00:00Z"), None, "in the umbra");
+}

@@ -9,7 +9,7 @@ use super::extent::Extent;
 use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::labels;
 use super::maps;
-use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Plan, PlanDraw, Vertices};
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::simple_draws;
@@ -58,6 +58,13 @@ pub fn modules(scene: &Scene) -> Vec<ModuleId> {
 /// therefore do not change.
 pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
+
+impl Plan {
+    /// The pass that draws the linear HDR image; `None` in a plan that draws no scene. Passes that it reads come before it.
+    pub fn light_pass(&self) -> Option<&Pass> {
+        self.passes.iter().find(|pass| pass.name == HDR_TARGET)
+    }
+}
 
 /// Radiance of display white below which the HDR target needs f32: half a display level on black, 1.5e-4 of white, is then smaller than the
 /// smallest step of half floats, 2^-24.

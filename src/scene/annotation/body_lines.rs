@@ -30,6 +30,16 @@ struct Circle {
     b: DVec3,
 }
 
+/// The cap of the unit sphere that a camera outside it sees, in planetographic latitudes. `axis_ratio`: polar divided by equatorial radius.
+fn visible_cap(camera: DVec3, axis_ratio: f64) -> Cap {
+    let distance = camera.length();
+    let latitude_deg = (camera.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
+    let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
+    // The tangent of a planetographic latitude is that on the unit sphere divided by the ratio: they differ by at most this angle, 3 degrees on Saturn.
+    let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
+    Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg, radius_deg: (radius_deg + margin_deg).min(180.0) }
+}
+
 impl Circle {
     /// The parallel of the unit sphere with the given sine of latitude.
     fn of_latitude(sine: f64) -> Self {
@@ -169,14 +179,9 @@ impl GroundLineBuilder<'_, '_> {
         // Degrees of the body per pixel at the sub-camera point.
         let height_km = (camera.length() - 1.0).max(1e-9) * radii_km.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
-        let latitude = (camera.z / camera.length()).clamp(-1.0, 1.0).asin().to_degrees();
-        let radius_deg = (1.0 / camera.length()).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-        // A margin of 6 degrees, because planetographic latitudes differ from those on the unit sphere.
-        let cap =
-            Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg: latitude, radius_deg: (radius_deg + 6.0).min(180.0) };
         let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
-        for line in grid_lines(cap, pixel_deg) {
+        for line in grid_lines(visible_cap(camera, axis_ratio), pixel_deg) {
             let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
@@ -227,6 +232,7 @@ impl GroundLineBuilder<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     /// The visible intervals agree with a visibility test of each sampled point.
     #[test]
@@ -245,6 +251,31 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    /// The planetographic latitude of every visible point is in the cap, on bodies as flat as the Earth, Saturn, Phobos and Prometheus. With the margin of
+    /// 6 degrees, which suffices for Saturn, the last two would lack parallels.
+    #[test]
+    fn the_visible_cap_contains_all_visible_latitudes() {
+        let mut random = Random::new(3);
+        for (axis_ratio, exceeds_6_deg) in [(0.99665, false), (0.902, false), (0.7, true), (0.413, true)] {
+            let (mut visible, mut beyond_6_deg) = (0, 0);
+            for _ in 0..100_000 {
+                let camera = random.direction() * random.between(1.01, 1.5);
+                let point = random.direction();
+                if point.dot(camera) <= 1.0 {
+                    continue;
+                }
+                visible += 1;
+                let latitude_deg = point.z.atan2(axis_ratio * point.truncate().length()).to_degrees();
+                let cap = visible_cap(camera, axis_ratio);
+                let from_middle_deg = (latitude_deg - cap.latitude_deg).abs();
+                assert!(from_middle_deg <= cap.radius_deg, "{axis_ratio}: {latitude_deg} seen from {camera}");
+                beyond_6_deg += u32::from(from_middle_deg > visible_cap(camera, 1.0).radius_deg);
+            }
+            assert!(visible > 1000, "{axis_ratio}: {visible}");
+            assert_eq!(beyond_6_deg > 0, exceeds_6_deg, "{axis_ratio}: {beyond_6_deg} of {visible}");
         }
     }
 }

@@ -74,10 +74,9 @@ pub(crate) fn features(
             }
             let line_of_sight = placement.body_from_icrf.transpose() * -to_camera;
             let Some(feature_at_px) = image.pixel_of(line_of_sight) else { continue };
-            let is_hidden = nearest_first[..k].iter().any(|nearer| {
-                let radius_rad = (nearer.placement.radii_km.max_element() / nearer.distance_km).min(1.0).asin();
-                !nearer.placement.camera_is_inside() && crate::ephemeris::angle_rad(nearer.placement.centre_km, line_of_sight) < radius_rad
-            });
+            let is_hidden = nearest_first[..k]
+                .iter()
+                .any(|nearer| !nearer.placement.camera_is_inside() && nearer.placement.surface_along(line_of_sight).is_some());
             if is_hidden || feature_px > MAX_SIZE * size.min_element() {
                 continue;
             }

@@ -12,6 +12,7 @@ pub use super::text::LabelMetrics;
 use super::text::Rect;
 pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
+use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
 use crate::scene::in_view::Appearance;
@@ -178,14 +179,17 @@ pub(crate) fn body_labels(
             is_inside.then_some((b, centre, radius_px))
         })
         .collect();
-    // The disc is well inside the disc of a nearer body that is larger than a point.
-    let is_hidden = |b: &BodyInView, at: DVec2, radius_px: f64, others: &[(&BodyInView, DVec2, f64)]| {
-        others
-            .iter()
-            .any(|(o, centre, r)| o.id != b.id && o.distance_km < b.distance_km && *r > 3.0 && centre.distance(at) + radius_px < 0.97 * r)
+    // The disc is well inside the outline of a nearer body that is larger than a point. A moon over the pole of an oblate planet is visible.
+    let is_hidden = |b: &BodyInView, others: &[(&BodyInView, DVec2, f64)]| {
+        let angular_radius_rad = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+        others.iter().any(|(o, _, radius_px)| {
+            let within = Placement { radii_km: 0.97 * o.placement.radii_km, ..o.placement };
+            let is_nearer = o.id != b.id && o.distance_km < b.distance_km && *radius_px > 3.0 && !o.placement.camera_is_inside();
+            is_nearer && within.covers_disc(b.placement.centre_km, angular_radius_rad)
+        })
     };
     let all = visible.clone();
-    visible.retain(|(b, at, r)| !is_hidden(b, *at, *r, &all));
+    visible.retain(|(b, ..)| !is_hidden(b, &all));
     visible.sort_by(|a, b| {
         let (x, y) = (rank(a.0, selected, &parent_of), rank(b.0, selected, &parent_of));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))

@@ -62,6 +62,13 @@ impl Placement {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
+    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. The curve inside its outline, at the disc's radius from it, is
+    /// approximated by the outline of an ellipsoid whose semi-axes are smaller by that radius at the body's distance.
+    pub(crate) fn covers_disc(&self, direction: DVec3, angular_radius_rad: f64) -> bool {
+        let radii_km = self.radii_km - angular_radius_rad * self.centre_km.length();
+        radii_km.min_element() > 0.0 && Self { radii_km, ..*self }.surface_along(direction).is_some()
+    }
+
     /// Like [`Self::surface_along`], for a direction of any length in the unit-sphere frame.
     pub(crate) fn surface_along_unit_sphere(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();

@@ -203,7 +203,7 @@ pub fn select_occluders<'a>(
             }
             continue;
         }
-        let importance = occluder.importance(&axis, extent);
+        let importance = occluder.importance(&axis, extent, receiver.body.radii_km / receiver.radius_km());
         if importance == Importance::Visible || include_all {
             occluders.push((importance, occluder));
         }
@@ -296,7 +296,8 @@ impl<'a> Occluder<'a> {
         self.across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
-    fn importance(&self, axis: &Axis, extent: ReceiverExtent) -> Importance {
+    /// `axis_ratios`: the receiver's semi-axes divided by its equatorial radius.
+    fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
             let centre = axis.across[0] * self.across.x + axis.across[1] * self.across.y + axis.along * self.along;
@@ -306,7 +307,7 @@ impl<'a> Occluder<'a> {
                 None => return Importance::OutOfView,
             }
         }
-        if !self.shadow_is_visible(axis, extent) {
+        if !self.shadow_is_visible(axis, extent, axis_ratios) {
             return Importance::OutOfView;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
@@ -315,24 +316,32 @@ impl<'a> Occluder<'a> {
     }
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit
-    /// side that faces the camera most. A margin of 0.03 radii covers the gaps between these points.
-    fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent) -> bool {
+    /// side that faces the camera most. A margin of 0.03 radii covers the gaps between these points. Points and horizon are those of the ellipsoid with these
+    /// `axis_ratios`: on an oblate planet, both are off by more than the margin if it is taken for a sphere.
+    fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
+        let camera = camera / axis_ratios;
         let distance = camera.length();
         let radius = self.penumbra_radius(axis, extent.max_radius) + 0.03;
         let towards = camera / distance;
         let horizon = 1.0 / distance - 0.03 - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
+        let sunward = (axis.along / axis_ratios).normalize();
+        // The lit point at an offset across the axis, or the nearest one of the outline, in the frame in which the receiver is the unit sphere.
+        let lit_point = |across: DVec2| {
+            let point = (axis.across[0] * across.x + axis.across[1] * across.y) / axis_ratios;
+            let foot = (point - sunward * point.dot(sunward)).clamp_length_max(1.0);
+            foot + sunward * (1.0 - foot.length_squared()).max(0.0).sqrt()
+        };
         let is_visible = |across: DVec2| {
-            let across = across.clamp_length_max(1.0);
-            let inside = (across - self.across).length() <= radius * 1.001;
-            let along = (1.0 - across.length_squared()).max(0.0).sqrt();
-            inside && axis.across(towards).dot(across) + towards.dot(axis.along) * along > horizon
+            let point = lit_point(across);
+            let inside = (axis.across(point * axis_ratios) - self.across).length() <= radius * 1.001;
+            inside && towards.dot(point) > horizon
         };
         let around = (0..96).any(|k| {
             let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
             [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.across + on_ring * (radius * fraction)))
         });
-        around || is_visible(axis.across(towards))
+        around || is_visible(axis.across(towards * axis_ratios))
     }
 }
 
@@ -390,4 +399,53 @@ pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let other_planets = usize::from(!(100..600).contains(&receiver.id.0));
     let count = (others.clone().count() + other_planets).min(usize::from(MAX_OCCLUDERS)) as u8;
     (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+    use crate::random::Random;
+
+    /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is
+    /// never left out, and one far on the other side is. If the ellipsoids are taken for spheres, some are left out.
+    #[test]
+    fn a_shadow_on_the_visible_side_is_never_left_out() {
+        let catalog = Catalog::embedded();
+        let body = catalog.body(NaifId(605)).expect("Rhea");
+        let mut random = Random::new(5);
+        for axis_ratios in [DVec3::ONE, DVec3::new(1.0, 1.0, 0.902), DVec3::new(1.0, 0.88, 0.7)] {
+            let (mut seen, mut left_out_of_sphere, mut hidden, mut left_out) = (0, 0, 0, 0);
+            for _ in 0..20_000 {
+                let along = random.direction();
+                let (x, y) = along.any_orthonormal_pair();
+                let axis = Axis { along, across: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
+                let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
+                let extent =
+                    ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel: 0.0 };
+                let on_sphere = random.direction();
+                let (point, normal) = (on_sphere * axis_ratios, (on_sphere / axis_ratios).normalize());
+                if normal.dot(along) < 0.02 {
+                    continue;
+                }
+                let semi = DVec2::splat(0.0126);
+                let across =
+                    axis.across(point) + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi * random.between(0.0, 1.0);
+                let occluder = Occluder { body, across, along: 8.7, long_axis: DVec2::X, semi, max_obscuration: 1.0, has_umbra: true };
+                let is_visible = |ratios: DVec3| occluder.shadow_is_visible(&axis, extent, ratios);
+                let cos_emission = normal.dot((camera - point).normalize());
+                if cos_emission > 0.02 {
+                    seen += 1;
+                    assert!(is_visible(axis_ratios), "{axis_ratios}: {point} seen from {camera}, lit from {along}");
+                    left_out_of_sphere += u32::from(!is_visible(DVec3::ONE));
+                } else if cos_emission < -0.5 {
+                    hidden += 1;
+                    left_out += u32::from(!is_visible(axis_ratios));
+                }
+            }
+            println!("{axis_ratios}: {seen} seen, {left_out_of_sphere} left out of a sphere; {left_out} of {hidden} hidden ones left out");
+            assert!(seen > 3000 && 2 * left_out > hidden, "{axis_ratios}: {seen}, {left_out} of {hidden}");
+            assert_eq!(left_out_of_sphere > 0, axis_ratios != DVec3::ONE, "{axis_ratios}: {left_out_of_sphere}");
+        }
+    }
 }
