@@ -132,31 +132,20 @@ fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     }
 }
 
-/// In front of the planets' orbits and the stars, the Sun's glare is dark: the median level of the image is at most 16 of 255, and Jupiter, a point of
-/// magnitude 3, is brighter than the glare around it. With the limit for brighter subjects the image would be grey.
+/// A view of the whole system has no subject but the dark sky, which is lost in the Sun's glare: the image is nearly black, not grey. The median level is
+/// at most 16 of 255. At 2.7 stops more, which would suit a subject that is not lost, it is grey.
 #[test]
-fn the_glare_in_front_of_the_whole_system_is_dark_and_shows_the_planets() {
-    let time = "2024-06-08T00:00:00Z";
-    let whole_system = request(NaifId::SUN, time, Position::Over { towards: None, distance_radii: Some(12_000.0) }, Some(60.0));
-    let whole_system = ViewRequest { width: 256, height: 256, ..whole_system };
-    let sorted_reds = |request: &ViewRequest, is_kept: &dyn Fn(usize) -> bool| {
-        let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").frame;
-        let mut reds: Vec<u8> = frame.display.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, p)| p[0]).collect();
-        reds.sort_unstable();
-        reds
-    };
+fn the_glare_in_front_of_the_dark_sky_is_nearly_black() {
+    let position = Position::Over { towards: None, distance_radii: Some(12_000.0) };
+    let whole_system = request(NaifId::SUN, "2024-06-08T00:00:00Z", position, Some(60.0));
     let median = |request: &ViewRequest| {
-        let reds = sorted_reds(request, &|_| true);
+        let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").frame;
+        let mut reds: Vec<u8> = frame.display.iter().map(|p| p[0]).collect();
+        reds.sort_unstable();
         reds[reds.len() / 2]
     };
-    let scene = scene(&whole_system);
     assert!((4..=16).contains(&median(&whole_system)), "{} of 255", median(&whole_system));
-    let brighter = ViewRequest { exposure: ExposureRequest::Stops(scene.exposure.stops + 2.7), ..whole_system.clone() };
+    let stops = scene(&whole_system).exposure.stops + 2.7;
+    let brighter = ViewRequest { exposure: ExposureRequest::Stops(stops), ..whole_system };
     assert!(median(&brighter) > 30, "{} of 255", median(&brighter));
-    let jupiter = scene.body(NaifId(599)).expect("Jupiter").placement.centre_km;
-    let clip = scene.camera.clip(jupiter).expect("in the frame");
-    let pixel = DVec2::new(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y) * 256.0;
-    let around = sorted_reds(&whole_system, &|k| DVec2::new((k % 256) as f64 + 0.5, (k / 256) as f64 + 0.5).distance(pixel) < 6.0);
-    let (level, glare) = (around[around.len() - 1], around[around.len() / 2]);
-    assert!(level >= glare + 10, "Jupiter {level}, glare {glare}");
 }

@@ -245,8 +245,9 @@ impl MeteredFrame<'_, '_> {
     fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
-        let nearer =
-            self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km);
+        // The Sun is so bright that bodies of less than a pixel matter, too.
+        let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km;
+        let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| p.body.id == NaifId::SUN || area_px(self.meter.camera, o) > 1.0);
         nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product()
     }
 
