@@ -44,8 +44,8 @@ impl Viewer {
             CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
                 *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Looking around stops the tracking of another target.
-                self.view.target = *body;
+                // Looking around stops the tracking of another target. It remains the target, so that the exposure does not jump.
+                self.view.tracks &= self.view.target == *body;
             }
             CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
         }

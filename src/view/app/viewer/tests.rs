@@ -189,6 +189,8 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
         assert!(turned_deg < largest_deg && rolled_deg < largest_deg, "{action:?}: {turned_deg} {rolled_deg}");
         let is_tracking = viewer.view.tracks && viewer.view.target != NaifId::EARTH;
         assert!(!is_tracking, "{action:?}");
+        // The exposure favours the target.
+        assert_eq!(viewer.view.target, NaifId::SUN, "{action:?}");
     }
 }
 
