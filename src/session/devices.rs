@@ -14,10 +14,10 @@ use crate::render::software::{Precision, SoftwareRenderer};
 #[cfg(feature = "gpu")]
 use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
-#[cfg(feature = "gpu")]
 use parking_lot::Mutex;
 #[cfg(feature = "gpu")]
 use std::collections::HashSet;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// The renderers of a session.
@@ -33,6 +33,10 @@ pub struct Devices {
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
+    /// Twice the number of changes of the fragments; odd during a change.
+    fragment_changes: AtomicU64,
+    /// Locked during a change.
+    changing: Mutex<()>,
 }
 
 impl Devices {
@@ -58,9 +62,18 @@ impl Devices {
             notify,
             gpu: gpu::Gpu::new(preference),
             dry_run_modules: Mutex::default(),
+            fragment_changes: AtomicU64::new(0),
+            changing: Mutex::default(),
         };
         #[cfg(not(feature = "gpu"))]
-        Self { software, background_renderer: OnceLock::new(), notify, preference }
+        Self {
+            software,
+            background_renderer: OnceLock::new(),
+            notify,
+            preference,
+            fragment_changes: AtomicU64::new(0),
+            changing: Mutex::default(),
+        }
     }
 
     /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
@@ -88,6 +101,7 @@ impl Devices {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
+        let change = self.fragment_change();
         let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
         let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         if new.is_empty() {
@@ -97,7 +111,11 @@ impl Devices {
         if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, FrameImages::Display) {
             return Err(endless.into());
         }
-        self.dry_run_modules.lock().extend(new);
+        // If the fragments changed meanwhile, the run may have executed the old modules.
+        let mut dry_run_modules = self.dry_run_modules.lock();
+        if change.is_some() && change == self.fragment_change() {
+            dry_run_modules.extend(new);
+        }
         Ok(())
     }
 
@@ -200,6 +218,20 @@ impl Devices {
     pub fn begin(&self) {
         #[cfg(feature = "gpu")]
         self.gpu.begin();
+    }
+
+    /// Changes the fragments by `change`, and drops everything compiled from the old ones.
+    pub fn change_fragments(&self, change: impl FnOnce()) {
+        let _changing = self.changing.lock();
+        self.fragment_changes.fetch_add(1, Ordering::SeqCst);
+        change();
+        self.forget_modules();
+        self.fragment_changes.fetch_add(1, Ordering::SeqCst);
+    }
+
+    /// A number that differs after every change of the fragments; `None` during a change.
+    pub fn fragment_change(&self) -> Option<u64> {
+        Some(self.fragment_changes.load(Ordering::SeqCst)).filter(|changes| changes.is_multiple_of(2))
     }
 
     /// Drops everything compiled from modules. Called when the modules of some names have changed.

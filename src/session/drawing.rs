@@ -97,8 +97,7 @@ impl Session {
 
     /// Compiles modules from these fragments from now on.
     pub fn set_fragments(&self, fragments: Fragments) {
-        self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned()));
-        self.devices.forget_modules();
+        self.devices.change_fragments(|| self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned())));
     }
 
     /// Draws a view for a window; in software if the GPU is not ready for this view.
@@ -126,9 +125,9 @@ impl Session {
     /// module only when it draws the module's pass: after a change, that module no longer fits the plan.
     fn with_unchanged_fragments<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
         loop {
-            let generator = self.library.generator();
+            let change = self.devices.fragment_change();
             let drawn = draw();
-            if self.library.generator() == generator {
+            if change.is_some() && change == self.devices.fragment_change() {
                 return drawn;
             }
         }

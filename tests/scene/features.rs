@@ -179,7 +179,7 @@ fn caption_and_compass_describe_the_view() {
     let to_north = compass_needle(&shown);
     assert!(to_north.y < -10.0 && to_north.x.abs() < 0.05 * to_north.y.abs(), "{to_north}");
     let pole = SESSION.ephemeris().body_from_icrf(NaifId(699), shown.time).expect("axes").row(2);
-    let south_up = orrery::scene::request::Up::Along { direction: -pole, axes: orrery::scene::request::Axes::Icrf };
+    let south_up = orrery::scene::request::Up::Along { direction: -pole, axes: Axes::Icrf };
     let turned = scene(&ViewRequest { up: south_up, ..view(699, "+compass", Some(20.0)) });
     assert!(compass_needle(&turned).y > 10.0);
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
