@@ -155,6 +155,8 @@ mod tests {
             drawn += 1;
             if drawn == 1 {
                 session.set_fragments(Fragments::with_files([(path.to_owned(), format!("{text}\n// edited\n"))]));
+                // Undone within the same frame: the fragments are the same again, but the frame may be mixed.
+                session.set_fragments(Fragments::default());
                 // The mixture of old and new modules may be an error.
                 return Err(SessionError::File { path: path.to_owned(), why: "does not fit".to_owned() });
             }

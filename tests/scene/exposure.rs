@@ -149,3 +149,18 @@ fn the_glare_in_front_of_the_dark_sky_is_nearly_black() {
     let brighter = ViewRequest { exposure: ExposureRequest::Stops(stops), ..whole_system };
     assert!(median(&brighter) > 30, "{} of 255", median(&brighter));
 }
+
+/// A camera at a body's centre sees the Sun as from beside the body, which is not in front of it. From the Sun's centre there is no glare, and the exposure
+/// of a planet is that of the planet.
+#[test]
+fn the_exposure_from_a_body_s_centre_is_that_from_beside_it() {
+    let stops = |target, position, fov_deg| scene(&request(target, "2024-06-08T04:00:00Z", position, Some(fov_deg))).exposure.stops;
+    let beside = |body| Position::Offset { body, offset_km: DVec3::Z * 2e6, axes: Axes::Icrf };
+    for fov_deg in [0.55, 5.0, 20.0] {
+        let (centre, beside) =
+            (stops(NaifId::SUN, Position::Centre(NaifId::EARTH), fov_deg), stops(NaifId::SUN, beside(NaifId::EARTH), fov_deg));
+        assert!((centre - beside).abs() < 0.1, "{fov_deg}: {centre} from the centre, {beside} beside the Earth");
+    }
+    let (centre, beside) = (stops(NaifId::EARTH, Position::Centre(NaifId::SUN), 0.01), stops(NaifId::EARTH, beside(NaifId::SUN), 0.01));
+    assert!((centre - beside).abs() < 0.1, "{centre} from the centre, {beside} beside the Sun");
+}

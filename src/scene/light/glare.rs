@@ -80,7 +80,8 @@ pub(crate) struct VeilingGlare {
 impl VeilingGlare {
     /// The glare of a Sun that is at least partly in the frame.
     pub(crate) fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
-        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        // At the Sun's centre there is no glare.
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
         let entered = entry_fraction(camera, towards, sin_radius);

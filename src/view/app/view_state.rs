@@ -108,7 +108,7 @@ impl CameraPose {
 pub struct ViewState {
     /// TDB seconds past J2000.
     pub tdb_s: f64,
-    /// The body that is looked at and metered.
+    /// The body that the exposure favours, and that the camera faces if it tracks it.
     pub target: NaifId,
     pub eye: CameraPose,
     /// The camera faces the target; otherwise it faces the direction given by its angles.

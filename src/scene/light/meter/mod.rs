@@ -13,8 +13,7 @@ mod rings;
 use crate::catalog::{Body, NaifId};
 use crate::message::{Argument, reason};
 use crate::scene::atmosphere::air;
-use crate::scene::camera::Camera;
-use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
@@ -136,7 +135,7 @@ struct MeteredFrame<'f, 'a> {
     glare: Option<VeilingGlare>,
     /// Radiance of the sky around the camera.
     sky_radiance: f64,
-    /// Bodies that may hide others.
+    /// Bodies of more than a pixel. They may hide others; the Sun is hidden by smaller ones, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
 
@@ -245,9 +244,10 @@ impl MeteredFrame<'_, '_> {
     fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
-        // The Sun is so bright that bodies of less than a pixel matter, too.
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km;
-        let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| p.body.id == NaifId::SUN || area_px(self.meter.camera, o) > 1.0);
+        // The Sun is so bright that bodies of less than a pixel matter, too. A body at whose centre the camera is counts as behind it.
+        let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
+        let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
         nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product()
     }
 
