@@ -95,6 +95,7 @@ struct Sheet {
 fn drawn_sheet() -> Sheet {
     let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
+    // Without the views of the cost, which count instructions.
     let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     let tile = |key: &ShaderKey| {
         let plan = sample_body_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));

@@ -132,10 +132,10 @@ fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     }
 }
 
-/// A view of the whole system has no subject but the dark sky, which is lost in the Sun's glare: the image is nearly black, not grey. The median level is
-/// at most 16 of 255. At 2.7 stops more, which would suit a subject that is not lost, it is grey.
+/// A view of the whole system shows only the dark sky, which is far fainter than the Sun's glare: the image is nearly black, not grey. The median level is
+/// at most 16 of 255. At 2.7 stops more, as for a subject that the glare does not hide, it is grey.
 #[test]
-fn the_glare_in_front_of_the_dark_sky_is_nearly_black() {
+fn the_dark_sky_behind_the_glare_is_nearly_black() {
     let position = Position::Over { towards: None, distance_radii: Some(12_000.0) };
     let whole_system = request(NaifId::SUN, "2024-06-08T00:00:00Z", position, Some(60.0));
     let median = |request: &ViewRequest| {

@@ -94,7 +94,7 @@ fn random(index: usize) -> Footprint {
     Footprint { uv: [3.0 * unit(0) - 1.0, 3.0 * unit(1) - 1.0], major, minor, rotation: unit(4) * 6.3, phase: unit(0) * 6.3 }
 }
 
-/// A quasi-random footprint less than a texel wide, so that every lane of a batch is magnified. The lanes of a quad are a quarter of a texel apart, as in
+/// A quasi-random footprint of at most 0.66 texels, so that the squares of its axes add up to less than 1 in every lane of a batch. The lanes of a quad are a quarter of a texel apart, as in
 /// an image, and often lie between the same four texels.
 fn magnified(index: usize) -> Footprint {
     let Footprint { uv: [u, v], major, minor, rotation, phase } = random(index / 4);
@@ -188,7 +188,7 @@ fn the_operation_gives_the_values_of_the_fragment() {
     }
 }
 
-/// A batch whose lanes are all magnified takes a path of its own through the native code, without levels and taps.
+/// A batch in which the squares of the axes of each footprint add up to at most 1 takes a path of its own through the native code, without levels and taps.
 #[test]
 fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified() {
     let (native, taps) = (operation(), program(&renamed()));

@@ -236,8 +236,11 @@ struct Lanes<'a> {
 struct Taps {
     /// Numbers of taps.
     count: __m256,
+    /// `count` minus the footprint's length in taps.
     excess: __m256,
+    /// Index of the middle of the taps.
     middle: __m256,
+    /// Distance by which each tap moves towards the middle, and at most to the middle.
     to_middle: __m256,
 }
 
