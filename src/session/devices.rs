@@ -17,7 +17,6 @@ use crate::shader::ShaderLibrary;
 use parking_lot::Mutex;
 #[cfg(feature = "gpu")]
 use std::collections::HashSet;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// The renderers of a session.
@@ -33,10 +32,8 @@ pub struct Devices {
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
-    /// Twice the number of changes of the fragments; odd during a change.
-    fragment_changes: AtomicU64,
-    /// Locked during a change.
-    changing: Mutex<()>,
+    /// How often the fragments were changed. Locked until everything compiled from the former ones is dropped.
+    fragment_changes: Mutex<u64>,
 }
 
 impl Devices {
@@ -62,18 +59,10 @@ impl Devices {
             notify,
             gpu: gpu::Gpu::new(preference),
             dry_run_modules: Mutex::default(),
-            fragment_changes: AtomicU64::new(0),
-            changing: Mutex::default(),
+            fragment_changes: Mutex::default(),
         };
         #[cfg(not(feature = "gpu"))]
-        Self {
-            software,
-            background_renderer: OnceLock::new(),
-            notify,
-            preference,
-            fragment_changes: AtomicU64::new(0),
-            changing: Mutex::default(),
-        }
+        Self { software, background_renderer: OnceLock::new(), notify, preference, fragment_changes: Mutex::default() }
     }
 
     /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
@@ -101,7 +90,7 @@ impl Devices {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
-        let change = self.fragment_change();
+        let changes_before = self.fragment_changes();
         let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
         let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         if new.is_empty() {
@@ -111,10 +100,10 @@ impl Devices {
         if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, FrameImages::Display) {
             return Err(endless.into());
         }
-        // If the fragments changed meanwhile, the run may have executed the old modules.
-        let mut dry_run_modules = self.dry_run_modules.lock();
-        if change.is_some() && change == self.fragment_change() {
-            dry_run_modules.extend(new);
+        // If the fragments changed meanwhile, the run may have executed the old modules. Locked in the same order as by a change.
+        let changes = self.fragment_changes.lock();
+        if *changes == changes_before {
+            self.dry_run_modules.lock().extend(new);
         }
         Ok(())
     }
@@ -222,16 +211,15 @@ impl Devices {
 
     /// Changes the fragments by `change`, and drops everything compiled from the old ones.
     pub fn change_fragments(&self, change: impl FnOnce()) {
-        let _changing = self.changing.lock();
-        self.fragment_changes.fetch_add(1, Ordering::SeqCst);
+        let mut changes = self.fragment_changes.lock();
         change();
         self.forget_modules();
-        self.fragment_changes.fetch_add(1, Ordering::SeqCst);
+        *changes += 1;
     }
 
-    /// A number that differs after every change of the fragments; `None` during a change.
-    pub fn fragment_change(&self) -> Option<u64> {
-        Some(self.fragment_changes.load(Ordering::SeqCst)).filter(|changes| changes.is_multiple_of(2))
+    /// How often the fragments were changed. Waits for the end of a change.
+    pub fn fragment_changes(&self) -> u64 {
+        *self.fragment_changes.lock()
     }
 
     /// Drops everything compiled from modules. Called when the modules of some names have changed.

@@ -3,7 +3,7 @@
 //! In: a request. Out: its scene with a plan, or the finished frame. Always: a frame is drawn from one set of fragments, also when they change meanwhile;
 //! modules whose entries on disk were forged are rebuilt.
 
-use super::renderers::{RenderOutput, RequestedOutput};
+use super::renderers::{RenderOutput, RendererError, RequestedOutput};
 use super::{DrawnFrame, Session, SessionError, Stage};
 use crate::render::frame::Frame;
 use crate::render::plan::{self, FrameImages, Plan, PlanError, SamplingQuality};
@@ -68,10 +68,20 @@ impl Session {
         sampling: SamplingQuality,
         images: FrameImages,
     ) -> Result<DrawnFrame, SessionError> {
+        self.draw_planned(request, sampling, |plan| self.devices.draw(software, plan, &self.library, RequestedOutput::Frame(images)))
+    }
+
+    /// Plans a view and draws it by `draw`; again if a module was forged on disk, or if the fragments change meanwhile.
+    fn draw_planned(
+        &self,
+        request: &ViewRequest,
+        sampling: SamplingQuality,
+        draw: impl Fn(&Plan) -> Result<RenderOutput, RendererError>,
+    ) -> Result<DrawnFrame, SessionError> {
         self.with_unchanged_fragments(|| {
             loop {
                 let (scene, plan) = self.plan(request, sampling)?;
-                match self.timed(Stage::Draw, || self.devices.draw(software, &plan, &self.library, RequestedOutput::Frame(images))) {
+                match self.timed(Stage::Draw, || draw(&plan)) {
                     Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
                     Err(_) if self.replace_forged(&plan.modules()) => {}
                     Err(why) => return Err(why.into()),
@@ -107,27 +117,18 @@ impl Session {
         sampling: SamplingQuality,
         requested: RequestedOutput,
     ) -> Result<DrawnFrame, SessionError> {
-        self.with_unchanged_fragments(|| {
-            loop {
-                let (scene, plan) = self.plan(request, sampling)?;
-                // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
-                let window = || plan::warm_up_interface(self).ok();
-                match self.timed(Stage::Draw, || self.devices.draw_or_fall_back(&plan, window, &self.library, requested)) {
-                    Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
-                    Err(_) if self.replace_forged(&plan.modules()) => {}
-                    Err(why) => return Err(why.into()),
-                }
-            }
-        })
+        // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
+        let window = || plan::warm_up_interface(self).ok();
+        self.draw_planned(request, sampling, |plan| self.devices.draw_or_fall_back(plan, window, &self.library, requested))
     }
 
     /// Repeats `draw` until the fragments have not changed meanwhile. A plan has the layouts and uniform bytes of its modules, but a renderer fetches each
     /// module only when it draws the module's pass: after a change, that module no longer fits the plan.
     fn with_unchanged_fragments<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
         loop {
-            let change = self.devices.fragment_change();
+            let changes_before = self.devices.fragment_changes();
             let drawn = draw();
-            if change.is_some() && change == self.devices.fragment_change() {
+            if self.devices.fragment_changes() == changes_before {
                 return drawn;
             }
         }

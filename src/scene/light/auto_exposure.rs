@@ -25,7 +25,7 @@ const WEIGHT_EXPONENT: i32 = 2;
 /// Exponent of the smooth maximum of several white levels: the smooth maximum of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
 /// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, of fainter ones, and of those
-/// that are lost in the glare. In the last case nothing is lost by a shorter exposure, and the sky looks black: 0.003 of white is 10 of 255.
+/// that are lost in the glare. In the last case the sky looks black, 0.003 of white is 10 of 255, at the cost of the faintest stars.
 const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 /// Ratio of a subject's light to the glare below which the subject is lost.
 const LOST_SUBJECT: f64 = 0.1;
