@@ -3,8 +3,8 @@
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::ModuleProvider;
 use orrery::render::plan::{
-    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding,
-    TextureSource, Vertices,
+    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState, ShadingRate,
+    TextureBinding, TextureSource, Vertices,
 };
 use orrery::render::software::lowering;
 use orrery::shader::ModuleId;
@@ -76,6 +76,7 @@ pub fn plan(size: u32) -> Plan {
         vertices: Vertices::Count(3),
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, size, size],

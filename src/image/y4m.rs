@@ -54,18 +54,31 @@ fn level([red, green, blue, offset]: [i32; 4], word: u32) -> u8 {
     (sum >> FRACTION_BITS) as u8
 }
 
-#[inline(always)]
-fn is_one_colour(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> bool {
-    let first = u32::from_le_bytes(pixels[0]);
-    let mut differing = 0;
-    for pixel in pixels {
-        differing |= u32::from_le_bytes(*pixel) ^ first;
+/// What the pixels of a block have in common.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    OneColour,
+    Grey,
+    Any,
+}
+
+impl Content {
+    #[inline(always)]
+    fn of(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> Self {
+        const RGB: u32 = 0xff_ffff;
+        let [first, last] = [pixels[0], pixels[BLOCK_PIXELS - 1]].map(u32::from_le_bytes);
+        // The last pixel alone excludes one colour for most blocks.
+        if (first ^ last) & RGB == 0 && pixels.iter().fold(0, |bits, p| bits | (u32::from_le_bytes(*p) ^ first)) & RGB == 0 {
+            return Self::OneColour;
+        }
+        // Red differs from green in the low byte, green from blue in the next.
+        let coloured = pixels.iter().map(|p| u32::from_le_bytes(*p)).fold(0, |bits, word| bits | (word ^ (word >> 8)));
+        if coloured & 0xffff == 0 { Self::Grey } else { Self::Any }
     }
-    differing & 0xff_ffff == 0
 }
 
 fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3]) {
-    let is_one_colour = is_one_colour(pixels);
+    let is_one_colour = Content::of(pixels) == Content::OneColour;
     for (plane, factors) in planes.into_iter().zip(PLANES) {
         if is_one_colour {
             plane.fill(level(factors, u32::from_le_bytes(pixels[0])));
@@ -80,7 +93,7 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
 /// The same integer arithmetic for 32 pixels at a time.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{BLOCK_PIXELS, FRACTION_BITS, PLANES, is_one_colour, level};
+    use super::{BLOCK_PIXELS, Content, FRACTION_BITS, LUMA, PLANES, level};
     use std::arch::x86_64::{
         __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_mullo_epi32, _mm256_packus_epi16, _mm256_packus_epi32,
         _mm256_permutevar8x32_epi32, _mm256_set1_epi32, _mm256_setr_epi32, _mm256_srli_epi32,
@@ -98,12 +111,43 @@ mod avx2 {
         _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(sum)
     }
 
+    /// Luma of grey pixels: the three products are one.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn convert_grey(pixels: &[[u8; 4]; BLOCK_PIXELS], y: &mut [u8; BLOCK_PIXELS]) {
+        let [red, green, blue, offset] = LUMA;
+        let (factor, offset) = (_mm256_set1_epi32(red + green + blue), _mm256_set1_epi32(offset));
+        let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+        for (to, pixels) in y.as_chunks_mut::<32>().0.iter_mut().zip(pixels.as_chunks::<32>().0) {
+            // SAFETY: 32 pixels are four vectors.
+            let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
+            let levels = |word| {
+                let grey = _mm256_and_si256(word, _mm256_set1_epi32(0xff));
+                _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(_mm256_add_epi32(_mm256_mullo_epi32(grey, factor), offset))
+            };
+            let low = _mm256_packus_epi32(levels(words[0]), levels(words[1]));
+            let high = _mm256_packus_epi32(levels(words[2]), levels(words[3]));
+            let packed = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
+            // SAFETY: a vector is 32 bytes.
+            *to = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
+        }
+    }
+
     #[target_feature(enable = "avx2")]
     pub(super) fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], [y, cb, cr]: [&mut [u8; BLOCK_PIXELS]; 3]) {
-        if is_one_colour(pixels) {
-            let [of_y, of_cb, of_cr] = PLANES.map(|factors| level(factors, u32::from_le_bytes(pixels[0])));
-            (*y, *cb, *cr) = ([of_y; BLOCK_PIXELS], [of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
-            return;
+        match Content::of(pixels) {
+            Content::OneColour => {
+                let [of_y, of_cb, of_cr] = PLANES.map(|factors| level(factors, u32::from_le_bytes(pixels[0])));
+                (*y, *cb, *cr) = ([of_y; BLOCK_PIXELS], [of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
+                return;
+            }
+            Content::Grey => {
+                convert_grey(pixels, y);
+                let [of_cb, of_cr] = [1, 2].map(|plane: usize| level(PLANES[plane], 0));
+                (*cb, *cr) = ([of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
+                return;
+            }
+            Content::Any => {}
         }
         let byte = _mm256_set1_epi32(0xff);
         // The packing instructions work on each half of a vector; this permutation restores the order of the pixels.
@@ -203,7 +247,8 @@ mod tests {
     #[test]
     fn generic_code_gives_the_same_bytes() {
         let pixels: [[u8; 4]; BLOCK_PIXELS] = std::array::from_fn(|k| [k as u8, (3 * k) as u8, (255 - k) as u8, 255]);
-        for pixels in [pixels, [[1, 2, 3, 4]; BLOCK_PIXELS]] {
+        let grey = std::array::from_fn(|k| [2 * k as u8, 2 * k as u8, 2 * k as u8, k as u8]);
+        for pixels in [pixels, grey, [[1, 2, 3, 4]; BLOCK_PIXELS]] {
             let mut results = [[[0; BLOCK_PIXELS]; 3]; 2];
             let [best, generic] = &mut results;
             convert(&pixels, best.each_mut());

@@ -5,8 +5,8 @@
 
 use super::ProbeError;
 use crate::render::plan::{
-    Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, TextureBinding,
-    Vertices,
+    Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, ShadingRate,
+    TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::shader::ModuleId;
@@ -88,6 +88,7 @@ impl ProbeBatch {
             vertices: Vertices::Count(6),
             instances: Instances { count: width, attributes },
             blend: Blend::Replace,
+            shading_rate: ShadingRate::PerPixel,
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
             scissor: [0, 0, width, height],

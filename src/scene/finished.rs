@@ -5,7 +5,7 @@
 use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::text::{LabelMetrics, Rect};
-use crate::scene::annotation::{labels, line_texts, orbits};
+use crate::scene::annotation::{labels, line_texts, orbit_arcs};
 use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::decision::Decision;
@@ -58,7 +58,7 @@ pub struct Scene {
     /// Bodies too small for a disc.
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
-    pub orbits: Vec<orbits::OrbitArc>,
+    pub orbits: Vec<orbit_arcs::OrbitArc>,
     /// Other lines in space, such as the traces of moving bodies; hidden like orbits.
     pub lines: Vec<LineSegment>,
     /// Lines on the ground of bodies, on the side that faces the camera.

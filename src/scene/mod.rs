@@ -49,7 +49,7 @@ mod thresholds;
 mod visibility;
 
 #[doc(hidden)]
-pub use annotation::{grids, legend, line_texts, orbits, sky_lines, traces};
+pub use annotation::{grids, legend, line_texts, orbit_arcs, orbits, sky_lines, traces};
 pub(crate) use atmosphere::ground_depth;
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;

@@ -9,8 +9,8 @@ use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
     AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, Instances, LIMB_TABLE, Pass, Plan,
-    PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices, coarse_air_size,
-    limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
+    PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
+    coarse_air_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -354,6 +354,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         vertices: if features.shape == Shape::Mesh { mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         // The draws that fill the coarse image write no depth.
         depth: if features.air_pass.fills_image() {

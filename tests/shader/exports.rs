@@ -10,7 +10,7 @@ use orrery::export::{Revision, RevisionError, atlas, corpus};
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices,
+    SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
 };
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::shader::fragments::Fragments;
@@ -235,6 +235,7 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, width, height],

@@ -7,7 +7,7 @@ use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, TextureBinding, TextureSource, Vertices, uniform_bytes,
+    SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices, uniform_bytes,
 };
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
@@ -34,6 +34,7 @@ fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertice
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::PremultipliedOver,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, u32::MAX, u32::MAX],

@@ -57,7 +57,7 @@ impl GalileanL12 {
     }
 
     fn sums(moon: &Moon, days: f64) -> Sums {
-        let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 3])));
+        let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4])));
         Sums {
             size: sum(&moon.a).map(|v| v.x),
             longitude: sum(&moon.l).map(|v| v.y),

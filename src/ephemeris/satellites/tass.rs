@@ -115,7 +115,7 @@ impl Tass17 {
         let mut slow = [Derivatives::default(); 8];
         for (j, is_needed) in self.driven_by[index].iter().enumerate() {
             if *is_needed && let Some(first) = self.moons[j].series[1].first() {
-                slow[j] = Derivatives::sum(first.1.iter().map(|term| term.at(days, [0.0; 3]).map(|v| v.y)));
+                slow[j] = Derivatives::sum(first.1.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
             }
         }
         slow

@@ -9,7 +9,7 @@ use super::extent::Extent;
 use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::labels;
 use super::maps;
-use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, Vertices};
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::simple_draws;
@@ -254,6 +254,7 @@ fn body_draw(
         instances: Instances { count: 1, attributes: Vec::new() },
         // In the cost view, the costs of overlapping draws are added. Radiance is composited by coverage.
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
+        shading_rate: ShadingRate::PerPixel,
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),

@@ -8,7 +8,7 @@
 use super::error::PlanError;
 use super::extent::MarkedTexels;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
-use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
+use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::simple_draws::{FIRST_READ_BINDING, full_screen_draw};
 use super::uniform_bytes::uniform_bytes;
@@ -169,6 +169,7 @@ fn samples_draw(
         vertices: Vertices::Count(6),
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor,

@@ -7,7 +7,8 @@
 use super::error::PlanError;
 use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::passes::{
-    AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Plan, PlanDraw, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource,
+    Vertices,
 };
 use super::provider::ResourceProvider;
 use super::simple_draws::full_screen_draw;
@@ -58,6 +59,7 @@ pub fn interface_step(
                 indices: Arc::new(primitive.indices),
             },
             blend: Blend::PremultipliedOver,
+            shading_rate: ShadingRate::PerPixel,
             scissor: primitive.scissor,
             ..template.clone()
         }

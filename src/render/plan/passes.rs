@@ -75,6 +75,16 @@ pub struct DepthState {
     pub write: bool,
 }
 
+/// The points at which a draw's fragments are shaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ShadingRate {
+    /// Each pixel's centre.
+    #[default]
+    PerPixel,
+    /// The draw adds light without fine structure: a renderer may shade fewer points and interpolate between them where that is exact to a 500th.
+    Interpolated,
+}
+
 /// The source of a draw's vertices. Attribute `k` is `@location(k)`.
 #[derive(Clone, Debug)]
 pub enum Vertices {
@@ -110,6 +120,7 @@ pub struct PlanDraw {
     pub vertices: Vertices,
     pub instances: Instances,
     pub blend: Blend,
+    pub shading_rate: ShadingRate,
     pub cull: Cull,
     pub depth: DepthState,
     /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).

@@ -5,7 +5,7 @@
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
-use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, Vertices};
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use crate::scene::annotation::strokes::LineSegment;
@@ -104,6 +104,7 @@ pub(super) fn full_screen_draw(
         vertices: Vertices::Count(3),
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, width, height],
@@ -240,7 +241,8 @@ pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
         w.vec2("tan_half_fov", glare.tan_half_fov)
     })?;
     let scissor = scissor(glare.rect_in_clip, scene.camera.width, scene.camera.height);
-    Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
+    let shading_rate = if glare.is_interpolated { ShadingRate::Interpolated } else { ShadingRate::PerPixel };
+    Ok(vec![PlanDraw { blend: Blend::Add, shading_rate, scissor, ..draw }])
 }
 
 /// The draws of a body's refracted limb: one that occludes the Sun's disc drawn without refraction (`None` if no such disc was drawn), and one that

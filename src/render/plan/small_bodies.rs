@@ -8,7 +8,8 @@ use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
 use super::simple_draws::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
 use crate::scene::camera::NEAR_DEPTH_KM;
-use crate::scene::orbits::{self, OrbitArc};
+use crate::scene::orbit_arcs::{CHORDS_PER_ARC, OrbitArc};
+use crate::scene::orbits;
 use crate::scene::sky::comets::TailSegment;
 use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
 use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
@@ -61,10 +62,10 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::RELATIVE_RADIANCE / scene.exposure.factor_f32())?;
-        w.f32("segments", orbits::CHORDS_PER_ARC as f32)?;
+        w.f32("segments", CHORDS_PER_ARC as f32)?;
         w.f32("near", NEAR_DEPTH_KM as f32)
     })?;
-    let vertices = Vertices::Count(6 * orbits::CHORDS_PER_ARC);
+    let vertices = Vertices::Count(6 * CHORDS_PER_ARC);
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, ..draw }])
 }
 

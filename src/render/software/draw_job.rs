@@ -5,7 +5,7 @@ use super::math::Real;
 use super::raster::setup::RasterGeometry;
 use super::stage::{LANES, LaneProgram};
 use super::texel_marks::TexelMarks;
-use crate::render::plan::{Blend, Extent};
+use crate::render::plan::{Blend, Extent, ShadingRate};
 
 /// Number of quads in a batch.
 pub(super) const QUADS: usize = LANES / 4;
@@ -45,6 +45,7 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_plan: FragmentPlan,
     pub blend: Blend,
+    pub shading_rate: ShadingRate,
     /// The pixels that the draw may change, if known.
     pub extent: Option<DrawExtent>,
     /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace
@@ -53,6 +54,15 @@ pub(crate) struct DrawJob<'a, R: Real> {
 }
 
 impl<R: Real> DrawJob<'_, R> {
+    /// Whether the draw adds light that may be interpolated between shaded points.
+    pub(super) fn is_interpolated(&self) -> bool {
+        self.shading_rate == ShadingRate::Interpolated
+            && self.blend == Blend::Add
+            && self.fragment_plan.draws_all_covered()
+            && self.extent.is_none()
+            && self.instructions_per_read.is_none()
+    }
+
     /// Whether a fragment whose colour is zero in all four components changes neither colour nor depth.
     pub(super) fn ignores_zero_pixels(&self) -> bool {
         let plan = &self.fragment_plan;

@@ -13,7 +13,7 @@ use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::renderer::{EntryPoints, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
-use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw};
+use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
 
 /// One named value, a scalar or the components of a vector; NaN if the pixel's control flow does not reach it.
@@ -70,6 +70,7 @@ impl SoftwareRenderer {
             vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),
             scissor: [x, y, x + 1, y + 1],
             blend: Blend::Replace,
+            shading_rate: ShadingRate::PerPixel,
             depth: DepthState { test: false, write: false },
             ..draw.clone()
         };

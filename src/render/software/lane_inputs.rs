@@ -134,13 +134,11 @@ pub(super) fn fill_quads<R: Real>(
     fill(job, run, &spans, [&x, &y]);
 }
 
-/// As [`fill_quads`] for the quads of a block that one triangle covers. `first`: the first of them.
+/// As [`fill_quads`] for the lanes of one triangle. `points`: their positions relative to the corner of the quad `first`.
 #[inline(always)]
-pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, pixels: &TilePixels, tile: [u32; 2]) {
+pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, points: [&[f32]; 2], tile: [u32; 2]) {
     let spans = [Span::new(job, [0, QUADS], first, tile)];
-    // The centres of a block's pixels relative to its corner are the same for all blocks. The first block's corner is that of the tile.
-    let of_first_block = [&pixels.x, &pixels.y].map(|centres| centres.first_chunk::<LANES>());
-    let [Some(x), Some(y)] = of_first_block else { return };
+    let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
     let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {
         (Some(x), Some(y)) => fill(job, run, &spans, [x, y]),

@@ -4,10 +4,11 @@
 //! triangles into covered quads of pixels.
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of lanes
-//! (`lane_inputs`) and runs them, [`tiles`] stores a tile's colour and depth, and `tile_rows` writes the tile into the image. `pass_fusion` lets the
+//! (`lane_inputs`) and runs them (`coarse_shading`: smooth light at fewer points), [`tiles`] stores a tile's colour, `tile_depth` its depth, and `tile_rows` writes the tile into the image. `pass_fusion` lets the
 //! tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the shipped tone map in native code, without its tape.
 
 pub mod blend;
+mod coarse_shading;
 mod draw_job;
 pub mod error;
 pub mod exec;
@@ -29,6 +30,7 @@ pub mod stage;
 pub mod tape;
 mod tape_stage;
 mod texel_marks;
+mod tile_depth;
 mod tile_rows;
 pub mod tiles;
 pub mod timings;

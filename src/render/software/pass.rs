@@ -24,8 +24,11 @@ use crate::shader::ModuleId;
 use parking_lot::Mutex;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
+
+static TILE_PIXELS: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
 
 /// The stages of one draw, bound to its uniforms and textures.
 pub struct DrawStages<'a, R: Real> {
@@ -218,6 +221,7 @@ fn prepare_draw<'a, R: Real>(
         fragment,
         fragment_plan,
         blend: draw.blend,
+        shading_rate: draw.shading_rate,
         extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
@@ -238,8 +242,9 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let count = pass.width as usize * pass.height as usize;
     let mut image = Vec::new();
     super::try_grow(&mut image, count, allocation)?;
-    let pixels = TilePixels::new();
-    let idle_workers: Mutex<Vec<Worker<'_, R>>> = Mutex::new(Vec::new());
+    let pixels = &*TILE_PIXELS;
+    // Boxed: a worker changes hands for each tile.
+    let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
         // `Some` for tiles that are filled instead of drawn.
@@ -259,8 +264,8 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
         }
         rows_of_tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
             let idle_worker = idle_workers.lock().pop();
-            let mut worker = idle_worker.unwrap_or_else(|| Worker::new(first, fused));
-            worker.draw_tile(first, fused, [tx, ty], &pixels);
+            let mut worker = idle_worker.unwrap_or_else(|| Box::new(Worker::new(first, fused)));
+            worker.draw_tile(first, fused, [tx, ty], pixels);
             let start = Instant::now();
             write(&worker, rows, [tx, ty]);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
@@ -372,13 +377,13 @@ impl<'a, R: Real> Worker<'a, R> {
 
     /// The result of a position-independent full-screen draw for the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
-        let (pass, pixels) = (first.pass, TilePixels::new());
+        let (pass, pixels) = (first.pass, &*TILE_PIXELS);
         self.first.target.clear(pass.clear, false);
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
-        let mut shader = TileShader { target: &mut mapped, pixels: &pixels, tile: [0, 0], samples: 1 };
+        let mut shader = TileShader { target: &mut mapped, pixels, tile: [0, 0], samples: 1 };
         shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.start().as_mut(), &mut self.batch);
         mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }

@@ -4,6 +4,7 @@
 //! triangles use all lanes too; the batches of a large triangle are complete 16x8 blocks. If a program neither discards nor writes depth, depth is
 //! tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
+use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
 use super::draw_job::{DrawJob, QUADS, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
@@ -52,11 +53,17 @@ pub(crate) struct Batch {
     count: usize,
     /// Colour of the last run, converted to f32; used only if the lanes are f64.
     f32_colour: [[f32; LANES]; 4],
+    interpolated_light: Box<InterpolatedLight>,
 }
 
 impl Batch {
     pub(crate) fn new() -> Self {
-        Self { quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS], count: 0, f32_colour: [[0.0; LANES]; 4] }
+        Self {
+            quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS],
+            count: 0,
+            f32_colour: [[0.0; LANES]; 4],
+            interpolated_light: Box::new(InterpolatedLight::new()),
+        }
     }
 }
 
@@ -126,6 +133,10 @@ impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
     pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         let plan = &job.fragment_plan;
+        let drawn_blocks = {
+            let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile };
+            shade_coarsely(job, triangles, &mut tile, run, &mut batch.interpolated_light)
+        };
         for (k, &t) in triangles.iter().enumerate() {
             job.geometry.prefetch(&triangles[k..]);
             let triangle = &job.geometry.triangles[t as usize];
@@ -138,6 +149,9 @@ impl TileShader<'_> {
             // The block visited last, of those that an edge of the triangle crosses.
             let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
+                if drawn_blocks >> (first / QUADS) & 1 == 1 {
+                    return;
+                }
                 if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
@@ -235,7 +249,7 @@ impl TileShader<'_> {
                 let pixel = index * 4 + corner;
                 let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
                 passed |=
-                    self.target.test_depth(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
+                    self.target.depth.test(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
         }
         passed
@@ -302,21 +316,30 @@ impl TileShader<'_> {
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
         match block {
-            Some(_) => lane_inputs::fill_block(job, run, quads[0], self.pixels, self.tile),
+            // The centres of a block's pixels relative to its corner are the same for all blocks. The first block's corner is that of the tile.
+            Some(_) => lane_inputs::fill_block(job, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile),
             None => lane_inputs::fill_quads(job, run, quads, self.pixels, self.tile),
         }
         let remaining = run.run(active);
         let plan = &job.fragment_plan;
-        let outputs = plan.colour_outputs.map(|output| output.map(|o| run.output(o)));
+        // No closures: they would be compiled without this function's instruction set, and called.
+        let mut outputs = [None; 4];
+        for (lanes, output) in outputs.iter_mut().zip(plan.colour_outputs) {
+            if let Some(output) = output {
+                *lanes = Some(run.output(output));
+            }
+        }
         for (f32_values, values) in batch.f32_colour.iter_mut().zip(&outputs) {
             if let Some(f64_values) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
                 f32_values.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
             }
         }
-        let colour = [0, 1, 2, 3].map(|k| match outputs[k] {
-            Some(values) => R::as_f32(&values[..]).unwrap_or(&batch.f32_colour[k]),
-            None => DEFAULT_COMPONENTS[usize::from(k == 3)].as_slice(),
-        });
+        let mut colour = [&DEFAULT_COMPONENTS[0][..], &DEFAULT_COMPONENTS[0], &DEFAULT_COMPONENTS[0], &DEFAULT_COMPONENTS[1]];
+        for (k, lanes) in colour.iter_mut().enumerate() {
+            if let Some(values) = outputs[k] {
+                *lanes = R::as_f32(&values[..]).unwrap_or(&batch.f32_colour[k]);
+            }
+        }
         // Quads that change nothing need no depth test either. They are common: most quads of a sprite have no light.
         if block.is_none() && job.ignores_zero_pixels() {
             drop_zero_quads(&mut batch.quads[..count], colour);
@@ -343,12 +366,10 @@ impl TileShader<'_> {
             self.store(job, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
             return;
         }
-        if let Some(first) = fully_drawn_block
-            && self.target.store_lanes(first * 4, job.blend, colour)
-        {
-            return;
+        match fully_drawn_block {
+            Some(first) => self.target.store_lanes(first * 4, job.blend, colour),
+            None => self.store(job, &batch.quads[..count], colour),
         }
-        self.store(job, &batch.quads[..count], colour);
     }
 
     /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth (if the draw writes depth) and returns
@@ -364,7 +385,7 @@ impl TileShader<'_> {
             Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
             None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.f64() as f32).clamp(0.0, 1.0)),
         }
-        self.target.test_depth_of_all(first * 4, &new, plan.depth.test, plan.depth.write)
+        self.target.depth.test_all(first * 4, &new, plan.depth.test, plan.depth.write)
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
@@ -381,11 +402,10 @@ impl TileShader<'_> {
                 Some(values) => {
                     // `clamp` keeps NaN, which fails every depth test.
                     let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
-                    if quad.coverage == full && self.target.test_depth_of_all(usize::from(quad.index) * 4, &new, state.test, state.write) {
+                    if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, &new, state.test, state.write) {
                         continue;
                     }
-                    quad.coverage =
-                        self.target.test_depth_of_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
+                    quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
                 }
                 None => {
                     let source_triangle = &job.geometry.source_triangles[quad.source_triangle as usize];
@@ -415,27 +435,26 @@ impl TileShader<'_> {
                 .count();
             if run_length > 0 {
                 let lanes = start * 4..(start + run_length) * 4;
-                let source = [0, 1, 2, 3].map(|k: usize| &colour[k][lanes.clone()]);
-                if self.target.store_lanes(usize::from(quads[start].index) * 4, blend, source) {
-                    start += run_length;
-                    continue;
+                let [r, g, b, a] = colour;
+                let source = [&r[lanes.clone()], &g[lanes.clone()], &b[lanes.clone()], &a[lanes]];
+                self.target.store_lanes(usize::from(quads[start].index) * 4, blend, source);
+                start += run_length;
+                continue;
+            }
+            let quad = quads[start];
+            for corner in 0..4 {
+                let covered = quad.coverage >> (4 * corner) & 0xf;
+                if covered != 0 {
+                    let lane = start * 4 + corner;
+                    self.target.store(
+                        usize::from(quad.index) * 4 + corner,
+                        covered,
+                        blend,
+                        [colour[0][lane], colour[1][lane], colour[2][lane], colour[3][lane]],
+                    );
                 }
             }
-            for (i, quad) in quads.iter().enumerate().skip(start).take(run_length.max(1)) {
-                for corner in 0..4 {
-                    let covered = quad.coverage >> (4 * corner) & 0xf;
-                    if covered != 0 {
-                        let lane = i * 4 + corner;
-                        self.target.store(
-                            usize::from(quad.index) * 4 + corner,
-                            covered,
-                            blend,
-                            [0, 1, 2, 3].map(|k: usize| colour[k][lane]),
-                        );
-                    }
-                }
-            }
-            start += run_length.max(1);
+            start += 1;
         }
     }
 }

@@ -1,18 +1,14 @@
-//! The samples of one tile while it is drawn: colour, depth, blending, resolve.
+//! The samples of one tile while it is drawn: colour, blending, resolve; depth is in `tile_depth`.
 //!
 //! A tile is drawn completely before the next one is started, so multisampled data exists for one tile per thread only. A pixel whose samples
 //! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
 //! f64.
 
 use super::blend::{blend_lanes, blend_over_colour, blend_pixel};
-use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS};
+use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_PIXELS};
+use super::tile_depth::{TileDepth, has_bit};
 use crate::render::plan::Blend;
-
-/// Whether bit `k` of a mask of samples or blocks is set.
-#[inline(always)]
-fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
-    mask.into() >> k & 1 == 1
-}
+use std::ops::Range;
 
 /// Whether all bits of these lanes are 0, so that blending them changes nothing. No early exit, so that the compiler vectorises the loop.
 #[inline(always)]
@@ -20,7 +16,6 @@ fn are_zero(lanes: &[f32]) -> bool {
     lanes.iter().fold(0, |all, v| all | v.to_bits()) == 0
 }
 
-const PIXELS: usize = (TILE * TILE) as usize;
 /// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
@@ -40,26 +35,24 @@ pub(crate) struct TileTarget {
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
     written_blocks: u32,
-    /// Reversed depth of the four samples. With one sample per pixel the first one decides. Only [`Self::test_depth_of_all`] writes and tests the others
-    /// as well; at most they make that test fail, and the caller then tests the covered samples alone.
-    depth: Vec<[f32; 4]>,
-    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
-    blocks_with_depth: u32,
+    /// Bit `k`: block `k` is grey. Its red is stored for all three components; what is stored for green and blue is stale.
+    grey_blocks: u32,
+    pub(crate) depth: TileDepth,
 }
 
 impl TileTarget {
     pub(crate) fn new(samples: u8) -> Self {
-        let plane = || vec![0.0; PIXELS];
+        let plane = || vec![0.0; TILE_PIXELS];
         Self {
             samples,
             colour: [plane(), plane(), plane(), plane()],
-            split_index: vec![UNSPLIT; PIXELS],
+            split_index: vec![UNSPLIT; TILE_PIXELS],
             split_colour: Vec::new(),
             split_pixels: Vec::new(),
             clear_colour: [0.0; 4],
             written_blocks: 0,
-            depth: Vec::new(),
-            blocks_with_depth: 0,
+            grey_blocks: 0,
+            depth: TileDepth::default(),
         }
     }
 
@@ -67,15 +60,21 @@ impl TileTarget {
     pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
         self.resolve();
         self.clear_colour = colour;
-        (self.written_blocks, self.blocks_with_depth) = (0, 0);
-        if depth && self.depth.is_empty() {
-            self.depth.resize(PIXELS, [0.0; 4]);
-        }
+        (self.written_blocks, self.grey_blocks) = (0, 0);
+        self.depth.clear(depth);
     }
 
-    /// Marks a block as written; on the first write, fills it with the clear colour.
+    /// Makes all that is stored for a block valid: on the first write, fills it with the clear colour; copies the red of a grey block.
     #[inline(always)]
     fn prepare_block(&mut self, block: usize) {
+        if has_bit(self.grey_blocks, block) {
+            self.grey_blocks &= !(1 << block);
+            let pixels = block * BLOCK_PIXELS..(block + 1) * BLOCK_PIXELS;
+            let [red, green, blue, _] = &mut self.colour;
+            green[pixels.clone()].copy_from_slice(&red[pixels.clone()]);
+            blue[pixels.clone()].copy_from_slice(&red[pixels]);
+            return;
+        }
         if !has_bit(self.written_blocks, block) {
             self.written_blocks |= 1 << block;
             for (plane, value) in self.colour.iter_mut().zip(self.clear_colour) {
@@ -91,86 +90,6 @@ impl TileTarget {
         for block in 0..TILE_BLOCKS {
             self.prepare_block(block);
         }
-    }
-
-    /// Clears the depth of a pixel's block on its first use in this tile.
-    #[inline(always)]
-    fn prepare_depth(&mut self, pixel: usize) {
-        let block = pixel / BLOCK_PIXELS;
-        if !has_bit(self.blocks_with_depth, block) {
-            self.blocks_with_depth |= 1 << block;
-            if let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
-                pixels.fill([0.0; 4]);
-            }
-        }
-    }
-
-    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all of `covered` if `test` is false, and
-    /// stores their depth if `write`.
-    #[inline(always)]
-    pub(crate) fn test_depth(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
-        self.prepare_depth(pixel);
-        let stored = &mut self.depth[pixel];
-        let mut passed = 0;
-        for s in 0..4 {
-            // Branch-free: along an edge the branches would be mispredicted.
-            let passes = has_bit(covered, s) & (!test | (new[s] > stored[s]));
-            passed |= u16::from(passes) << s;
-            stored[s] = if passes & write & !new[s].is_nan() { new[s] } else { stored[s] };
-        }
-        passed
-    }
-
-    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, as
-    /// in [`Self::test_depth`], and stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
-    #[inline(always)]
-    pub(crate) fn test_depth_of_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
-        self.prepare_depth(pixel);
-        let Some(stored) = self.depth.get_mut(pixel..pixel + 4).and_then(|pixels| pixels.as_flattened_mut().as_mut_array::<16>()) else {
-            return 0;
-        };
-        let new: [f32; 16] = std::array::from_fn(|sample| new[sample / 4]);
-        let passes = new.iter().zip(&*stored).enumerate().map(|(sample, (new, stored))| u32::from(!test | (new > stored)) << sample);
-        let passed = covered & passes.fold(0, |all, bit| all | bit) as u16;
-        if write {
-            for (sample, (stored, new)) in stored.iter_mut().zip(new).enumerate() {
-                *stored = if (passed >> sample & 1 == 1) & !new.is_nan() { new } else { *stored };
-            }
-        }
-        passed
-    }
-
-    /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
-    /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
-    #[inline(always)]
-    pub(crate) fn test_depth_of_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
-        let block = pixel / BLOCK_PIXELS;
-        if new.len() == BLOCK_PIXELS && !has_bit(self.blocks_with_depth, block) {
-            let Some(pixels) = self.depth.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) else { return false };
-            // Nothing was drawn on the block: it is infinitely far, at depth 0.
-            let all_pass = new.iter().fold(true, |all, new| all & ((!test & !new.is_nan()) | (*new > 0.0)));
-            if all_pass && write {
-                self.blocks_with_depth |= 1 << block;
-                for (stored, new) in pixels.iter_mut().zip(new) {
-                    *stored = [*new; 4];
-                }
-            }
-            return all_pass;
-        }
-        self.prepare_depth(pixel);
-        let Some(stored) = self.depth.get_mut(pixel..pixel + new.len()) else { return false };
-        let mut all_pass = true;
-        for (stored, new) in stored.iter().zip(new) {
-            for s in stored {
-                all_pass &= (!test & !new.is_nan()) | (*new > *s);
-            }
-        }
-        if all_pass & write {
-            for (stored, new) in stored.iter_mut().zip(new) {
-                *stored = [*new; 4];
-            }
-        }
-        all_pass
     }
 
     /// Blends `source` into the samples of `covered`.
@@ -204,33 +123,76 @@ impl TileTarget {
         }
     }
 
-    /// Blends fully covered pixels from `pixel` on. Returns false and changes nothing if one of them is split.
+    /// Blends into all samples of the split pixels in `range`. The caller then blends all its pixels as if none were split: what is stored in a split
+    /// pixel's place is replaced when it is resolved. `source`: the colour for the pixel at an index in `range`.
     #[inline(always)]
-    pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) -> bool {
-        let range = pixel..pixel + source[0].len();
-        // No early exit, so that the compiler vectorises the loop.
-        if !self.split_pixels.is_empty() && self.split_index[range.clone()].iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
-            return false;
+    fn blend_split_pixels(&mut self, range: Range<usize>, blend: Blend, source: impl Fn(usize) -> [f32; 4]) {
+        if self.split_pixels.is_empty() {
+            return;
         }
+        let split_index = &self.split_index[range];
+        // No early exit, so that the compiler vectorises the loop.
+        if split_index.iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
+            for (k, index) in split_index.iter().enumerate().filter(|(_, index)| **index != UNSPLIT) {
+                let source = source(k);
+                for sample in &mut self.split_colour[usize::from(*index)] {
+                    *sample = blend_pixel(blend, source, *sample);
+                }
+            }
+        }
+    }
+
+    /// Blends fully covered pixels from `pixel` on.
+    #[inline(always)]
+    pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) {
+        let range = pixel..pixel + source[0].len();
         // Blending zeros changes nothing, so the block stays unwritten. This is common far from the centre of a glare.
         if blend != Blend::Replace && source.iter().all(|lanes| are_zero(lanes)) {
-            return true;
+            return;
         }
+        self.blend_split_pixels(range.clone(), blend, |lane| source.map(|lanes| lanes[lane]));
         let first = range.start / BLOCK_PIXELS;
         let is_complete_block = range.start == first * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
         if is_complete_block && !has_bit(self.written_blocks, first) {
             // The block has the clear colour, which is blended from here instead of being stored first.
             self.written_blocks |= 1 << first;
-            let planes = self.colour.each_mut().map(|plane| &mut plane[range.clone()]);
+            let [r, g, b, a] = &mut self.colour;
+            let planes = [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]];
             blend_over_colour(blend, source, self.clear_colour, planes);
-            return true;
+            return;
         }
         for block in first..range.end.div_ceil(BLOCK_PIXELS) {
             self.prepare_block(block);
         }
         let [r, g, b, a] = &mut self.colour;
         blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
-        true
+    }
+
+    /// Adds light to all pixels of a block. Grey light is given as one array three times.
+    #[inline(always)]
+    pub(crate) fn add_light(&mut self, block: usize, light: [&[f32; BLOCK_PIXELS]; 3]) {
+        let pixels = block * BLOCK_PIXELS..(block + 1) * BLOCK_PIXELS;
+        let ([colour @ .., alpha], [clear_colour @ .., clear_alpha]) = (&mut self.colour, self.clear_colour);
+        if !has_bit(self.written_blocks, block) {
+            self.written_blocks |= 1 << block;
+            let is_grey = std::ptr::eq(light[0], light[1]) && std::ptr::eq(light[0], light[2]) && clear_colour == [clear_colour[0]; 3];
+            self.grey_blocks |= u32::from(is_grey) << block;
+            let stored = if is_grey { 1 } else { 3 };
+            for ((plane, light), clear) in colour.iter_mut().zip(light).zip(clear_colour).take(stored) {
+                for (pixel, light) in plane[pixels.clone()].iter_mut().zip(light) {
+                    *pixel = clear + light;
+                }
+            }
+            alpha[pixels].fill(clear_alpha);
+            return;
+        }
+        self.prepare_block(block);
+        self.blend_split_pixels(pixels.clone(), Blend::Add, |k| [light[0][k], light[1][k], light[2][k], 0.0]);
+        for (plane, light) in self.colour.iter_mut().zip(light) {
+            for (pixel, light) in plane[pixels.clone()].iter_mut().zip(light) {
+                *pixel += light;
+            }
+        }
     }
 
     /// Resolves the tile: sets every split pixel to the mean of its samples.
@@ -248,10 +210,12 @@ impl TileTarget {
         self.clear_colour
     }
 
-    /// The colours of a block's pixels, one array per component. Valid once the tile is resolved, for a block that was written.
+    /// The colours of a block's pixels, one array per component; the same array for all components of a grey block. Valid once the tile is resolved, for
+    /// a block that was written.
     pub(crate) fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
-        Some([(*r)?, (*g)?, (*b)?, (*a)?])
+        let [r, g, b, a] = [(*r)?, (*g)?, (*b)?, (*a)?];
+        Some(if has_bit(self.grey_blocks, block) { [r, r, r, a] } else { [r, g, b, a] })
     }
 
     /// Whether a block was written since the tile was started.
@@ -265,7 +229,10 @@ mod tests {
     use super::*;
 
     fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
-        if t.is_written(pixel / BLOCK_PIXELS) { t.colour.each_ref().map(|plane| plane[pixel]) } else { t.clear_colour }
+        match t.block(pixel / BLOCK_PIXELS).filter(|_| t.is_written(pixel / BLOCK_PIXELS)) {
+            Some(planes) => planes.map(|plane| plane[pixel % BLOCK_PIXELS]),
+            None => t.clear_colour,
+        }
     }
 
     #[test]
@@ -273,7 +240,6 @@ mod tests {
         let mut t = TileTarget::new(4);
         t.clear([0.0, 0.0, 0.0, 1.0], false);
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
-        assert!(!t.store_lanes(4, Blend::Replace, [&[0.0; 4]; 4]));
         let mut resolved = t.clone();
         resolved.resolve();
         assert_eq!(pixel(&resolved, 7), [0.5, 1.0, 2.0, 1.0]);
@@ -283,9 +249,10 @@ mod tests {
         assert!((t.split_index[8], t.split_index[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
         t.resolve();
         assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
-        assert!(t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]));
+        t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]);
         assert_eq!(pixel(&t, 11), [3.0; 4]);
-        assert!(t.store_lanes(4, Blend::Replace, [&[2.0; 4]; 4]), "no pixel is split any more");
+        t.store_lanes(4, Blend::Replace, [&[2.0; 4]; 4]);
+        assert_eq!(pixel(&t, 7), [2.0; 4], "the pixel is not split any more");
         t.store(7, 0b0001, Blend::Replace, [9.0; 4]);
         t.clear([0.25; 4], false);
         assert_eq!(pixel(&t, 7), [0.25; 4]);
@@ -295,7 +262,7 @@ mod tests {
     fn written_blocks_are_tracked() {
         let mut t = TileTarget::new(1);
         t.clear([0.0; 4], false);
-        let written = |t: &TileTarget| (0..PIXELS / BLOCK_PIXELS).filter(|b| t.is_written(*b)).collect::<Vec<_>>();
+        let written = |t: &TileTarget| (0..TILE_BLOCKS).filter(|b| t.is_written(*b)).collect::<Vec<_>>();
         assert!(written(&t).is_empty());
         t.store(BLOCK_PIXELS, 1, Blend::Add, [1.0; 4]);
         t.store_lanes(5 * BLOCK_PIXELS - 4, Blend::Replace, [&[1.0; 8]; 4]);
@@ -314,92 +281,41 @@ mod tests {
         assert_eq!(pixel(&t, 5 * BLOCK_PIXELS - 1), [0.0; 4]);
     }
 
+    /// Light that is added to a block gives the same pixels as if it were blended: grey or coloured, over a grey clear colour or not, before or after other
+    /// draws, over split pixels too.
     #[test]
-    fn clearing_a_tile_resets_its_depth() {
-        let mut t = TileTarget::new(1);
-        t.clear([0.0; 4], true);
-        t.test_depth(200, 1, [0.9; 4], true, true);
-        assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 0);
-        t.clear([0.0; 4], true);
-        assert_eq!(t.test_depth(200, 1, [0.5; 4], true, true), 1);
-        assert!(t.test_depth_of_all(204, &[0.1; 4], true, true));
-    }
-
-    #[test]
-    fn greater_depth_is_nearer() {
-        let mut t = TileTarget::new(4);
-        t.clear([0.0; 4], true);
-        assert_eq!(t.test_depth(3, 0b1111, [0.5; 4], true, true), 0b1111);
-        assert_eq!(t.test_depth(3, 0b1111, [0.25, 0.75, 0.5, 0.6], true, true), 0b1010);
-        assert_eq!(t.test_depth(3, 0b0001, [0.1; 4], false, false), 0b0001);
-    }
-
-    #[test]
-    fn pixels_pass_together_if_each_of_them_passes() {
-        let values = [0.1, 0.4, 0.6, 0.9, f32::NAN];
-        for case in 0..5_usize.pow(4) {
-            let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
-            for (test, write) in [(true, true), (true, false), (false, true)] {
-                let mut start = TileTarget::new(4);
-                start.clear([0.0; 4], true);
-                start.test_depth(8, 0b1111, [0.5, 0.0, 0.5, 0.0], true, true);
-                start.test_depth(10, 0b1111, [0.3; 4], true, true);
-                let (mut one, mut four) = (start.clone(), start.clone());
-                let at_once = one.test_depth_of_all(8, &new, test, write);
-                let passed: Vec<u16> = (0..4).map(|k| four.test_depth(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
-                let has_no_nan = new.iter().all(|v| !v.is_nan());
-                assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
-                let depths = |t: &TileTarget| t.depth[8..12].to_vec();
-                assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
-            }
-        }
-    }
-
-    /// The test of a complete block gives what the tests of its pixels give, whether or not something was drawn on it.
-    #[test]
-    fn a_block_is_tested_as_its_pixels_are() {
-        for value in [0.5, 0.0, f32::NAN] {
-            for (test, write, is_drawn_on) in [(true, true, false), (true, false, false), (false, true, false), (true, true, true)] {
-                let mut start = TileTarget::new(4);
-                start.clear([0.0; 4], true);
-                if is_drawn_on {
-                    start.test_depth(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], true, true);
+    fn added_light_is_blended_light() {
+        let planes: [[f32; BLOCK_PIXELS]; 3] = std::array::from_fn(|k| std::array::from_fn(|i| (k * 1000 + i) as f32));
+        let [r, g, b] = &planes;
+        let draw = |t: &mut TileTarget| t.store(3 * BLOCK_PIXELS + 9, 0b0110, Blend::Add, [1.0, 2.0, 3.0, 0.5]);
+        for clear in [[0.0, 0.0, 0.0, 1.0], [0.5, 0.25, 0.0, 1.0]] {
+            for lights in [&[[r, r, r]][..], &[[r, g, b]], &[[r, r, r], [g, g, g]], &[[r, r, r], [r, g, b]], &[[r, g, b], [b, b, b]]] {
+                for drawn_before in 0..=lights.len() {
+                    let (mut added, mut blended) = (TileTarget::new(4), TileTarget::new(4));
+                    for t in [&mut added, &mut blended] {
+                        t.clear(clear, false);
+                    }
+                    for (k, light) in lights.iter().enumerate() {
+                        if k == drawn_before {
+                            draw(&mut added);
+                            draw(&mut blended);
+                        }
+                        added.add_light(3, *light);
+                        let [r, g, b] = light.map(|lanes| lanes.as_slice());
+                        blended.store_lanes(3 * BLOCK_PIXELS, Blend::Add, [r, g, b, &[0.0; BLOCK_PIXELS]]);
+                    }
+                    if drawn_before == lights.len() {
+                        draw(&mut added);
+                        draw(&mut blended);
+                    }
+                    for t in [&mut added, &mut blended] {
+                        t.resolve();
+                    }
+                    for p in 2 * BLOCK_PIXELS..5 * BLOCK_PIXELS {
+                        assert_eq!(pixel(&added, p), pixel(&blended, p), "{p}");
+                    }
+                    assert_ne!(pixel(&added, 3 * BLOCK_PIXELS + 10), clear);
                 }
-                let mut new = [0.5; BLOCK_PIXELS];
-                new[77] = value;
-                let (mut block, mut pixels) = (start.clone(), start.clone());
-                let at_once = block.test_depth_of_all(BLOCK_PIXELS, &new, test, write);
-                let passed = (0..BLOCK_PIXELS).map(|k| pixels.test_depth(BLOCK_PIXELS + k, 0b1111, [new[k]; 4], test, write));
-                let all_pass = passed.fold(true, |all, samples| all & (samples == 0b1111));
-                assert_eq!(at_once, all_pass && !value.is_nan(), "{value} {test} {write}");
-                let depths = |mut target: TileTarget| {
-                    target.prepare_depth(BLOCK_PIXELS);
-                    target.depth[BLOCK_PIXELS..2 * BLOCK_PIXELS].to_vec()
-                };
-                assert_eq!(depths(block), depths(if at_once { pixels } else { start }), "{value} {test} {write}");
-            }
-        }
-        let mut without_depth = TileTarget::new(1);
-        without_depth.clear([0.0; 4], false);
-        assert!(!without_depth.test_depth_of_all(0, &[0.5; BLOCK_PIXELS], true, true));
-    }
-
-    /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.
-    #[test]
-    fn a_quad_is_tested_as_its_pixels_are() {
-        let values = [0.1, 0.4, 0.9, f32::NAN];
-        for case in 0..4_usize.pow(4) {
-            let new: [f32; 4] = std::array::from_fn(|k| values[case / 4_usize.pow(k as u32) % 4]);
-            for (covered, test, write) in [(0xffff, true, true), (0x5a3c, true, true), (0x0f71, true, false), (0x8421, false, true)] {
-                let mut quad = TileTarget::new(4);
-                quad.clear([0.0; 4], true);
-                quad.test_depth(8, 0b1111, [0.5, 0.0, 0.5, 0.4], true, true);
-                quad.test_depth(10, 0b0110, [0.3; 4], true, true);
-                let mut pixels = quad.clone();
-                let passed = quad.test_depth_of_quad(8, covered, &new, test, write);
-                let of_pixel = |k: usize| pixels.test_depth(8 + k, covered >> (4 * k) & 0xf, [new[k]; 4], test, write) << (4 * k);
-                assert_eq!(passed, (0..4).map(of_pixel).fold(0, |all, bits| all | bits), "{new:?} {covered:x}");
-                assert_eq!(quad.depth[8..12], pixels.depth[8..12], "{new:?} {covered:x}");
             }
         }
     }

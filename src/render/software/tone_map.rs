@@ -120,8 +120,8 @@ mod avx2 {
     use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST, LANES, LAST, LEVELS};
     use std::arch::x86_64::{
         __m256, __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_i32gather_epi32,
-        _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32, _mm256_set1_ps,
-        _mm256_slli_epi32, _mm256_srli_epi32, _mm256_unpackhi_epi64, _mm256_unpacklo_epi64,
+        _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32,
+        _mm256_set1_ps, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_unpackhi_epi64, _mm256_unpacklo_epi64,
     };
     use std::mem::transmute;
 
@@ -143,10 +143,14 @@ mod avx2 {
         _mm256_add_epi32(entries, _mm256_and_si256(bits, word((1 << CELL_BITS) - 1)))
     }
 
-    /// Opaque RGBA of the values `8 * k..8 * (k + 1)` of each channel times `factor`.
+    /// Opaque RGBA of the values `8 * k..8 * (k + 1)` of each channel times `factor`. `GREY`: the channels are equal, so that one is enough.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn encode_eight(table: &[u32; CELLS], factor: f32, planes: [&[[f32; 8]]; 3], k: usize) -> __m256i {
+    fn encode_eight<const GREY: bool>(table: &[u32; CELLS], factor: f32, planes: [&[[f32; 8]]; 3], k: usize) -> __m256i {
+        if GREY {
+            let grey = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(levels(table, factor, &planes[0][k]));
+            return _mm256_or_si256(_mm256_mullo_epi32(grey, _mm256_set1_epi32(0x01_0101)), _mm256_set1_epi32(0xff << 24));
+        }
         let [r, g, b] = [levels(table, factor, &planes[0][k]), levels(table, factor, &planes[1][k]), levels(table, factor, &planes[2][k])];
         let red = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(r);
         let green = _mm256_slli_epi32::<8>(_mm256_srli_epi32::<{ CELL_BITS as i32 }>(g));
@@ -162,18 +166,18 @@ mod avx2 {
         let (table, planes) = (&**LEVELS, linear.map(|plane| plane.as_chunks::<8>().0));
         for (k, out) in out.as_chunks_mut::<8>().0.iter_mut().enumerate() {
             // SAFETY: eight words in either form.
-            *out = unsafe { transmute::<__m256i, [u32; 8]>(encode_eight(table, factor, planes, k)) };
+            *out = unsafe { transmute::<__m256i, [u32; 8]>(encode_eight::<false>(table, factor, planes, k)) };
         }
     }
 
     /// As [`encode`], by the rows of the block.
     #[inline]
     #[target_feature(enable = "avx2")]
-    pub(super) fn encode_rows(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
+    pub(super) fn encode_rows<const GREY: bool>(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
         let (table, planes) = (&**LEVELS, linear.map(|plane| plane.as_chunks::<8>().0));
         // Two rows of the block are eight quads, in four vectors of two quads. The halves of a quad are pairs of pixels.
         for (k, rows) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
-            let quads = |pair: usize| encode_eight(table, factor, planes, 4 * k + pair);
+            let quads = |pair: usize| encode_eight::<GREY>(table, factor, planes, 4 * k + pair);
             let mut halves = [[_mm256_set1_epi32(0); 2]; 2];
             for half in 0..2 {
                 let (left, right) = (quads(2 * half), quads(2 * half + 1));
@@ -189,6 +193,19 @@ mod avx2 {
     }
 }
 
+/// Whether red, green and blue have the same bits in all lanes. No early exit, so that the compiler vectorises the loop.
+#[inline(always)]
+fn is_grey([r, g, b]: [&[f32; LANES]; 3]) -> bool {
+    if std::ptr::eq(r, g) && std::ptr::eq(r, b) {
+        return true;
+    }
+    let mut differing = 0;
+    for i in 0..LANES {
+        differing |= (r[i].to_bits() ^ g[i].to_bits()) | (r[i].to_bits() ^ b[i].to_bits());
+    }
+    differing == 0
+}
+
 /// Display bytes of a block's pixels as little-endian words, by rows.
 pub(super) type BlockRows = [[u32; BLOCK_WIDTH]; BLOCK_HEIGHT];
 
@@ -198,7 +215,7 @@ impl ToneMapUniforms {
     pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
-        if !self.is_linear(light) {
+        if !self.is_linear(&light) {
             self.compress(&mut exposed);
         }
         encode_generic(exposed.each_ref(), out);
@@ -221,7 +238,7 @@ impl ToneMapUniforms {
     #[inline]
     #[target_feature(enable = "avx2")]
     fn map_avx2(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
-        if self.is_linear(light) {
+        if self.is_linear(&light) {
             return avx2::encode(light, self.exposure, out);
         }
         let mut exposed = [[0.0; LANES]; 3];
@@ -235,22 +252,25 @@ impl ToneMapUniforms {
     #[inline]
     #[target_feature(enable = "avx2")]
     pub(super) fn map_rows_avx2(&self, light: [&[f32; LANES]; 3], rows: &mut BlockRows) {
-        if self.is_linear(light) {
-            return avx2::encode_rows(light, self.exposure, rows);
+        if is_grey(light) && self.is_linear(&light[..1]) {
+            return avx2::encode_rows::<true>(light, self.exposure, rows);
+        }
+        if self.is_linear(&light) {
+            return avx2::encode_rows::<false>(light, self.exposure, rows);
         }
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
         self.compress(&mut exposed);
-        avx2::encode_rows(exposed.each_ref(), 1.0, rows);
+        avx2::encode_rows::<false>(exposed.each_ref(), 1.0, rows);
     }
 
     /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, whose bits are greater than those of infinity.
     #[inline(always)]
-    fn is_linear(&self, light: [&[f32; LANES]; 3]) -> bool {
+    fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
         // Floats that are not negative are ordered like their bits as integers; those of negative floats are negative.
         let mut greatest = 0;
         for plane in light {
-            for value in plane {
+            for value in *plane {
                 greatest = greatest.max(value.to_bits().cast_signed());
             }
         }

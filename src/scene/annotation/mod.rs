@@ -13,6 +13,7 @@ pub mod labels;
 pub mod legend;
 pub mod line_texts;
 pub mod margin;
+pub mod orbit_arcs;
 pub mod orbits;
 pub mod picking;
 pub mod sky_lines;

@@ -6,7 +6,8 @@
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
-use crate::scene::annotation::orbits::{self, OrbitArc};
+use crate::scene::annotation::orbit_arcs::OrbitArc;
+use crate::scene::annotation::orbits;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
 use crate::scene::camera::{Camera, Placement};

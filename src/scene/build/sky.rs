@@ -2,7 +2,7 @@
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
-use crate::scene::annotation::orbits::OrbitArc;
+use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;

@@ -30,7 +30,7 @@ impl LightAroundSun {
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
         Self {
             limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
-            glare: decide(request, Effect::Glare, glare::glare(camera, placed, threshold, transmittance), reports),
+            glare: decide(request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
             corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, tint), reports),
         }
     }

@@ -11,7 +11,8 @@ use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::Threshold;
+use crate::scene::purpose::{Purpose, Threshold};
+use crate::scene::request::{Quality, ViewRequest};
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
@@ -37,6 +38,8 @@ pub struct Glare {
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub cutoff: f32,
+    /// Whether a renderer may interpolate the light between shaded points. False for linear light, which is measured, and at reference quality.
+    pub is_interpolated: bool,
 }
 
 /// The fraction of the Sun's light that no body hides from the camera.
@@ -124,6 +127,7 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
 
 /// The glare of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: that of the air in a direction.
 pub(crate) fn glare(
+    request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
@@ -145,6 +149,7 @@ pub(crate) fn glare(
         strength: narrow(strength),
         tan_half_fov: narrow2(camera.tan_half_fov),
         cutoff: narrow_scalar(cutoff),
+        is_interpolated: request.purpose == Purpose::Display && request.quality != Quality::Reference,
     };
     Some((glare, on, reason))
 }

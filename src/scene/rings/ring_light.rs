@@ -10,8 +10,9 @@ use crate::scene::rings::phase::{MIN_COSINE, dust_phase, particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
 use crate::units::luminance;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 /// Number of radii at which the globe's occultation is tested. With four times as many radii and azimuths the sum changes by less than 0.002 mag.
 const RADII: usize = 24;
@@ -19,6 +20,10 @@ const RADII: usize = 24;
 const AZIMUTHS: usize = 72;
 /// Number of grid points along each side of the square around the globe's disc.
 const DISC_GRID: usize = 24;
+
+/// Unit vectors in the rings' plane, at the middles of `AZIMUTHS` equal angles.
+static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
+    LazyLock::new(|| std::array::from_fn(|k| DVec2::from_angle((k as f64 + 0.5) * TAU / AZIMUTHS as f64)));
 
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,21 +73,22 @@ struct Globe {
 }
 
 impl Globe {
-    /// Whether the globe blocks a ray from a point outside.
-    fn blocks(&self, point: DVec3, towards: DVec3) -> bool {
-        let (p, v) = (point / self.axes, towards / self.axes);
-        let (a, b, c) = (v.length_squared(), p.dot(v), p.length_squared() - 1.0);
-        b < 0.0 && b * b > a * c
-    }
-
     /// Fraction of a circle in the ring's plane that both the Sun and the viewer see.
     fn visible_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
-        let seen = |k: &usize| {
-            let (sin, cos) = ((*k as f64 + 0.5) * TAU / AZIMUTHS as f64).sin_cos();
-            let point = DVec3::new(cos, sin, 0.0) * radius;
-            !self.blocks(point, sun) && !self.blocks(point, viewer)
+        // The globe as a unit sphere: coordinates divided by its semi-axes.
+        let circle = DVec2::splat(radius) / self.axes.truncate();
+        let [sun, viewer] = [sun, viewer].map(|towards| towards / self.axes);
+        let [sun_sq, viewer_sq] = [sun, viewer].map(DVec3::length_squared);
+        let is_seen = |direction: &&DVec2| {
+            let point = **direction * circle;
+            let outside = point.length_squared() - 1.0;
+            let is_blocked = |towards: DVec2, towards_sq: f64| {
+                let along = point.dot(towards);
+                along < 0.0 && along * along > towards_sq * outside
+            };
+            !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
-        (0..AZIMUTHS).filter(seen).count() as f64 / AZIMUTHS as f64
+        DIRECTIONS.iter().filter(is_seen).count() as f64 / AZIMUTHS as f64
     }
 
     /// Fraction of a Lambert globe's light that the rings transmit, on the way from the Sun and on the way to the viewer.

@@ -13,7 +13,7 @@ use crate::ephemeris::State;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
 use crate::message::{Reason, reason};
-use crate::scene::annotation::orbits::{self, Conic, OrbitArc};
+use crate::scene::annotation::orbit_arcs::{self, Conic, OrbitArc};
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
@@ -274,7 +274,7 @@ impl CometProjection<'_> {
         let from_camera = state.position - self.camera_au;
         let apparent_km = aberrated(from_camera.normalize(), self.velocity_km_s) * from_camera.length() * KM_PER_AU;
         let conic = Conic::of(&km, gm_km3_s2);
-        conic.map_or_else(Vec::new, |conic| orbits::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
+        conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
     /// Adds the ion tail, of total irradiance `light`: a straight ribbon.

@@ -8,8 +8,10 @@ use super::setup::{RasterTriangle, SUBPIXEL};
 
 /// Width and height of a tile in pixels.
 pub(crate) const TILE: u32 = 64;
+/// Number of pixels in a tile.
+pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
 /// Number of quads in a tile.
-pub(crate) const TILE_QUADS: usize = (TILE * TILE / 4) as usize;
+pub(crate) const TILE_QUADS: usize = TILE_PIXELS / 4;
 /// Size of a block in pixels.
 pub(crate) const BLOCK_WIDTH: u32 = 16;
 pub(crate) const BLOCK_HEIGHT: u32 = 8;
@@ -20,7 +22,7 @@ pub(crate) const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
 /// Number of pixels in a block, equal to the number of lanes in a batch.
 pub(crate) const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
 /// Number of blocks in a tile.
-pub(crate) const TILE_BLOCKS: usize = (TILE * TILE) as usize / BLOCK_PIXELS;
+pub(crate) const TILE_BLOCKS: usize = TILE_PIXELS / BLOCK_PIXELS;
 
 /// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point.
 const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560, 3584]];
@@ -58,6 +60,13 @@ pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -
     let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
     triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
+}
+
+/// Whether the triangle covers every sample of a rectangle, given by left, top, right and bottom edge (the last two exclusive).
+pub(crate) fn covers_rectangle(triangle: &RasterTriangle, [x0, y0, x1, y1]: [u32; 4]) -> bool {
+    let [px0, py0, px1, py1] = triangle.pixels;
+    let is_inside_bounds = px0 <= x0 && py0 <= y0 && x1 <= px1 && y1 <= py1;
+    is_inside_bounds && edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0).0 >= 0
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's corner.

@@ -1,0 +1,282 @@
+//! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
+//!
+//! In: a draw whose plan permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), one triangle over a part of a tile. Out: its light
+//! added to that part. Always: the points' second differences bound the error, to a 500th of the light: 0.25 of a level of 255 at white, less in the dark.
+//! Where they are larger, as near the Sun and where the light ends, nothing is drawn, and every pixel is shaded. Not here: which light is smooth (scene).
+
+// The compiler vectorises loops by index over several arrays of one fixed length.
+#![allow(clippy::needless_range_loop)]
+
+use super::draw_job::{DrawJob, QUADS, Quad};
+use super::exec::LaneMask;
+use super::lane_inputs;
+use super::math::Real;
+use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS, TilePixels, block_position, covers_rectangle};
+use super::stage::{LANES, LaneRun};
+use super::tiles::TileTarget;
+
+/// Distance between neighbouring points, in pixels.
+const SPACING: usize = 4;
+/// The points of one batch, in the order of a block's pixels: they are the pixel centres of one block, moved apart by `SPACING`.
+const COLUMNS: usize = 16;
+const ROWS: usize = 8;
+const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE as usize);
+/// Quads across the part of a tile that the points of a batch span, and lanes in one row of quads.
+const QUADS_ACROSS: usize = COLUMNS * SPACING / 2;
+const ROW_LANES: usize = 4 * QUADS_ACROSS;
+/// Rows of quads in that part, and in a block.
+const QUAD_ROWS: usize = ROWS * SPACING / 2;
+const QUAD_ROWS_OF_BLOCK: usize = 4;
+const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
+/// Blocks across that part, and in it.
+const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
+const PART_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
+
+/// Second differences between three points, relative to the middle one, above which every pixel is shaded. A linear function through two points departs from a
+/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at a tile's edge, where t is 1.375.
+/// The sum over both axes is 0.516 / 256, a 500th.
+const SMOOTH_DIFFERENCE: f32 = 1.0 / 256.0;
+
+/// One colour component at the points, row by row.
+type Grid = [[f32; COLUMNS]; ROWS];
+/// One component at all columns of pixels, for each row of points: both rows of a quad have the same value.
+type Expanded = [[f32; ROW_LANES]; ROWS];
+
+/// The quad's cell, given by its first point, along an axis with `points` points; quads beyond the outer points use the outermost cells.
+const fn cell_of_quad(quad: usize, points: usize) -> usize {
+    let cell = quad.saturating_sub(1) / (SPACING / 2);
+    if cell < points - 2 { cell } else { points - 2 }
+}
+
+/// Position of a pixel's centre in its cell: 0 at the cell's first point, 1 at its second.
+const fn position_in_cell(pixel: usize, points: usize) -> f32 {
+    let first_point = (2 * cell_of_quad(pixel / 2, points) + 1) * SPACING;
+    ((2 * pixel + 1) as f32 - first_point as f32) / (2 * SPACING) as f32
+}
+
+/// Positions in their cells of pixels in lane order, from pixel `first` of the row on.
+const fn across<const N: usize>(first: usize) -> [f32; N] {
+    let mut positions = [0.0; N];
+    let mut lane = 0;
+    while lane < N {
+        positions[lane] = position_in_cell(first + lane / 4 * 2 + lane % 2, COLUMNS);
+        lane += 1;
+    }
+    positions
+}
+static ACROSS_FIRST: [f32; 4] = across(0);
+static ACROSS_PAIR: [f32; 8] = across(2);
+static ACROSS_LAST: [f32; 4] = across(COLUMNS * SPACING - 2);
+
+/// For each row of quads, the positions in their cells of the lanes of a block.
+static DOWN: [[f32; BLOCK_ROW_LANES]; QUAD_ROWS] = {
+    let mut positions = [[0.0; BLOCK_ROW_LANES]; QUAD_ROWS];
+    let mut k = 0;
+    while k < QUAD_ROWS * BLOCK_ROW_LANES {
+        let (row, lane) = (k / BLOCK_ROW_LANES, k % BLOCK_ROW_LANES);
+        positions[row][lane] = position_in_cell(2 * row + lane % 4 / 2, ROWS);
+        k += 1;
+    }
+    positions
+};
+
+/// Reorders the points from lane order to rows.
+#[inline(always)]
+fn grid(lanes: &[f32; LANES]) -> Grid {
+    let mut grid = [[0.0; COLUMNS]; ROWS];
+    for (rows, quads) in grid.as_chunks_mut::<2>().0.iter_mut().zip(lanes.as_chunks::<{ 2 * COLUMNS }>().0) {
+        for (k, quad) in quads.as_chunks::<4>().0.iter().enumerate() {
+            for corner in 0..4 {
+                rows[corner / 2][2 * k + corner % 2] = quad[corner];
+            }
+        }
+    }
+    grid
+}
+
+/// Whether the light may be interpolated. No early exit, so that the compiler vectorises the loops. False if a value is NaN.
+#[inline(always)]
+fn is_smooth(grid: &Grid) -> bool {
+    let is_straight = |before: f32, middle: f32, after: f32| (before - 2.0 * middle + after).abs() <= SMOOTH_DIFFERENCE * middle;
+    let mut all = true;
+    for row in grid {
+        for c in 1..COLUMNS - 1 {
+            all &= is_straight(row[c - 1], row[c], row[c + 1]);
+        }
+    }
+    for r in 1..ROWS - 1 {
+        for c in 0..COLUMNS {
+            all &= is_straight(grid[r - 1][c], grid[r][c], grid[r + 1][c]);
+        }
+    }
+    all
+}
+
+/// The values of `N` lanes between two points. Computed before they are stored, so that the compiler uses vectors.
+#[inline(always)]
+fn between<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) -> [f32; N] {
+    let mut values = [0.0; N];
+    for i in 0..N {
+        values[i] = from[i] + (to[i] - from[i]) * position[i];
+    }
+    values
+}
+
+/// Interpolates along the rows.
+#[inline(always)]
+fn expand(grid: &Grid, expanded: &mut Expanded) {
+    for (points, lanes) in grid.iter().zip(expanded) {
+        // The first quad and the last are outside the outer points. Between two points there are two quads.
+        let (first_quad, other_quads) = lanes.split_at_mut(4);
+        let (pairs, last_quad) = other_quads.as_chunks_mut::<8>();
+        let cell_values = |cell: usize| [points[cell], points[cell + 1]];
+        for (cell, pair) in pairs.iter_mut().enumerate() {
+            let [from, to] = cell_values(cell);
+            *pair = between([from; 8], [to; 8], &ACROSS_PAIR);
+        }
+        for (quad, cell, position) in [(first_quad, 0, ACROSS_FIRST), (last_quad, COLUMNS - 2, ACROSS_LAST)] {
+            let [from, to] = cell_values(cell);
+            quad.copy_from_slice(&between([from; 4], [to; 4], &position));
+        }
+    }
+}
+
+/// Interpolates between rows: the lanes of a block, `block` blocks from the left, whose first row of quads is `first_row`.
+#[inline(always)]
+fn fill_block_lanes(expanded: &Expanded, block: usize, first_row: usize, lanes: &mut [f32; BLOCK_PIXELS]) {
+    for (row, lanes) in lanes.as_chunks_mut::<BLOCK_ROW_LANES>().0.iter_mut().enumerate() {
+        let quad_row = first_row + row;
+        let cell = cell_of_quad(quad_row, ROWS);
+        let part = |row: usize| &expanded[row].as_chunks::<BLOCK_ROW_LANES>().0[block];
+        *lanes = between(*part(cell), *part(cell + 1), &DOWN[quad_row]);
+    }
+}
+
+/// Components of the light, interpolated along the rows. A thread reuses its memory.
+#[derive(Clone, Debug)]
+pub(super) struct InterpolatedLight {
+    expanded: [Expanded; 3],
+    /// For red, green and blue, the component in `expanded` that has its values: equal components are interpolated once.
+    source: [usize; 3],
+    /// A block of each component.
+    block: [[f32; BLOCK_PIXELS]; 3],
+}
+
+impl InterpolatedLight {
+    pub(super) fn new() -> Self {
+        Self { expanded: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block: [[0.0; BLOCK_PIXELS]; 3] }
+    }
+
+    /// Interpolates along the rows. Returns false if the light is not smooth.
+    #[inline(always)]
+    fn set(&mut self, light: [&[f32; LANES]; 3]) -> bool {
+        let has_equal_bits = |a: usize, b: usize| (0..LANES).fold(0, |bits, i| bits | (light[a][i].to_bits() ^ light[b][i].to_bits())) == 0;
+        self.source = [0, if has_equal_bits(0, 1) { 0 } else { 1 }, if has_equal_bits(0, 2) { 0 } else { 2 }];
+        for k in 0..3 {
+            if self.source[k] == k {
+                let grid = grid(light[k]);
+                if !is_smooth(&grid) {
+                    return false;
+                }
+                expand(&grid, &mut self.expanded[k]);
+            }
+        }
+        true
+    }
+
+    /// Red, green and blue of a block of the part, in lane order.
+    #[inline(always)]
+    fn block(&mut self, block: usize) -> [&[f32; BLOCK_PIXELS]; 3] {
+        for k in 0..3 {
+            if self.source[k] == k {
+                let first_row = block / BLOCKS_ACROSS * QUAD_ROWS_OF_BLOCK;
+                fill_block_lanes(&self.expanded[k], block % BLOCKS_ACROSS, first_row, &mut self.block[k]);
+            }
+        }
+        let [r, g, b] = self.source;
+        [&self.block[r], &self.block[g], &self.block[b]]
+    }
+    /// Shades the points of a part of the tile and adds the light to its blocks. `first`: the part's first quad. Returns false, and draws nothing, if the light
+    /// is not smooth.
+    fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.draw_avx2(job, run, first, tile) };
+        }
+        self.draw_generic(job, run, first, tile)
+    }
+
+    /// [`Self::draw_generic`] compiled for AVX2: wider vectors, the same rounding.
+    /// # Safety
+    /// The machine has AVX2.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    unsafe fn draw_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+        self.draw_generic(job, run, first, tile)
+    }
+
+    #[inline(always)]
+    fn draw_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+        let mut points = [[0.0; LANES]; 2];
+        for (points, centres) in points.iter_mut().zip([&tile.pixels.x, &tile.pixels.y]) {
+            for (point, centre) in points.iter_mut().zip(centres) {
+                *point = centre * SPACING as f32;
+            }
+        }
+        let [x, y] = &points;
+        lane_inputs::fill_block(job, run, first, [x, y], tile.corner);
+        if run.run(LaneMask::MAX) != LaneMask::MAX {
+            return false;
+        }
+        let run = &*run;
+        let lanes = job.fragment_plan.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
+        let [Some(r), Some(g), Some(b), Some(a)] = lanes else { return false };
+        // What is added to alpha is not light.
+        if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.set([r, g, b]) {
+            return false;
+        }
+        let first_block = usize::from(first.index) / QUADS;
+        for block in 0..PART_BLOCKS {
+            tile.target.add_light(first_block + block, self.block(block));
+        }
+        true
+    }
+}
+
+/// The tile that is drawn.
+pub(super) struct Tile<'a> {
+    pub target: &'a mut TileTarget,
+    pub pixels: &'a TilePixels,
+    /// Its top-left pixel.
+    pub corner: [u32; 2],
+}
+
+/// Draws the parts of a tile in which the light of a full-screen draw is smooth. Returns their blocks, one bit each.
+pub(super) fn shade_coarsely<R: Real>(
+    job: &DrawJob<'_, R>,
+    triangles: &[u32],
+    tile: &mut Tile<'_>,
+    run: &mut dyn LaneRun<R>,
+    light: &mut InterpolatedLight,
+) -> u32 {
+    let [triangle] = triangles else { return 0 };
+    if !job.is_interpolated() {
+        return 0;
+    }
+    let triangle = &job.geometry.triangles[*triangle as usize];
+    let mut drawn = 0;
+    for first_block in (0..TILE_BLOCKS).step_by(PART_BLOCKS) {
+        let [x, y] = block_position(first_block);
+        let [x, y] = [tile.corner[0] + x, tile.corner[1] + y];
+        let part = [x, y, x + (COLUMNS * SPACING) as u32, y + (ROWS * SPACING) as u32];
+        if !covers_rectangle(triangle, part) {
+            continue;
+        }
+        let first = Quad { index: (first_block * QUADS) as u16, coverage: 0, source_triangle: triangle.source_triangle };
+        if light.draw(job, run, first, tile) {
+            drawn |= ((1 << PART_BLOCKS) - 1) << first_block;
+        }
+    }
+    drawn
+}

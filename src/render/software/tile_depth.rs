@@ -1,0 +1,207 @@
+//! The depth of a tile's samples, and the depth test.
+//!
+//! In: a pixel's or a block's new depth. Out: the samples that pass. Always: depth is reversed, so that a greater value is nearer; a NaN is never stored.
+//! Not here: colour (tiles).
+
+use super::raster::coverage::{BLOCK_PIXELS, TILE_PIXELS};
+
+/// Whether bit `k` of a mask of samples or blocks is set.
+#[inline(always)]
+pub(super) fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
+    mask.into() >> k & 1 == 1
+}
+
+/// Reversed depth of a tile's samples, pixels in lane order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TileDepth {
+    /// Four samples a pixel. With one sample per pixel the first one decides. Only [`Self::test_all`] writes and tests the others as well; at most they make
+    /// that test fail, and the caller then tests the covered samples alone.
+    samples: Vec<[f32; 4]>,
+    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
+    valid_blocks: u32,
+}
+
+impl TileDepth {
+    /// Starts a new tile, infinitely far everywhere. `is_used`: whether the tile tests or writes depth.
+    pub(crate) fn clear(&mut self, is_used: bool) {
+        self.valid_blocks = 0;
+        if is_used && self.samples.is_empty() {
+            self.samples.resize(TILE_PIXELS, [0.0; 4]);
+        }
+    }
+
+    /// Clears the depth of a pixel's block on its first use in this tile.
+    #[inline(always)]
+    fn prepare(&mut self, pixel: usize) {
+        let block = pixel / BLOCK_PIXELS;
+        if !has_bit(self.valid_blocks, block) {
+            self.valid_blocks |= 1 << block;
+            if let Some(pixels) = self.samples.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) {
+                pixels.fill([0.0; 4]);
+            }
+        }
+    }
+
+    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all of `covered` if `test` is false, and
+    /// stores their depth if `write`.
+    #[inline(always)]
+    pub(crate) fn test(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
+        self.prepare(pixel);
+        let stored = &mut self.samples[pixel];
+        let mut passed = 0;
+        for s in 0..4 {
+            // Branch-free: along an edge the branches would be mispredicted.
+            let passes = has_bit(covered, s) & (!test | (new[s] > stored[s]));
+            passed |= u16::from(passes) << s;
+            stored[s] = if passes & write & !new[s].is_nan() { new[s] } else { stored[s] };
+        }
+        passed
+    }
+
+    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, as
+    /// in [`Self::test`], and stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
+    #[inline(always)]
+    pub(crate) fn test_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
+        self.prepare(pixel);
+        let Some(stored) = self.samples.get_mut(pixel..pixel + 4).and_then(|pixels| pixels.as_flattened_mut().as_mut_array::<16>()) else {
+            return 0;
+        };
+        let new: [f32; 16] = std::array::from_fn(|sample| new[sample / 4]);
+        let passes = new.iter().zip(&*stored).enumerate().map(|(sample, (new, stored))| u32::from(!test | (new > stored)) << sample);
+        let passed = covered & passes.fold(0, |all, bit| all | bit) as u16;
+        if write {
+            for (sample, (stored, new)) in stored.iter_mut().zip(new).enumerate() {
+                *stored = if (passed >> sample & 1 == 1) & !new.is_nan() { new } else { *stored };
+            }
+        }
+        passed
+    }
+
+    /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
+    /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
+    #[inline(always)]
+    pub(crate) fn test_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+        let block = pixel / BLOCK_PIXELS;
+        if new.len() == BLOCK_PIXELS && !has_bit(self.valid_blocks, block) {
+            let Some(pixels) = self.samples.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) else { return false };
+            // Nothing was drawn on the block: it is infinitely far, at depth 0.
+            let all_pass = new.iter().fold(true, |all, new| all & ((!test & !new.is_nan()) | (*new > 0.0)));
+            if all_pass && write {
+                self.valid_blocks |= 1 << block;
+                for (stored, new) in pixels.iter_mut().zip(new) {
+                    *stored = [*new; 4];
+                }
+            }
+            return all_pass;
+        }
+        self.prepare(pixel);
+        let Some(stored) = self.samples.get_mut(pixel..pixel + new.len()) else { return false };
+        let mut all_pass = true;
+        for (stored, new) in stored.iter().zip(new) {
+            for s in stored {
+                all_pass &= (!test & !new.is_nan()) | (*new > *s);
+            }
+        }
+        if all_pass & write {
+            for (stored, new) in stored.iter_mut().zip(new) {
+                *stored = [*new; 4];
+            }
+        }
+        all_pass
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clearing_a_tile_resets_its_depth() {
+        let mut t = TileDepth::default();
+        t.clear(true);
+        t.test(200, 1, [0.9; 4], true, true);
+        assert_eq!(t.test(200, 1, [0.5; 4], true, true), 0);
+        t.clear(true);
+        assert_eq!(t.test(200, 1, [0.5; 4], true, true), 1);
+        assert!(t.test_all(204, &[0.1; 4], true, true));
+    }
+
+    #[test]
+    fn greater_depth_is_nearer() {
+        let mut t = TileDepth::default();
+        t.clear(true);
+        assert_eq!(t.test(3, 0b1111, [0.5; 4], true, true), 0b1111);
+        assert_eq!(t.test(3, 0b1111, [0.25, 0.75, 0.5, 0.6], true, true), 0b1010);
+        assert_eq!(t.test(3, 0b0001, [0.1; 4], false, false), 0b0001);
+    }
+
+    #[test]
+    fn pixels_pass_together_if_each_of_them_passes() {
+        let values = [0.1, 0.4, 0.6, 0.9, f32::NAN];
+        for case in 0..5_usize.pow(4) {
+            let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
+            for (test, write) in [(true, true), (true, false), (false, true)] {
+                let mut start = TileDepth::default();
+                start.clear(true);
+                start.test(8, 0b1111, [0.5, 0.0, 0.5, 0.0], true, true);
+                start.test(10, 0b1111, [0.3; 4], true, true);
+                let (mut one, mut four) = (start.clone(), start.clone());
+                let at_once = one.test_all(8, &new, test, write);
+                let passed: Vec<u16> = (0..4).map(|k| four.test(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
+                let has_no_nan = new.iter().all(|v| !v.is_nan());
+                assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
+                let depths = |t: &TileDepth| t.samples[8..12].to_vec();
+                assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
+            }
+        }
+    }
+
+    /// The test of a complete block gives what the tests of its pixels give, whether or not something was drawn on it.
+    #[test]
+    fn a_block_is_tested_as_its_pixels_are() {
+        for value in [0.5, 0.0, f32::NAN] {
+            for (test, write, is_drawn_on) in [(true, true, false), (true, false, false), (false, true, false), (true, true, true)] {
+                let mut start = TileDepth::default();
+                start.clear(true);
+                if is_drawn_on {
+                    start.test(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], true, true);
+                }
+                let mut new = [0.5; BLOCK_PIXELS];
+                new[77] = value;
+                let (mut block, mut pixels) = (start.clone(), start.clone());
+                let at_once = block.test_all(BLOCK_PIXELS, &new, test, write);
+                let passed = (0..BLOCK_PIXELS).map(|k| pixels.test(BLOCK_PIXELS + k, 0b1111, [new[k]; 4], test, write));
+                let all_pass = passed.fold(true, |all, samples| all & (samples == 0b1111));
+                assert_eq!(at_once, all_pass && !value.is_nan(), "{value} {test} {write}");
+                let depths = |mut target: TileDepth| {
+                    target.prepare(BLOCK_PIXELS);
+                    target.samples[BLOCK_PIXELS..2 * BLOCK_PIXELS].to_vec()
+                };
+                assert_eq!(depths(block), depths(if at_once { pixels } else { start }), "{value} {test} {write}");
+            }
+        }
+        let mut without_depth = TileDepth::default();
+        without_depth.clear(false);
+        assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], true, true));
+    }
+
+    /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.
+    #[test]
+    fn a_quad_is_tested_as_its_pixels_are() {
+        let values = [0.1, 0.4, 0.9, f32::NAN];
+        for case in 0..4_usize.pow(4) {
+            let new: [f32; 4] = std::array::from_fn(|k| values[case / 4_usize.pow(k as u32) % 4]);
+            for (covered, test, write) in [(0xffff, true, true), (0x5a3c, true, true), (0x0f71, true, false), (0x8421, false, true)] {
+                let mut quad = TileDepth::default();
+                quad.clear(true);
+                quad.test(8, 0b1111, [0.5, 0.0, 0.5, 0.4], true, true);
+                quad.test(10, 0b0110, [0.3; 4], true, true);
+                let mut pixels = quad.clone();
+                let passed = quad.test_quad(8, covered, &new, test, write);
+                let of_pixel = |k: usize| pixels.test(8 + k, covered >> (4 * k) & 0xf, [new[k]; 4], test, write) << (4 * k);
+                assert_eq!(passed, (0..4).map(of_pixel).fold(0, |all, bits| all | bits), "{new:?} {covered:x}");
+                assert_eq!(quad.samples[8..12], pixels.samples[8..12], "{new:?} {covered:x}");
+            }
+        }
+    }
+}
