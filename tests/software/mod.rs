@@ -1,5 +1,6 @@
 //! The software renderer: lowering, arithmetic, rasterisation, sampling, tone mapping.
 
+mod coarse_shading;
 mod control_flow;
 mod edited_module;
 mod filtered_map;
