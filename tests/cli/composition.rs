@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-composition-{}", std::process::id())));
+static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program_cache);
 
 fn orrery(args: &[&str]) -> Output {
     let base = ["--renderer", "software", "--cache", CACHE.to_str().expect("a UTF-8 path")];

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use std::sync::LazyLock;
 
 /// A shared cache, so that modules are compiled once.
-static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-frames-{}", std::process::id())));
+static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program_cache);
 
 fn render(args: &[&str]) -> Output {
     let base = ["render", "--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];

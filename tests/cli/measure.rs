@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::process::{Command, Output};
 
 fn orrery(args: &[&str]) -> Output {
-    let cache = std::env::temp_dir().join(format!("orrery-measure-{}", std::process::id()));
+    let cache = crate::support::scratch::program_cache();
     Command::new(crate::support::program::path())
         .env_remove("XDG_RUNTIME_DIR")
         .args(args)

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
-static CACHE: LazyLock<PathBuf> = LazyLock::new(|| std::env::temp_dir().join(format!("orrery-messages-{}", std::process::id())));
+static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program_cache);
 
 /// Runs the program without a display, so `view` reports that and ends.
 fn orrery(args: &[&str]) -> Output {

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 /// Runs the program without XDG_RUNTIME_DIR, as in a container, where drivers must not print either.
 fn orrery(args: &[&str]) -> Output {
-    let cache = std::env::temp_dir().join(format!("orrery-cli-{}", std::process::id()));
+    let cache = crate::support::scratch::program_cache();
     Command::new(crate::support::program::path())
         .env_remove("XDG_RUNTIME_DIR")
         .args(args)

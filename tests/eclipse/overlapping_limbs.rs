@@ -19,7 +19,7 @@ static RENDERER: LazyLock<SoftwareRenderer> = LazyLock::new(|| SoftwareRenderer:
 
 /// A session in which the occluders are shrunk to a radius of 1 m, so that nothing hides the Sun.
 static UNOBSTRUCTED: LazyLock<Session> = LazyLock::new(|| {
-    let folder = std::env::temp_dir().join(format!("orrery-limbs-{}", std::process::id()));
+    let folder = crate::support::scratch::folder("limbs");
     std::fs::create_dir_all(&folder).expect("a folder");
     let shrunk = |(id, name): &(i32, &str)| format!("[[body]]\nid = {id}\nname = \"{name}\"\nradii_km = [0.001, 0.001, 0.001]\n");
     std::fs::write(folder.join("small.toml"), OCCLUDERS.iter().map(shrunk).collect::<String>()).expect("written");

@@ -26,7 +26,7 @@ use serde_json::{Value, json};
 use std::sync::LazyLock;
 
 fn open(name: &str, catalogs: Option<std::path::PathBuf>) -> Session {
-    let cache = std::env::temp_dir().join(format!("orrery-eclipse-{name}-{}", std::process::id()));
+    let cache = crate::support::scratch::folder(&format!("eclipse-{name}"));
     Session::open(&Sources { cache: Some(cache), catalogs, ..Sources::default() }, |_| {}).expect("opens")
 }
 
@@ -182,7 +182,7 @@ fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
 #[test]
 fn the_moon_crosses_the_earths_shadow_as_in_de440() {
     // The table is for a spherical Earth.
-    let folder = std::env::temp_dir().join(format!("orrery-eclipse-catalog-{}", std::process::id()));
+    let folder = crate::support::scratch::folder("eclipse-catalog");
     std::fs::create_dir_all(&folder).expect("a folder");
     std::fs::write(folder.join("round.toml"), "[[body]]\nid = 399\nname = \"Earth\"\nradii_km = [6378.137, 6378.137, 6378.137]\n")
         .expect("written");

@@ -25,7 +25,7 @@ fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
 
 /// A session with edited fragments: file, old text, new text.
 fn session_with_edits(changes: &[(&str, &str, &str)]) -> Session {
-    let cache = std::env::temp_dir().join(format!("orrery-stability-{}", std::process::id()));
+    let cache = crate::support::scratch::folder("stability");
     let session = Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens");
     let mut files: BTreeMap<String, String> = BTreeMap::new();
     for (path, from, to) in changes {

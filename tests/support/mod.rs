@@ -6,6 +6,7 @@ pub mod emitted;
 pub mod gpu;
 pub mod hand_shader;
 pub mod program;
+pub mod scratch;
 pub mod session;
 pub mod sweep;
 pub mod views;

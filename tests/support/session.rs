@@ -1,6 +1,6 @@
 //! A session that the tests share, so that maps are decoded, modules lowered and scattering tables computed only once.
 //!
-//! It draws in software, keeps its cache in a temporary folder, and panics on any message. A test that changes catalogs, or checks
+//! It draws in software, keeps its cache in the folder of the run, and panics on any message. A test that changes catalogs, or checks
 //! messages, opens its own; tests of the window share the session of `view::interface`.
 
 use orrery::session::{Session, Sources};
@@ -11,7 +11,7 @@ pub static SESSION: LazyLock<Session> = LazyLock::new(|| Session::open(&sources(
 
 /// Sources of that session: the built-in ones, and a temporary cache folder.
 pub fn sources() -> Sources {
-    let cache = std::env::temp_dir().join(format!("orrery-tests-{}", std::process::id()));
+    let cache = super::scratch::folder("session");
     Sources { cache: Some(cache), ..Sources::default() }
 }
 
