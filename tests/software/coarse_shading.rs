@@ -11,14 +11,12 @@ use orrery::{Frame, FrameImages};
 
 /// The whole system from 12,000 solar radii, with the Sun's glare over every pixel and orbits before it.
 fn request(size: [u32; 2], distance_radii: f64) -> ViewRequest {
-    let mut layers = Layers::default();
-    layers.orbits = true;
     ViewRequest {
         position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
         fov_deg: Some(60.0),
         width: size[0],
         height: size[1],
-        layers,
+        layers: Layers { orbits: true, ..Layers::default() },
         ..ViewRequest::of(NaifId::SUN, Instant::parse("2024-06-08T00:00:00Z").expect("a time"))
     }
 }
@@ -104,6 +102,6 @@ fn measured_light_is_not_interpolated() {
     assert!(!has_interpolated_draws(&plan(&ViewRequest { quality: Quality::Reference, ..view.clone() }, 1)));
     let plan = plan(&view, 1);
     let precise = Options { precision: Precision::F64, ..with_threads(2) };
-    let frames = [plan.clone(), shaded_per_pixel(plan)].map(|plan| draw(&plan, precise.clone()));
+    let frames = [plan.clone(), shaded_per_pixel(plan)].map(|plan| draw(&plan, precise));
     assert!(frames[0].hdr == frames[1].hdr);
 }

@@ -52,7 +52,7 @@ fn a_run_removes_the_folders_of_ended_runs() {
         let folder = runs.path().join(name);
         std::fs::create_dir(&folder).expect("a folder");
         let lock = File::create(folder.join(LOCK)).expect("a file");
-        let modified = std::time::SystemTime::now() - age;
+        let modified = std::time::SystemTime::from(chrono::Utc::now()) - age;
         File::open(&folder).expect("a folder").set_modified(modified).expect("a time");
         lock
     };

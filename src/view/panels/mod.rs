@@ -28,6 +28,7 @@ mod share;
 mod shortcuts;
 mod side_panels;
 mod star;
+mod tab;
 mod theme;
 mod time_bar;
 mod timeline;
@@ -39,6 +40,7 @@ mod what_to_see_now;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileRequest};
+pub use self::tab::Tab;
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
@@ -50,65 +52,6 @@ use crate::view::language::{self, Language, text};
 use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
-
-/// The panels at the sides of the viewport.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tab {
-    Moments,
-    Events,
-    Effects,
-    Shader,
-    Compare,
-    Information,
-    Performance,
-    Share,
-}
-
-impl Tab {
-    pub const ALL: [Self; 8] =
-        [Self::Moments, Self::Events, Self::Effects, Self::Shader, Self::Compare, Self::Information, Self::Performance, Self::Share];
-
-    /// The name under which the settings store the panel.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Moments => "Moments",
-            Self::Events => "Events",
-            Self::Effects => "Effects",
-            Self::Shader => "Shader",
-            Self::Compare => "Compare",
-            Self::Information => "Information",
-            Self::Performance => "Performance",
-            Self::Share => "Share",
-        }
-    }
-
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Moments => text!("tab-moments"),
-            Self::Events => text!("tab-events"),
-            Self::Effects => text!("tab-effects"),
-            Self::Shader => text!("tab-shader"),
-            Self::Compare => text!("tab-compare"),
-            Self::Information => text!("tab-information"),
-            Self::Performance => text!("tab-performance"),
-            Self::Share => text!("tab-share"),
-        }
-    }
-
-    /// The tooltip of the panel's button.
-    fn about(self) -> &'static str {
-        match self {
-            Self::Moments => text!("tab-moments-about"),
-            Self::Events => text!("tab-events-about"),
-            Self::Effects => text!("tab-effects-about"),
-            Self::Shader => text!("tab-shader-about"),
-            Self::Compare => text!("tab-compare-about"),
-            Self::Information => text!("tab-information-about"),
-            Self::Performance => text!("tab-performance-about"),
-            Self::Share => text!("tab-share-about"),
-        }
-    }
-}
 
 /// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;

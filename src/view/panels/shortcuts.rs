@@ -82,12 +82,6 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "b" => interface.bodies_shown = !interface.bodies_shown,
             "n" => interface.settings.names = !interface.settings.names,
             "m" => interface.settings.markers = !interface.settings.markers,
-            "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8" => {
-                let tab = text.parse::<usize>().ok().and_then(|n| Tab::ALL.get(n - 1).copied());
-                if let Some(tab) = tab {
-                    interface.toggle(ctx, tab);
-                }
-            }
             "e" => interface.time_bar.wants_next_event = true,
             "p" => interface.time_bar.wants_previous_event = true,
             "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
@@ -108,7 +102,11 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
             " " => actions.push(Action::TogglePause),
-            _ => {}
+            typed => {
+                if let Some(tab) = Tab::of_digit(typed) {
+                    interface.toggle(ctx, tab);
+                }
+            }
         }
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {

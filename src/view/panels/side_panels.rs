@@ -25,11 +25,6 @@ const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
 const MIN_SKY_WIDTH: f32 = 320.0;
 
 impl Tab {
-    /// Whether the panel shows source text or images, which need more space than a list.
-    fn is_wide(self) -> bool {
-        matches!(self, Self::Shader | Self::Compare)
-    }
-
     /// The panel's width until the user changes it, points.
     fn default_width(self) -> f32 {
         if self.is_wide() { 560.0 } else { 330.0 }

@@ -13,21 +13,6 @@ use egui::{PopupCloseBehavior, Ui};
 /// Minimum width of a window for captions of groups of controls, points.
 const MIN_WIDTH_FOR_CAPTIONS: f32 = 1500.0;
 
-impl Tab {
-    fn icon(self) -> Icon {
-        match self {
-            Self::Moments => Icon::Moments,
-            Self::Events => Icon::Events,
-            Self::Effects => Icon::Effects,
-            Self::Shader => Icon::Shader,
-            Self::Compare => Icon::Compare,
-            Self::Information => Icon::Information,
-            Self::Performance => Icon::Performance,
-            Self::Share => Icon::Share,
-        }
-    }
-}
-
 pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         caption(ui, text!("bar-explore"));
@@ -60,10 +45,9 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
 /// Shows the buttons of panels; each tooltip names the key that opens the panel.
 fn tab_buttons(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
     for tab in tabs {
-        let key = Tab::ALL.iter().position(|t| t == tab).map_or(0, |index| index + 1);
         let is_open = interface.is_open(ui.ctx(), *tab);
         let button = icons::selectable(ui, tab.icon(), is_open, tab.title());
-        if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = key)).clicked() {
+        if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = tab.digit())).clicked() {
             interface.toggle(ui.ctx(), *tab);
         }
     }
