@@ -246,6 +246,7 @@ error-write = { $path }: { $why }
 error-inside = the camera is inside { $body }: move it out, or leave the body's name out of the position
 error-no-place = { $sources } no place for { $body } at any time; --kernel FILE adds an SPK that has it
 error-time-outside = { $sources } { $body } from { $first } to { $last }, not at { $time }; { $other }
+error-light-left = { $error } (the light that arrives at the given time left then)
 error-of-sources = the sources have
 error-of-kernel = the kernel has
 error-of-series = the series have

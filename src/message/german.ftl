@@ -247,6 +247,7 @@ error-write = { $path } kann nicht geschrieben werden: { $why }
 error-inside = Die Kamera ist im Inneren von { $body }: bewegen Sie sie hinaus
 error-no-place = { $sources } { $body }: zu keiner Zeit ein Ort; --kernel DATEI fügt einen SPK-Kernel hinzu, der ihn hat
 error-time-outside = { $sources } { $body }: { $first } bis { $last }, nicht { $time }; { $other }
+error-light-left = { $error } (dann ging das Licht aus, das zur angegebenen Zeit ankommt)
 error-of-sources = Zeitraum der Quellen für
 error-of-kernel = Zeitraum des Kernels für
 error-of-series = Zeitraum der Reihen für
