@@ -93,9 +93,10 @@ reason-left-out-in-eclipse = left out in an eclipse
 # Atmosphere and clouds.
 reason-air-none = no air is drawn
 reason-air-samples-chosen = { $few } or { $many } samples along each ray: set by you
-reason-air-samples-draft = { $few } or { $many } samples along each ray: draft quality
+reason-air-samples-draft = { $few } or { $many } samples along each ray: draft quality, without light that is scattered more than once
 reason-air-samples-no-table = { $few } or { $many } samples along each ray: the table of multiple scattering is not available
 reason-air-samples-table-near = { $few } or { $many } samples along each ray, and a table of multiple scattering: the camera is near, so draft quality uses it as well
+reason-air-samples-table-thick = { $few } or { $many } samples along each ray, and a table of multiple scattering: the air is thick, so draft quality uses it as well
 reason-air-samples-table-chosen = { $few } or { $many } samples along each ray, and a table of multiple scattering: set by you
 reason-air-samples-table = { $few } or { $many } samples along each ray, and a table of multiple scattering
 reason-air-camera-inside = the camera is in it, below { $height } km

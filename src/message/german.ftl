@@ -93,9 +93,10 @@ reason-left-out-in-eclipse = bei einer Finsternis ausgelassen
 # Atmosphere and clouds.
 reason-air-none = keine Luft wird gezeichnet
 reason-air-samples-chosen = { $few } oder { $many } Stützstellen je Strahl: von Hand gesetzt
-reason-air-samples-draft = { $few } oder { $many } Stützstellen je Strahl: Entwurfsqualität
+reason-air-samples-draft = { $few } oder { $many } Stützstellen je Strahl: Entwurfsqualität, ohne mehrfach gestreutes Licht
 reason-air-samples-no-table = { $few } oder { $many } Stützstellen je Strahl: die Tabelle der weiteren Streuung liegt nicht vor
 reason-air-samples-table-near = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung: die Kamera ist nah, deshalb auch bei Entwurfsqualität
+reason-air-samples-table-thick = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung: die Luft ist dicht, deshalb auch bei Entwurfsqualität
 reason-air-samples-table-chosen = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung: von Hand gesetzt
 reason-air-samples-table = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung
 reason-air-camera-inside = die Kamera ist in ihr, unter { $height } km
