@@ -97,9 +97,13 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut unresolved_moments = Vec::new();
     let mut layers = Vec::new();
     let mut instruments: Vec<Instrument> = Vec::new();
+    let mut all_are_toml = true;
     for (file, text) in files {
         let source = TomlFile::new(file, text, &problems);
-        let mut root = source.root();
+        let Some(mut root) = source.root() else {
+            all_are_toml = false;
+            continue;
+        };
         for table in root.sections("body") {
             body(table, &mut drafts);
         }
@@ -125,6 +129,10 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         }
         unresolved_moments.extend(root.sections("moment").into_iter().filter_map(moments::unresolved_moment));
         root.finish();
+    }
+    // A name that no body has may be that of a body in a file that could not be read.
+    if !all_are_toml {
+        return Err(problems.into_error());
     }
     let field_lines = drafts.iter().flat_map(lines_of_fields).collect();
     let bodies = assemble(drafts, rings, atmospheres, overlays, &problems);

@@ -52,10 +52,15 @@ impl Problems {
     }
 
     pub fn into_result(self) -> Result<(), CatalogError> {
+        if self.0.borrow().is_empty() { Ok(()) } else { Err(self.into_error()) }
+    }
+
+    /// The problems by file and line.
+    pub fn into_error(self) -> CatalogError {
         let mut problems = self.0.into_inner();
         problems.sort_by(|a, b| (&a.file, a.line, &a.message).cmp(&(&b.file, b.line, &b.message)));
         problems.dedup();
-        if problems.is_empty() { Ok(()) } else { Err(CatalogError { problems }) }
+        CatalogError { problems }
     }
 }
 
@@ -77,16 +82,18 @@ impl<'a> TomlFile<'a> {
         SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
 
-    /// The top-level table. Text that is not TOML is reported as problems, each with its line.
-    pub fn root(&'a self) -> TableReader<'a> {
+    /// The top-level table. Of text that is not TOML only the first syntax error is reported, because the parser's guess at the rest has faults that the file
+    /// does not have.
+    pub fn root(&'a self) -> Option<TableReader<'a>> {
         let (table, errors) = DeTable::parse_recoverable(self.text);
-        for e in errors {
-            let source_line = self.source_line(e.span().map_or(0, |s| s.start));
-            self.problems.add(&source_line, format!("not TOML: {}", e.message().replace('\n', ", ")));
+        let start = |e: &toml::de::Error| e.span().map_or(0, |s| s.start);
+        if let Some(first) = errors.iter().min_by_key(|e| start(e)) {
+            self.problems.add(&self.source_line(start(first)), format!("not TOML: {}", first.message().replace('\n', ", ")));
+            return None;
         }
         let table = table.into_inner();
         table.values().for_each(|value| self.report_control_characters(value));
-        TableReader { source: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() }
+        Some(TableReader { source: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() })
     }
 
     /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.

@@ -107,6 +107,11 @@ impl EphemerisError {
     pub fn other(detail: impl Into<String>) -> Self {
         Self(message!("error-ephemeris", detail = Argument::English(detail.into())))
     }
+
+    /// This error about the time at which light left a body, for a user who gave the time at which it arrives.
+    pub(crate) fn when_light_left(self) -> Self {
+        Self(message!("error-light-left", error = self.0))
+    }
 }
 
 /// The evaluated link of a chain: a target relative to its origin.
@@ -254,13 +259,15 @@ impl Ephemeris {
     }
 
     /// The position of `body` with light time from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time of emission, and that
-    /// time.
+    /// time. An error about a time other than `t` says that the light left then.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
         // Each round shrinks the error by v/c, under 1e-3 for any body here. The last correction, of less than a second, is made along the
         // velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
-            let state = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None)?.state;
+            let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
+            let found = if round == 0 { found } else { found.map_err(EphemerisError::when_light_left) };
+            let state = found?.state;
             let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
             let next = t.plus_seconds(-light_s);
             let correction_s = next.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000();

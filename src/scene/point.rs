@@ -86,7 +86,8 @@ pub(crate) fn set_sprite_radius(point: &mut Point, white: f64) {
 /// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]
 /// removes the flux that nearer bodies hide.
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
-    Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px: camera::narrow_scalar(POINT_RADIUS_PX), flux: camera::narrow(flux) }
+    let radius_px = camera::narrow_scalar(POINT_RADIUS_PX);
+    Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px, stretch: 1.0, flux: camera::narrow(flux) }
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod air_pass;
 mod clouds;
 mod clouds_with_ground;
+mod draft;
 mod limb_profile;
 mod model_bounds;
 mod refracted_limb;

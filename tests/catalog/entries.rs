@@ -120,12 +120,38 @@ fn invalid_rings_names_ids_and_toml_are_reported() {
             "mine.toml:9: \"Marz\" is not the name of a body; did you mean \"mars\"?",
         ]
     );
-    let syntax_error = problems("[[body]\nid = 499\n");
-    assert!(!syntax_error.is_empty() && syntax_error[0].starts_with("mine.toml:1: not TOML: "), "{syntax_error:?}");
     let no_id = problems("[[body]]\nname = \"Nobody\"\n");
     assert_eq!(no_id, ["mine.toml:1: Nobody.id is missing: expected a NAIF code above 9"]);
     let duplicate_alias = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
     assert_eq!(duplicate_alias.len(), 1, "{duplicate_alias:?}");
+}
+
+/// What follows from a syntax error is not reported: neither fields that the parser guessed, nor names that the file defines and others use.
+#[test]
+fn a_file_that_is_not_toml_gives_one_line() {
+    let body = "id = 2000433\nname = \"Eros\"\n";
+    for (line, text) in [
+        (1, "[[body]\n".to_owned()),
+        (1, "[[body]\nid = 5\n".to_owned()),
+        (3, format!("[[body]]\nid = 499\n= = =\nx = [1\n[[body]]\n{body}")),
+        (4, format!("[[body]]\n{body}radius = = 3\n[[ring]\n")),
+        (2, format!("[[body]]\nname = \"Eros\n{body}")),
+        (5, format!("[[body]]\n{body}\nname = \"Twice\"\n")),
+        (1, "= = =\n".repeat(100)),
+    ] {
+        let found = problems(&text);
+        assert_eq!(found.len(), 1, "{text}: {found:?}");
+        assert!(found[0].starts_with(&format!("mine.toml:{line}: not TOML: ")), "{text}: {found:?}");
+        // The fields of another file are still checked, but not its names.
+        let other = "[[ring]]\nbody = \"Eros\"\nname = \"X\"\ninner_km = 9.0\nouter_km = 10.0\ntau_normal = nan\n";
+        let files = [("mine.toml", text.as_str()), ("other.toml", other)].map(|(name, text)| (name.to_owned(), text.to_owned()));
+        let error = Catalog::with_files(&files).expect_err("not TOML");
+        let found: Vec<String> = error.problems.iter().map(ToString::to_string).collect();
+        assert!(found.len() == 2 && found[1].starts_with("other.toml:6: ring.tau_normal = nan"), "{found:?}");
+    }
+    // A file that is TOML gives as many lines as it has problems.
+    let wrong = problems("[[body]]\nid = 499\nx = 1\ny = 2\n");
+    assert_eq!(wrong.len(), 2, "{wrong:?}");
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Sunlight that bodies block: reference tables, exact contacts, overlapping discs, totality.
 
+mod draft;
 mod overlapping_limbs;
 mod reference_tables;
 mod totality;

@@ -4,3 +4,4 @@ mod composite;
 mod golden;
 mod permutations;
 mod plan;
+mod sphere_sprites;

@@ -40,6 +40,24 @@ fn drawn(target: i32, distance_radii: f64, time: &str, pixel_view: PixelView) ->
     Image { scene: drawn.scene, hdr: drawn.frame.hdr }
 }
 
+/// The Earth and other bodies shine on the Moon, but this view shows the Sun's light alone.
+#[test]
+fn the_eclipse_of_a_body_with_planet_shine_is_drawn() {
+    for (time, range) in [("2022-11-08T09:45:00Z", 0.1..0.7), ("2022-11-08T08:50:00Z", 0.9..1.001)] {
+        let request = ViewRequest {
+            position: Position::Centre(NaifId::EARTH),
+            effects: EffectOverrides::parse("+planet-shine").expect("an effect"),
+            pixel_view: PixelView::Eclipse,
+            width: SIDE,
+            height: SIDE,
+            ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
+        };
+        let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
+        let brightest = drawn.frame.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+        assert!(range.contains(&brightest), "{time}: {brightest}");
+    }
+}
+
 const DAY: &str = "2024-04-08T18:17:16Z";
 
 #[test]

@@ -229,6 +229,42 @@ fn impossible_camera_values_are_refused_by_name() {
     assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0],"tilt":3},"look":{"at":"sun"}}"#).contains("tilt"));
 }
 
+/// The camera's distance and the bodies' light times must not appear in the message.
+#[test]
+fn a_refused_time_is_reported_as_it_was_given() {
+    let (catalog, ephemeris) = sky();
+    let refused = |request: &ViewRequest| Scene::build(&catalog, &ephemeris, request).expect_err("refused").to_string();
+    let offset = |body| Position::Offset { body, offset_km: glam::DVec3::new(1e6, 2e6, 3e6), axes: Axes::Icrf };
+    let positions = [
+        Position::Over { towards: None, distance_radii: None },
+        Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(1e5) },
+        Position::Centre(NaifId::EARTH),
+        Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 20.0, height_km: 1.0 },
+        offset(NaifId(499)),
+    ];
+    for time in ["-3001-01-01T00:00:00Z", "-3500-06-15T12:00:00.500Z", "3001-02-01T00:00:00Z", "9999-12-31T00:00:00Z"] {
+        for (target, position) in [301, 599, 899].into_iter().flat_map(|id| positions.map(|position| (NaifId(id), position))) {
+            let message = refused(&ViewRequest { position, ..ViewRequest::of(target, parse_time(time)) });
+            assert!(message.contains(&format!("not at {time};")) && !message.contains("light"), "{position:?}: {message}");
+        }
+    }
+    // Neptune's light leaves four hours earlier: before the first day if it arrives at its start.
+    let first = ephemeris.state(NaifId(899), NaifId::SUN, parse_time("-3001-11-24T00:00:00Z"), None);
+    assert!(first.is_ok(), "{first:?}");
+    let mut start = (parse_time("-3001-11-20T00:00:00Z"), parse_time("-3001-11-24T00:00:00Z"));
+    for _ in 0..40 {
+        let half_s = 0.5 * (start.1.tdb_seconds_past_j2000() - start.0.tdb_seconds_past_j2000());
+        let middle = start.0.plus_seconds(half_s);
+        let is_covered = ephemeris.state(NaifId(899), NaifId::SUN, middle, None).is_ok();
+        start = if is_covered { (start.0, middle) } else { (middle, start.1) };
+    }
+    let request = ViewRequest { position: Position::Centre(NaifId::EARTH), ..ViewRequest::of(NaifId(899), start.1.plus_seconds(60.0)) };
+    let message = refused(&request);
+    assert!(message.contains("the light that arrives at the given time left then"), "{message}");
+    let later = ViewRequest { time: start.1.plus_seconds(86_400.0), ..request };
+    assert!(Scene::build(&catalog, &ephemeris, &later).is_ok());
+}
+
 #[test]
 fn the_requirements_of_a_view_cover_everything_it_draws() {
     let (catalog, ephemeris) = sky();

@@ -46,7 +46,7 @@ fn assert_reported_once(session: &'static Session, messages: &Messages, interfac
 #[test]
 fn a_time_outside_the_ephemeris_is_reported() {
     let (session, messages, interface) = window(None, "9999-12-31T00:00:00Z");
-    assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-30");
+    assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-31T00:00:00Z");
 }
 
 /// The window gives the reason in its language, and standard error in English.

@@ -128,10 +128,10 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that nearer bodies hide.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// Radius of a sprite in pixels, and the heights of its core and its glare for a flux of 1 (see [`point_spread`]).
-fn sprite_shape(radius_px: f32) -> Vec<f32> {
-    let [core, glare] = point_spread(f64::from(radius_px));
-    vec![radius_px, core as f32, glare as f32]
+/// Radius of a sprite in pixels, the heights of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
+fn sprite_shape(radius_px: f32, stretch: f32) -> Vec<f32> {
+    let [core, glare] = point_spread(f64::from(radius_px)).map(|height| height / f64::from(stretch));
+    vec![radius_px, core as f32, glare as f32, stretch]
 }
 
 /// Point sprites, blended additively, in one draw.
@@ -156,15 +156,16 @@ pub(super) fn sprites<T>(
 
 /// Attributes of sprites that do not belong to a catalog body.
 pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
-    [(3, |s| s.centre.to_array().to_vec()), (3, |s| sprite_shape(s.radius_px)), (3, |s| s.flux.to_array().to_vec())];
+    [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_shape(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    sprites("stars", &scene.stars, &STAR_SPRITE, scene, provider)
+    let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
+    sprites("stars", &drawn_here, &STAR_SPRITE, scene, provider)
 }
 
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let attributes: [InstanceAttribute<Point>; 3] =
-        [(3, |p| p.centre.to_array().to_vec()), (3, |p| sprite_shape(p.radius_px)), (3, |p| p.flux.to_array().to_vec())];
+        [(3, |p| p.centre.to_array().to_vec()), (4, |p| sprite_shape(p.radius_px, p.stretch)), (3, |p| p.flux.to_array().to_vec())];
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 

@@ -14,7 +14,12 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
             name => {
-                write_value(&mut writer, name, &uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?)?
+                let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
+                // The module of a view that shows the Sun's light alone has one light, whatever else lights the body. The Sun comes first.
+                if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
+                    lights.to_mut().truncate(rows);
+                }
+                write_value(&mut writer, name, &value)?
             }
         }
     }

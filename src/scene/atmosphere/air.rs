@@ -63,25 +63,47 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 /// --choice air --choice air-near`); draft quality may leave out 16 %.
 const NEAR_RADII: f64 = 1.25;
 
-/// Whether the camera is in the air or so near that multiple scattering is a large part of its light.
-pub(crate) fn is_near(placed: &PlacedBody<'_>, shell: &Placement) -> bool {
-    shell.camera_is_inside() || placed.distance_km < NEAR_RADII * placed.body.radii_km.max_element()
+/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of
+/// such air is scattered more than once. Only Titan's is as thick in the catalog (2.6; at draft quality its image would have 0.57 of its light). Mars' dust
+/// (0.5) and the gas of the giant planets are in the colours of their maps.
+const THICK_DEPTH: f64 = 1.0;
+
+/// Why draft quality includes multiple scattering.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TableInDrafts {
+    /// The camera is in the air or near the body.
+    Near,
+    /// The air is thick.
+    Thick,
+}
+
+/// Whether multiple scattering is so large a part of the light that draft quality includes it, and why.
+pub(crate) fn table_in_drafts(placed: &PlacedBody<'_>, air: &Atmosphere, shell: &Placement) -> Option<TableInDrafts> {
+    if shell.camera_is_inside() || placed.distance_km < NEAR_RADII * placed.body.radii_km.max_element() {
+        return Some(TableInDrafts::Near);
+    }
+    is_thick(air).then_some(TableInDrafts::Thick)
+}
+
+fn is_thick(air: &Atmosphere) -> bool {
+    vertical_optical_depth(air).min_element() > THICK_DEPTH
 }
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
-/// `chosen`: the user's choice. `is_near`: see [`is_near`].
-pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, is_near: bool) -> (AtmosphereModel, Reason) {
+/// `chosen`: the user's choice. `in_drafts`: see [`table_in_drafts`].
+pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
     let model = chosen.unwrap_or(match quality {
-        Quality::Draft if !is_near => AtmosphereModel::Pixel8,
+        Quality::Draft if in_drafts.is_none() => AtmosphereModel::Pixel8,
         _ => AtmosphereModel::Table,
     });
     let (few, many) = sample_counts(model);
-    let reason = match (model, chosen) {
-        (AtmosphereModel::None, _) => reason!("air-none"),
-        (AtmosphereModel::Pixel8, None) => reason!("air-samples-draft", few = few, many = many),
-        (AtmosphereModel::Table, None) if quality == Quality::Draft => reason!("air-samples-table-near", few = few, many = many),
-        (AtmosphereModel::Table, Some(_)) => reason!("air-samples-table-chosen", few = few, many = many),
-        (AtmosphereModel::Table, None) => reason!("air-samples-table", few = few, many = many),
+    let reason = match (model, chosen, in_drafts.filter(|_| quality == Quality::Draft)) {
+        (AtmosphereModel::None, ..) => reason!("air-none"),
+        (AtmosphereModel::Pixel8, None, _) => reason!("air-samples-draft", few = few, many = many),
+        (AtmosphereModel::Table, None, Some(TableInDrafts::Near)) => reason!("air-samples-table-near", few = few, many = many),
+        (AtmosphereModel::Table, None, Some(TableInDrafts::Thick)) => reason!("air-samples-table-thick", few = few, many = many),
+        (AtmosphereModel::Table, Some(_), _) => reason!("air-samples-table-chosen", few = few, many = many),
+        (AtmosphereModel::Table, None, None) => reason!("air-samples-table", few = few, many = many),
         _ => reason!("air-samples-chosen", few = few, many = many),
     };
     (model, reason)
@@ -292,6 +314,20 @@ mod tests {
         assert!(SurroundingAir::of(earth, &far).is_none());
         let centre = Placement { centre_km: DVec3::ZERO, ..place };
         assert!(SurroundingAir::of(earth, &centre).is_none());
+    }
+
+    /// The air of Titan is thick, that of Mars with its dust is not.
+    #[test]
+    fn thick_air_is_titans() {
+        let catalog = Catalog::embedded();
+        let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
+        assert_eq!(thick.collect::<Vec<_>>(), ["Titan"]);
+        let model_of = |quality, in_drafts| model(None, quality, in_drafts).0;
+        for in_drafts in [None, Some(TableInDrafts::Near), Some(TableInDrafts::Thick)] {
+            let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
+            assert_eq!(model_of(Quality::Draft, in_drafts), expected);
+            assert_eq!(model_of(Quality::Standard, in_drafts), AtmosphereModel::Table);
+        }
     }
 
     #[test]

@@ -26,19 +26,21 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
 }
 
+/// The model of the air, if all tables are available, and why.
+fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
+    let request = inputs.frame.context.request;
+    air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
+}
+
 /// Whether the body's draws may read a table of multiple scattering.
 pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let body = inputs.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
-    let request = inputs.frame.context.request;
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
     // As in `features::decide`: a body that is only a point gets no atmosphere, unless neither its globe nor its rings reach the frame.
     let reaches_decision = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
-    is_drawn
-        && reaches_decision
-        && may_be_seen(inputs, &shell)
-        && air::model(request.effects.air_model(), request.quality, air::is_near(inputs.placed, &shell)).0 == AtmosphereModel::Table
+    is_drawn && reaches_decision && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
 
 /// Decides on the atmosphere: sets the model for the globe's draw, and creates the draw of the sky beyond the limb.
@@ -51,8 +53,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !log.effect(Effect::Atmosphere, on, reason) {
         return decisions;
     }
-    let (mut model, mut reason) =
-        air::model(context.request.effects.air_model(), context.request.quality, air::is_near(inputs.placed, &shell));
+    let (mut model, mut reason) = chosen_model(inputs, air, &shell);
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
     if model == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
         model = AtmosphereModel::Pixel16;

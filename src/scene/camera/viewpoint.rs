@@ -5,9 +5,9 @@
 //! aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
@@ -72,8 +72,11 @@ impl StateLookup<'_> {
     }
     /// Position of a body when it emitted the light that arrives now at a distance.
     fn emitted_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
+        // A refused time is reported as it was given, not less the light time.
+        self.state(id)?;
         let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
-        Ok(self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None)?.state.pos_km)
+        let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None);
+        Ok(emitted.map_err(EphemerisError::when_light_left)?.state.pos_km)
     }
     /// The rotation to ICRF from the axes of a body, or the identity for ICRF axes.
     fn icrf_from(&self, axes: Axes, body: NaifId) -> Result<DMat3, SceneError> {

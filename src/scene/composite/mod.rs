@@ -2,7 +2,7 @@
 //!
 //! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request and a
 //! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
-//! of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them.
+//! of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
 
 mod arrangement;
 mod eyes;
@@ -87,8 +87,11 @@ impl Composite {
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
-                whole.stars.extend(sprites::stars(image, face, &scene.camera, &std::mem::take(&mut scene.stars), white));
-                whole.points.extend(sprites::points(image, face, &scene.camera, &std::mem::take(&mut scene.points), white));
+                let stars = sprites::stars(image, face, &scene.camera, &scene.stars, white);
+                let points = sprites::points(image, face, &scene.camera, &scene.points, white);
+                (scene.stars, scene.points) = (stars.in_face, points.in_face);
+                whole.stars.extend(stars.in_image);
+                whole.points.extend(points.in_image);
             }
             // Each body's report comes from the face that contains the body's centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {

@@ -2,16 +2,17 @@
 //!
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
-//! a sprite is as wide as a star in a perspective image. Near the poles of an equirectangular image a star becomes a row of sprites as wide as the
-//! stretched circle. Sprites that cross the left or right edge of such an image are repeated at the opposite edge.
+//! a sprite is as high as a star in a perspective image, and stretched horizontally where an equirectangular image is, so that it has the same angle in
+//! both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
+//! may surround the pole, the face draws the sprite itself, and the image is resampled from it.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::point::{point_peak, point_radius_px};
+use crate::scene::point::{POINT_RADIUS_PX, point_peak, point_radius_px};
 use crate::scene::request::Projection;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 
 /// Maximum radius of a sprite relative to the image's shorter side. Without this limit the Sun, which is in every image of the entire sphere, would cover
 /// everything within 20 degrees at a night exposure.
@@ -19,65 +20,106 @@ const MAX_RADIUS_OF_SHORT_SIDE: f64 = 0.015;
 /// Radius in pixels that a sprite may have in any image, however small.
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
-/// A projected sprite: clip position, radius, flux.
+/// Cosine of the latitude in an equirectangular image from which a face draws the sprites: 60 degrees, where the image is stretched by 2, and 15 degrees
+/// from the edges of the upper and the lower face.
+const POLAR_COS_LATITUDE: f64 = 0.5;
+
+/// A projected sprite: clip position, radius, width over height, flux.
 struct ProjectedSprite {
     centre: Vec3,
     radius_px: f32,
+    stretch: f32,
     flux: Vec3,
 }
 
-/// The sprites of the image for one sprite of a face; none if another face contains its direction.
-fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux: Vec3, white: f64) -> Vec<ProjectedSprite> {
+/// Where the light of a face's sprite is drawn.
+enum Drawn {
+    /// In the image, by these sprites; none if another face contains the direction.
+    InImage(Vec<ProjectedSprite>),
+    /// In the face, with this radius in the face's pixels. `place`: the sprite in the image, with radius 0.
+    InFace { radius_px: f32, place: ProjectedSprite },
+}
+
+/// The sprites that a face draws itself, and those of the image.
+pub(crate) struct Divided<T> {
+    pub in_face: Vec<T>,
+    pub in_image: Vec<T>,
+}
+
+/// Divides a sprite of a face between face and image.
+fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux: Vec3, white: f64) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
-    let Some(pixel) = image.pixel(direction).filter(|_| face_of(direction) == face) else { return Vec::new() };
+    let Some(pixel) = image.pixel(direction).filter(|_| face_of(direction) == face) else { return Drawn::InImage(Vec::new()) };
     let cos_off_axis = 1.0 / ray.length();
     let face_sr = camera.pixel_tangent().powi(2) * cos_off_axis.powi(3);
     let (image_sr, stretch) = image.pixel_sr_and_stretch(direction);
     let flux = flux.as_dvec3() * (face_sr / image_sr);
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
-    let copies = stretch.round().clamp(1.0, size.x);
-    let copy_flux: DVec3 = flux / copies;
+    let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
     let max_px = MAX_RADIUS_OF_SHORT_SIDE * size.y.min(size.x);
-    let radius_px = point_radius_px(copy_flux.max_element() * point_peak() / white).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
+    let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
+    let radius_px = point_radius_px(peak).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
     let wraps = image.projection == Projection::Equirectangular;
+    let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
+        centre: narrow(clip_of(px).extend(f64::from(centre.z))),
+        radius_px: narrow_scalar(radius_px),
+        stretch: narrow_scalar(stretch),
+        flux: narrow(flux),
+    };
+    if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
+        // A pixel of a face covers less along the radius than across it; this is the mean.
+        let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
+        let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
+        let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
+        return Drawn::InFace { radius_px: narrow_scalar(in_face_px), place: sprite_at(pixel, 0.0, 1.0) };
+    }
+    let stretch = stretch.min(0.5 * size.x / radius_px).max(1.0);
     let mut sprites = Vec::new();
-    // The cast is exact: `copies` is a whole number of at most the image's width.
-    for k in 0..copies as u32 {
-        let offset_px = (f64::from(k) + 0.5 - 0.5 * copies) * (stretch / copies).min(size.x / copies);
-        let x = if copies > 1.0 { pixel.x + offset_px } else { pixel.x };
-        for shift_px in [0.0, -size.x, size.x] {
-            let copy_px = DVec2::new(x + shift_px, pixel.y);
-            let is_inside = copy_px.x + radius_px > 0.0 && copy_px.x - radius_px < size.x;
-            if is_inside && (wraps || shift_px == 0.0) {
-                let clip = DVec2::new(2.0 * copy_px.x / size.x - 1.0, 1.0 - 2.0 * copy_px.y / size.y);
-                sprites.push(ProjectedSprite {
-                    centre: narrow(clip.extend(f64::from(centre.z))),
-                    radius_px: narrow_scalar(radius_px),
-                    flux: narrow(copy_flux),
-                });
+    for shift_px in [0.0, -size.x, size.x] {
+        let x = pixel.x + shift_px;
+        let half_width_px = radius_px * stretch;
+        let is_inside = x + half_width_px > 0.0 && x - half_width_px < size.x;
+        if is_inside && (wraps || shift_px == 0.0) {
+            sprites.push(sprite_at(DVec2::new(x, pixel.y), radius_px, stretch));
+        }
+    }
+    Drawn::InImage(sprites)
+}
+
+/// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `white`: the
+/// radiance that is shown as white.
+pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Divided<StarSprite> {
+    let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
+    for s in of_face {
+        let in_image = |ProjectedSprite { centre, radius_px, stretch, flux }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
+        match project(image, face, camera, s.centre, s.flux, white) {
+            Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
+            Drawn::InFace { radius_px, place } => {
+                divided.in_face.push(StarSprite { radius_px, ..*s });
+                divided.in_image.push(in_image(place));
             }
         }
     }
-    sprites
+    divided
 }
 
-/// The image's sprites for the stars of a face. `white`: the radiance that is shown as white.
-pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Vec<StarSprite> {
-    let sprites_of = |s: &StarSprite| {
-        let star = s.star;
-        let sprites = project(image, face, camera, s.centre, s.flux, white);
-        sprites.into_iter().map(move |ProjectedSprite { centre, radius_px, flux }| StarSprite { centre, radius_px, flux, star })
-    };
-    of_face.iter().flat_map(sprites_of).collect()
-}
-
-/// The image's sprites for the points of a face.
-pub(crate) fn points(image: &SphereImage, face: usize, camera: &Camera, of_face: &[Point], white: f64) -> Vec<Point> {
-    let sprites_of = |p: &Point| {
-        let body = p.body;
-        let sprites = project(image, face, camera, p.centre, p.flux, white);
-        sprites.into_iter().map(move |ProjectedSprite { centre, radius_px, flux }| Point { body, centre, radius_px, flux })
-    };
-    of_face.iter().flat_map(sprites_of).collect()
+/// Divides the points of a face.
+pub(crate) fn points(image: &SphereImage, face: usize, camera: &Camera, of_face: &[Point], white: f64) -> Divided<Point> {
+    let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
+    for p in of_face {
+        match project(image, face, camera, p.centre, p.flux, white) {
+            Drawn::InImage(sprites) => {
+                divided.in_image.extend(sprites.into_iter().map(|ProjectedSprite { centre, radius_px, stretch, flux }| Point {
+                    body: p.body,
+                    centre,
+                    radius_px,
+                    stretch,
+                    flux,
+                }))
+            }
+            Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
+        }
+    }
+    divided
 }

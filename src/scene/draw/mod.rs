@@ -119,8 +119,10 @@ impl MapFiles {
 pub struct StarSprite {
     /// Clip x and y, and reversed depth, which is 0: infinitely far.
     pub centre: Vec3,
-    /// Radius of the sprite in pixels.
+    /// Half the height of the sprite in pixels; 0 if another frame of a composed image draws it.
     pub radius_px: f32,
+    /// Width over height, above 1 away from the equator of an equirectangular image.
+    pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
     /// The star's index in the star catalog; `None` for the head of a comet.
@@ -133,8 +135,10 @@ pub struct Point {
     pub body: NaifId,
     /// Clip x and y, reversed depth.
     pub centre: Vec3,
-    /// Radius of the sprite in pixels.
+    /// Half the height of the sprite in pixels.
     pub radius_px: f32,
+    /// Width over height, above 1 away from the equator of an equirectangular image.
+    pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
 }

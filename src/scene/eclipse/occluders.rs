@@ -364,7 +364,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// Uniform discs, for drafts.
+    /// Uniform discs, and refracted light where there is an umbra, which has no other light: for drafts.
     Draft,
     /// Limb darkening, and refracted light where there is an umbra.
     Best,
@@ -376,17 +376,17 @@ pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> E
     let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
     let model = match requested {
         _ if count == 0 => EclipseModel::None,
-        EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best => {
+        EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best | EclipseModelChoice::Draft => {
             match occluders.iter().position(|o| refraction::refracts(o.body) && (o.has_umbra || requested_refracted)) {
                 Some(k) => {
                     occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
                 }
+                None if requested == EclipseModelChoice::Draft => EclipseModel::UniformDisc,
                 None => EclipseModel::LimbDarkened,
             }
         }
         EclipseModelChoice::Requested(model) => model,
-        EclipseModelChoice::Draft => EclipseModel::UniformDisc,
     };
     Eclipse { occluders: count, model }
 }

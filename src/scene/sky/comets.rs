@@ -351,7 +351,8 @@ pub(crate) fn comets(
             brightest = Some((magnitude, comet.full_name()));
         }
         let colour = narrow(of_luminance_1(COMA_RGB) * flux);
-        in_frame.heads.push(StarSprite { centre: projection.clip(&head), radius_px: narrow_scalar(radius_px), flux: colour, star: None });
+        let (centre, radius_px) = (projection.clip(&head), narrow_scalar(radius_px));
+        in_frame.heads.push(StarSprite { centre, radius_px, stretch: 1.0, flux: colour, star: None });
     }
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);

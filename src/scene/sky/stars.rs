@@ -225,6 +225,7 @@ fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirT
     (clip.abs().cmple(limit).all()).then(|| StarSprite {
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),
+        stretch: 1.0,
         flux: narrow(colour * flux),
         star: None,
     })

@@ -1,0 +1,128 @@
+//! Stars in equirectangular images: the same place, light and angular size at every latitude, also over a pole.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3};
+use orrery::FrameImages;
+use orrery::catalog::NaifId;
+use orrery::ephemeris::angle_rad;
+use orrery::ephemeris::apparent::aberrated;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::composite::{Arrangement, CompositeFrames};
+use orrery::scene::photometry::irradiance_of_magnitude;
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Up, ViewRequest};
+use orrery::scene::viewpoint::viewer;
+use orrery::session::{Session, Sources};
+use orrery::time::Instant;
+use std::f64::consts::PI;
+
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
+/// An image of 1 degree per pixel.
+const HEIGHT_PX: u32 = 180;
+const RAD_PER_PX: f64 = PI / 180.0;
+
+/// What an image shows around a star, by the directions and solid angles of its pixels.
+#[derive(Debug)]
+struct Measured {
+    /// Angle from the star to the centroid of the light, pixels.
+    offset_px: f64,
+    /// Light over that of the star.
+    light: f64,
+    /// Root mean square distances of the light from the star along its parallel and along its meridian, pixels.
+    spread_px: DVec2,
+}
+
+/// The only star of the session in an image in which it is at this latitude.
+fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
+    let star = *session.catalog().stars().stars().first().expect("a star");
+    let sideways = star.direction.any_orthonormal_vector();
+    let (sin, cos) = latitude_deg.to_radians().sin_cos();
+    let pole = star.direction * sin + sideways * cos;
+    let request = ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction: star.direction.cross(sideways) + 0.3 * sideways, axes: Axes::Icrf },
+        up: Up::Along { direction: pole, axes: Axes::Icrf },
+        exposure: ExposureRequest::Stops(exposure),
+        purpose: Purpose::LINEAR,
+        width: 2 * HEIGHT_PX,
+        height: HEIGHT_PX,
+        layers: Layers { stars: true, ..Layers::NONE },
+        composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-01T00:00:00Z").expect("a time"))
+    };
+    let frames = CompositeFrames::of(session.catalog(), session.ephemeris(), &request).expect("frames");
+    let Arrangement::Faces(faces) = frames.arrangement else { panic!("faces") };
+    let perspective = ViewRequest { composition: Composition::default(), ..request.clone() };
+    let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").body_velocity_km_s;
+    let seen = faces.image.in_axes(aberrated(star.direction, velocity));
+    let parallel = DVec3::Y.cross(seen).normalize();
+    let meridian = seen.cross(parallel);
+    let drawn = session.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn");
+    let (mut sum, mut moment, mut squares) = (0.0, DVec3::ZERO, DVec2::ZERO);
+    for (k, pixel) in drawn.frame.hdr.iter().enumerate() {
+        let (x, y) = (k as u32 % (2 * HEIGHT_PX), k as u32 / (2 * HEIGHT_PX));
+        let longitude = (f64::from(x) + 0.5) * RAD_PER_PX - PI;
+        let latitude = 0.5 * PI - (f64::from(y) + 0.5) * RAD_PER_PX;
+        let direction = DVec3::new(longitude.sin() * latitude.cos(), latitude.sin(), longitude.cos() * latitude.cos());
+        // Planets are points, too.
+        if angle_rad(direction, seen) < 9.0 * RAD_PER_PX {
+            let light = f64::from(pixel[1]) * RAD_PER_PX * 2.0 * (0.5 * RAD_PER_PX).sin() * latitude.cos();
+            sum += light;
+            moment += direction * light;
+            squares += light * DVec2::new(direction.dot(parallel), direction.dot(meridian)).powf(2.0);
+        }
+    }
+    Measured {
+        offset_px: angle_rad(moment, seen) / RAD_PER_PX,
+        light: sum / PI / irradiance_of_magnitude(1.36),
+        spread_px: (squares / sum).powf(0.5) / RAD_PER_PX,
+    }
+}
+
+/// At exposure 0 a star has no glare; at 32 stops its glare has the largest radius. Near a pole the face's pixels blur the star.
+#[test]
+fn a_star_has_the_same_size_at_every_latitude() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("stars.csv");
+    std::fs::write(&file, "ra_deg,dec_deg,v_mag\n152.093,11.967,1.36\n").expect("written");
+    let sources = Sources { stars: Some(file), cache: Some(folder.path().join("cache")), ..Sources::default() };
+    let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+    for exposure in [0.0, 32.0] {
+        let equator = measure(&session, 0.0, exposure);
+        assert!((equator.spread_px.x / equator.spread_px.y - 1.0).abs() < 0.05, "{equator:?}");
+        for latitude_deg in [20.0, 44.0, 46.0, 59.5, 60.5, 75.0, 84.0, 88.3, 89.7, 90.0, -63.0, -89.1] {
+            let there = measure(&session, latitude_deg, exposure);
+            println!("{exposure} stops, latitude {latitude_deg}: {there:?}");
+            assert!(there.offset_px < 0.15, "latitude {latitude_deg}: {there:?}");
+            assert!((there.light - 1.0).abs() < 0.1, "latitude {latitude_deg}: {there:?}");
+            let ratios = there.spread_px / equator.spread_px;
+            assert!(ratios.min_element() > 0.8 && ratios.max_element() < 1.45, "latitude {latitude_deg}: {there:?} for {equator:?}");
+        }
+    }
+}
+
+/// The Earth seen from the Moon's ground below it: the first row of pixels is lit from end to end.
+#[test]
+fn a_body_over_the_pole_is_in_all_columns() {
+    let request = |height_px: u32, latitude_deg: f64| ViewRequest {
+        position: Position::Ground { body: NaifId::MOON, latitude_deg, longitude_deg: 1.973, height_km: 0.002 },
+        look: Look::Target,
+        up: Up::Zenith,
+        exposure: ExposureRequest::Stops(8.0),
+        width: 2 * height_px,
+        height: height_px,
+        composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T18:17:16Z").expect("a time"))
+    };
+    // The Earth is less than four pixels wide in the first two images, and a disc in the last.
+    for height_px in [64, 128, 512] {
+        let first_row = |latitude_deg: f64| {
+            let drawn = SESSION.draw(&request(height_px, latitude_deg), SAMPLING, FrameImages::Display).expect("drawn");
+            drawn.frame.display[..2 * height_px as usize].iter().map(|p| p[1]).collect::<Vec<_>>()
+        };
+        let overhead = first_row(-0.459);
+        assert!(overhead.iter().all(|level| *level > 200), "{height_px}: {overhead:?}");
+        // Far from its zenith the first row is dark.
+        assert!(first_row(40.0).iter().all(|level| *level < 100), "{height_px}");
+    }
+}
