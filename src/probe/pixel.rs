@@ -142,7 +142,7 @@ pub(crate) fn inspect_pixel(
     // Each draw is evaluated by itself, without the images of earlier passes.
     let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
-    let bodies = plan.light_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let bodies = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // The nearest draw is last in the plan; points follow all bodies.
@@ -173,7 +173,7 @@ fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> O
 
 /// The image's linear pixel: all draws, restricted to this pixel.
 fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
-    let mut pass = plan.light_pass().cloned().ok_or("the plan has no pass of light")?;
+    let mut pass = plan.hdr_pass().cloned().ok_or("the plan has no HDR pass")?;
     for draw in &mut pass.draws {
         let [x0, y0, x1, y1] = draw.scissor;
         draw.scissor = [x0.max(x), y0.max(y), x1.min(x + 1), y1.min(y + 1)];

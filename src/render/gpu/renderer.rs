@@ -215,7 +215,7 @@ impl GpuRenderer {
         let start = Instant::now();
         let (frame, mut timings) = self.run_checked(plan, || {
             let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(images))?;
-            let frame = self.read_back(&mut state, images)?;
+            let frame = self.read_back(&mut state, plan, images)?;
             Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -336,14 +336,16 @@ impl GpuRenderer {
     }
 
     /// Reads back the pixels of the last pass, and of the HDR image if `images` include it.
-    fn read_back(&self, state: &mut FrameResources, images: FrameImages) -> Result<Frame, GpuError> {
+    fn read_back(&self, state: &mut FrameResources, plan: &Plan, images: FrameImages) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
+            // The HDR image of a warped image or a stereo pair may have another size.
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
-            if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| images == FrameImages::DisplayAndHdr) {
+            let hdr_index = plan.hdr_pass_index().filter(|_| images == FrameImages::DisplayAndHdr);
+            if let Some(scene) = hdr_index.and_then(|k| state.targets.get(k)).filter(is_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {

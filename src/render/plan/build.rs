@@ -61,8 +61,13 @@ pub(crate) const DISPLAY_TARGET: &str = "picture";
 
 impl Plan {
     /// The pass that draws the linear HDR image; `None` in a plan that draws no scene. Passes that it reads come before it.
-    pub fn light_pass(&self) -> Option<&Pass> {
-        self.passes.iter().find(|pass| pass.name == HDR_TARGET)
+    pub fn hdr_pass(&self) -> Option<&Pass> {
+        self.hdr_pass_index().and_then(|k| self.passes.get(k))
+    }
+
+    /// Index of [`Plan::hdr_pass`]: the last pass of this name, because the faces of a dome or sphere, which have it too, come before the finished image.
+    pub(crate) fn hdr_pass_index(&self) -> Option<usize> {
+        self.passes.iter().rposition(|pass| pass.name == HDR_TARGET)
     }
 }
 

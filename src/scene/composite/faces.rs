@@ -116,11 +116,7 @@ pub(super) fn frames(
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let mut face_px = face_px(&image);
-    if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
-        // A frame must not have the image's size, so that their HDR targets differ.
-        face_px += 2;
-    }
+    let face_px = face_px(&image);
     let frame_px = face_px + 2 * BORDER_PX;
     if face_px > FACE_LIMIT_PX {
         let least_deg = least_fov_deg(&image);
