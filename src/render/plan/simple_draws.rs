@@ -198,8 +198,8 @@ fn segment_draws(
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
             (3, |p| p.ends[1].to_array().to_vec()),
-            (2, |p| p.across[0].to_array().to_vec()),
-            (2, |p| p.across[1].to_array().to_vec()),
+            (2, |p| p.normals[0].to_array().to_vec()),
+            (2, |p| p.normals[1].to_array().to_vec()),
             (2, |p| p.opacity.to_vec()),
             (3, |p| p.colour.to_array().to_vec()),
         ],
