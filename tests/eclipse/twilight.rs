@@ -94,7 +94,7 @@ fn light_in_the_umbra_agrees_with_photons() {
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let (per_km, scale_height_km, top_km) = (air.species[0].scattering_per_km, air.species[0].scale_height_km, air.top_km);
     let radius_km = earth.radii_km.x;
-    let ground_albedo = earth.target_mean_colour();
+    let ground_albedo = earth.mean_reflectance();
     // The Moon's distance from the ground in Earth radii.
     let (cot_sun_radius, moon_distance) = (215.0, 59.0);
     for umbra_radius_km in [40.0, 90.0, 130.0] {
