@@ -179,7 +179,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             .iter()
             .find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == recolouring.to))
             .ok_or("no body has this map")?;
-        save(&recolour(&open(recolouring.from)?, recolouring, body.target_mean_colour()), &out.join(recolouring.to))?;
+        save(&recolour(&open(recolouring.from)?, recolouring, body.mean_reflectance()), &out.join(recolouring.to))?;
     }
     save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
     // A grey level of this map is 25 m of height.
@@ -200,7 +200,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(map) = &body.maps.albedo {
             let texture = Texture::decode(&map.file, &std::fs::read(out.join(&map.file))?, TexelFormat::Rgba8Srgb)?;
             let mean = texture.mean_over_sphere();
-            let target = body.target_mean_colour();
+            let target = body.mean_reflectance();
             let gain: Vec<String> = (0..3).map(|c| format!("{:.4}", target[c] / mean[c])).collect();
             println!("{} gain = [{}]", map.file, gain.join(", "));
         }

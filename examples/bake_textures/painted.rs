@@ -122,7 +122,7 @@ pub(super) fn callisto(craters: &[Feature], basins: &[Feature]) -> RgbImage {
             if d < edge {
                 let distorted = d / edge + 0.035 * fractal_noise(p, 6.0, 4);
                 let core = 0.13 * (1.0 - smoothstep(0.08, 0.27, distorted)) * (1.0 + 0.5 * fractal_noise(p, 20.0, 4));
-                // Outer rings are closer together; all are interrupted in places.
+                // Outer rings are farther apart; all are interrupted in places.
                 let broken = smoothstep(-0.25, 0.35, fractal_noise(p, 9.0, 3));
                 let ring = 0.02
                     * (2.0 * PI * 13.0 * distorted.powf(0.8)).sin()
@@ -172,7 +172,7 @@ pub(super) fn triton() -> RgbImage {
         let from_bubembe = angle_deg(p, unit_vector(18.0, 335.0));
         let cantaloupe = (1.0 - smoothstep(25.0, 50.0, from_bubembe)) * smoothstep(-5.0, 10.0, lat);
         let north = 0.60 * (1.0 + 0.13 * fractal_noise(p, 5.0, 7)) + 0.035 * (cells - 0.4) * cantaloupe;
-        // Streaks follow a wind that blows to the north-east.
+        // Streaks are elongated east-west, tilted by at most 10 degrees: to the north-east at 45 E, to the north-west at 225 E.
         let along = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];
         let streak = (value_noise(along) + 0.6 * fractal_noise(p, 18.0, 4) - 0.45).max(0.0) * smoothstep(-78.0, -52.0, lat) * cap;
         let south = 0.83 * (1.0 + 0.08 * fractal_noise(p, 6.0, 7)) - 0.28 * streak;

@@ -396,9 +396,9 @@ impl Body {
         albedo.into_iter().chain(colour).chain(air).collect()
     }
 
-    /// The mean linear RGB over the sphere that the albedo map times its gain should have: the body's colour times its geometric albedo (the Sun: 1).
-    /// The Earth's map shows its ground without clouds and air, so its target is the ground's own albedo and colour, not those of the disc.
-    pub fn target_mean_colour(&self) -> [f64; 3] {
+    /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (the Sun: 1). Of the Earth these are the ground's own,
+    /// without clouds and air, not those of the disc. The albedo map times its gain has this mean over the sphere.
+    pub fn mean_reflectance(&self) -> [f64; 3] {
         let albedo = match self.kind {
             BodyKind::Star => 1.0,
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),

@@ -98,14 +98,14 @@ pub(super) static KIND: QueryKind = QueryKind {
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let f: Fields = fields(query)?;
     let [major, minor, distance] = f.outline()?;
-    let model = match f.model {
-        Model::Linear => EclipseModel::Linear,
-        Model::UniformDisc => EclipseModel::UniformDisc,
-        Model::LimbDarkened => EclipseModel::LimbDarkened,
+    // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. Without coefficients this cannot be 0.
+    let (model, (u1, u2)) = match f.model {
+        Model::Linear => (EclipseModel::Linear, f.limb_darkening()),
+        Model::UniformDisc => (EclipseModel::UniformDisc, (0.0, 0.0)),
+        Model::LimbDarkened => (EclipseModel::LimbDarkened, f.limb_darkening()),
     };
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
-    let (u1, u2) = f.limb_darkening();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
     let batch = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);

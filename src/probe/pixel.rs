@@ -2,7 +2,8 @@
 //!
 //! `view` is a camera file (`--camera-json`). The other fields are `time`, `size` ([1024, 1024]) and `effects`, as on the command line, and
 //! `x`, `y`, counted from the image's upper left corner. `radiance` is the linear pixel of the EXR that `orrery render` writes. `draws`
-//! are the draws that cover the pixel's centre, nearest first, each with every named value of its module.
+//! are the draws that cover the pixel's centre, nearest first, each with every value bound to a name in its WGSL (`let`, `var`), after the last
+//! assignment.
 
 use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, required};
 use crate::catalog::NaifId;
@@ -67,7 +68,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     let report = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();
-    let first = report.first().map_or(Value::Null, draw_json);
+    let first = report.globe_or_nearest().map_or(Value::Null, draw_json);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
         answer.insert(field.into(), first[field].clone());
@@ -120,7 +121,7 @@ pub(crate) struct PixelDraw {
 
 impl PixelReport {
     /// The nearest globe, or the nearest draw if there is no globe.
-    pub(crate) fn first(&self) -> Option<&PixelDraw> {
+    pub(crate) fn globe_or_nearest(&self) -> Option<&PixelDraw> {
         self.draws.iter().find(|d| d.part == BodyPart::Globe).or(self.draws.first())
     }
 }
@@ -142,18 +143,18 @@ pub(crate) fn inspect_pixel(
     // Each draw is evaluated by itself, without the images of earlier passes.
     let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
-    let bodies = plan.light_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
-    let bodies: Vec<_> = bodies.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
+    let plan_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let plan_draws: Vec<_> = plan_draws.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // The nearest draw is last in the plan; points follow all bodies.
-    for (draw, drawn_body) in bodies.into_iter().zip(&scene.draws).rev() {
-        let found = prober.renderer.pixel_values(draw, prober.library(), size, [x, y])?;
+    for (plan_draw, scene_draw) in plan_draws.into_iter().zip(&scene.draws).rev() {
+        let found = prober.renderer.pixel_values(plan_draw, prober.library(), size, [x, y])?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|values| PixelDraw {
-            body: drawn_body.body,
-            name: prober.catalog().body(drawn_body.body).map_or_else(|| drawn_body.name.clone(), |b| b.name.clone()),
-            part: drawn_body.part,
-            module: draw.module.clone(),
-            ground_deg: ground_deg(prober, drawn_body, &values),
+            body: scene_draw.body,
+            name: prober.catalog().body(scene_draw.body).map_or_else(|| scene_draw.name.clone(), |b| b.name.clone()),
+            part: scene_draw.part,
+            module: plan_draw.module.clone(),
+            ground_deg: ground_deg(prober, scene_draw, &values),
             values,
         }));
     }
@@ -161,10 +162,10 @@ pub(crate) fn inspect_pixel(
 }
 
 /// Planetographic latitude and east longitude of the point on the surface at a globe's pixel, degrees.
-fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
+fn ground_deg(prober: &Prober<'_>, scene_draw: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
     let position = values.values.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
-    let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], drawn_body.part) else { return None };
-    let radii_km = prober.catalog().body(drawn_body.body)?.radii_km;
+    let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], scene_draw.part) else { return None };
+    let radii_km = prober.catalog().body(scene_draw.body)?.radii_km;
     // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.
     let normal = glam::DVec3::new(x, y, z) / radii_km;
     let latitude = normal.z.atan2(normal.truncate().length());
@@ -173,7 +174,7 @@ fn ground_deg(prober: &Prober<'_>, drawn_body: &Draw, values: &PixelValues) -> O
 
 /// The image's linear pixel: all draws, restricted to this pixel.
 fn linear_pixel(prober: &Prober<'_>, plan: &Plan, x: u32, y: u32) -> Result<[f32; 3], ProbeError> {
-    let mut pass = plan.light_pass().cloned().ok_or("the plan has no pass of light")?;
+    let mut pass = plan.hdr_pass().cloned().ok_or("the plan has no HDR pass")?;
     for draw in &mut pass.draws {
         let [x0, y0, x1, y1] = draw.scissor;
         draw.scissor = [x0.max(x), y0.max(y), x1.min(x + 1), y1.min(y + 1)];

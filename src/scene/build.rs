@@ -209,7 +209,7 @@ impl<'a> SceneBuilder<'a> {
             points,
             orbits: orbits.into_iter().chain(sky.comet_orbits).collect(),
             comets: sky.comets,
-            lines: traces.into_iter().chain(annotations.lines_in_space).collect(),
+            lines_in_space: traces.into_iter().chain(annotations.lines_in_space).collect(),
             ground_lines: annotations.ground_lines,
             limbs: sun.limbs,
             glare: sun.glare,

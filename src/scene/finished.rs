@@ -59,8 +59,8 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbit_arcs::OrbitArc>,
-    /// Other lines in space, such as the traces of moving bodies; hidden like orbits.
-    pub lines: Vec<LineSegment>,
+    /// Other lines in space: traces of past motion, cones of eclipses, frames of instruments; hidden like orbits.
+    pub lines_in_space: Vec<LineSegment>,
     /// Lines on the ground of bodies, on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
     /// The solar corona, drawn after the Sun and the draws behind it.

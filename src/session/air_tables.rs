@@ -33,7 +33,7 @@ fn digest(body: &Body) -> String {
 
 fn digest_with(code: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
-    inputs.extend(body.target_mean_colour());
+    inputs.extend(body.mean_reflectance());
     if let Some(air) = &body.atmosphere {
         inputs.push(air.top_km);
         for s in &air.species {

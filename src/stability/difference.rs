@@ -40,7 +40,7 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &Pl
 
 /// Names the draw of the scene with the greatest difference between the precisions at a pixel, and the first of its values that differs by much.
 pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
-    let draws = view.plan.light_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
+    let draws = view.plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     let values_of = |draw: &PlanDraw| {
         let values = |precision| {
             let renderer = bench.renderers.renderer(precision);

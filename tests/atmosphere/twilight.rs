@@ -147,7 +147,7 @@ fn twilight_from_the_table_agrees_with_photons() {
                 top,
                 scale_height: species.scale_height_km,
                 scattering: species.scattering_per_km[channel],
-                albedo: earth.target_mean_colour()[channel],
+                albedo: earth.mean_reflectance()[channel],
             };
             let sky = gas.sky(sun_cosine, paths);
             let tabulated = f64::from(table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column][channel]).powi(2);

@@ -94,17 +94,17 @@ fn light_in_the_umbra_agrees_with_photons() {
     air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
     let (per_km, scale_height_km, top_km) = (air.species[0].scattering_per_km, air.species[0].scale_height_km, air.top_km);
     let radius_km = earth.radii_km.x;
-    let ground_albedo = earth.target_mean_colour();
-    // The Moon's distance from the ground in Earth radii.
-    let (cot_sun_radius, moon_distance) = (215.0, 59.0);
+    let ground_albedo = earth.mean_reflectance();
+    // The cotangent of the Sun's angular radius at 1 au, and in Earth radii 1 au and the Moon's distance from the ground.
+    let (cot_sun_radius, sun_distance, moon_distance) = (215.0_f64, 23_455.0_f64, 59.0_f64);
     for umbra_radius_km in [40.0, 90.0, 130.0] {
         // A Moon in front of the Sun at the zenith, so much larger than the Sun that its umbra has this radius. The Sun's disc is uniform;
         // projected to the Moon's distance, its radius is `solar_radius_km`.
         let solar_radius_km = radius_km * moon_distance / cot_sun_radius;
         let occluder_radius = ((1.0 + umbra_radius_km / solar_radius_km) * moon_distance / cot_sun_radius) as f32;
         let eclipse = EclipseUniforms {
-            axis: Vec4::new(0.0, 0.0, 1.0, 1.0 / 23_455.0),
-            across: [Vec4::new(1.0, 0.0, 0.0, cot_sun_radius as f32), Vec4::new(0.0, 1.0, 0.0, (cot_sun_radius / 23_455.0) as f32)],
+            axis: Vec4::new(0.0, 0.0, 1.0, (1.0 / sun_distance) as f32),
+            across: [Vec4::new(1.0, 0.0, 0.0, cot_sun_radius as f32), Vec4::new(0.0, 1.0, 0.0, (cot_sun_radius / sun_distance) as f32)],
             limb: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
             occluder_positions: vec![Vec4::new(0.0, 0.0, moon_distance as f32 + 1.0, 0.0)],
             occluder_outlines: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
@@ -272,7 +272,7 @@ const SUNSET_DEG: f64 = -0.833;
 
 /// From day to night on the Earth, skylight on level ground falls without a jump, and is within a factor of 2.5 of published values: 410 to
 /// 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 at that of nautical twilight, 6e-4 at that of astronomical twilight and
-/// later (AMS Glossary of Meteorology). Measured: 1.4, 2.5 and 2.3 times the middle of the first three. Simulated photons in the same air
+/// later (AMS Glossary of Meteorology). At sunset and at night other factors are allowed (in the test). Measured: 1.4, 2.5 and 2.3 times the middle of the first three. Simulated photons in the same air
 /// give the same light (tests/atmosphere/twilight.rs), so the sum over orders is not too bright. Part of the excess comes from the
 /// catalog's air, which is clearer than average; the rest is not explained (docs/measurements.md).
 #[test]
@@ -289,10 +289,16 @@ fn twilight_illuminances_agree_with_published_values() {
         assert!(decades_per_deg < 0.8, "at {deg:?} degrees {lux:?} lux: {decades_per_deg:.2}");
     }
     let lux_of = |deg: f64| illuminances[altitudes_deg.iter().position(|altitude| *altitude == deg).expect("one of them")];
-    for (deg, lowest, highest) in
-        [(SUNSET_DEG, 165.0, 1000.0), (-6.0, 0.8, 8.75), (-12.0, 0.0032, 0.02), (-18.0, 2.4e-4, 1.5e-3), (-30.0, 2e-4, 1.2e-3)]
-    {
-        assert!((lowest..highest).contains(&lux_of(deg)), "{deg} degrees: {} lux", lux_of(deg));
+    // The published range, and the factors below and above it that are allowed.
+    for (deg, published_min, published_max, factor_below, factor_above) in [
+        (SUNSET_DEG, 410.0, 585.0, 2.5, 1.7),
+        (-6.0, 2.0, 3.5, 2.5, 2.5),
+        (-12.0, 0.008, 0.008, 2.5, 2.5),
+        (-18.0, 6e-4, 6e-4, 2.5, 2.5),
+        (-30.0, 6e-4, 6e-4, 3.0, 2.0),
+    ] {
+        let allowed = published_min / factor_below..published_max * factor_above;
+        assert!(allowed.contains(&lux_of(deg)), "{deg} degrees: {} lux", lux_of(deg));
     }
     assert!(lux_of(60.0) > 5e3 && lux_of(60.0) < 2.5e4, "{} lux by day", lux_of(60.0));
 }

@@ -83,7 +83,7 @@ fn gains_bring_each_map_to_its_published_colour() {
     for b in Catalog::embedded().bodies() {
         let Some(m) = &b.maps.albedo else { continue };
         let mean = store.get(&m.file, TexelFormat::Rgba8Srgb).unwrap().mean_over_sphere();
-        let target = b.target_mean_colour();
+        let target = b.mean_reflectance();
         for c in 0..3 {
             let ratio = mean[c] * m.gain[c] / target[c];
             assert!((ratio - 1.0).abs() < 0.01, "{} channel {c}: {ratio}", m.file);
@@ -91,7 +91,7 @@ fn gains_bring_each_map_to_its_published_colour() {
     }
     let mercury = Catalog::embedded().body(NaifId(199)).unwrap().clone();
     let raw = map("mercury.jpg").mean_over_sphere();
-    assert!((raw[0] / mercury.target_mean_colour()[0] - 1.0).abs() > 0.1, "without its gain, the stylised raw map must fail this test");
+    assert!((raw[0] / mercury.mean_reflectance()[0] - 1.0).abs() > 0.1, "without its gain, the stylised raw map must fail this test");
 }
 
 /// Mean of a value at eight points on a circle around a position.

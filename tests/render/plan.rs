@@ -3,14 +3,15 @@
 
 use crate::support::session::SESSION;
 use glam::{Vec2, Vec3, Vec4};
+use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
-use orrery::render::plan::{SamplingQuality, uniform_bytes};
+use orrery::render::plan::{Plan, SamplingQuality, uniform_bytes};
 use orrery::scene::constants::GROUND_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
-use orrery::scene::effects::possible_features;
+use orrery::scene::effects::{EffectOverrides, possible_features};
 use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::multi_scatter_table::NODES;
-use orrery::scene::request::{Position, Quality, ViewRequest};
+use orrery::scene::request::{Composition, Position, Projection, Quality, ViewRequest};
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, feature_names, keys_of};
@@ -181,9 +182,9 @@ fn a_wrong_number_of_lights_is_refused() {
     );
 }
 
-/// The coarse image of the air comes before the light that reads it, so that the light is not always the first pass.
+/// The passes of the coarse image of the air come before the HDR pass, which reads it, so that the HDR pass is not always the first.
 #[test]
-fn the_pass_of_light_is_found_by_its_name() {
+fn the_hdr_pass_is_found_by_its_name() {
     let with_coarse_air = ViewRequest {
         position: Position::Over { towards: None, distance_radii: Some(3.0) },
         quality: Quality::Draft,
@@ -195,8 +196,40 @@ fn the_pass_of_light_is_found_by_its_name() {
     let by_pixel = ViewRequest { coarse_air: false, ..with_coarse_air.clone() };
     for (request, is_first) in [(with_coarse_air, false), (by_pixel, true)] {
         let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-        let light = plan.light_pass().expect("a pass of light");
+        let light = plan.hdr_pass().expect("an HDR pass");
         assert!(light.name == "light" && light.draws.iter().any(|d| d.label == "Earth"));
         assert_eq!(plan.passes[0].name == light.name, is_first);
     }
+}
+
+/// A frame's linear image is that of the HDR pass, even if an earlier pass has the same size: the samples of the air of one or two draws, or a face.
+#[test]
+fn the_linear_image_of_a_frame_is_that_of_its_hdr_pass() {
+    let near_earth = |effects: &str| ViewRequest {
+        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        quality: Quality::Draft,
+        fov_deg: Some(0.5),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-08T18:17:16Z").expect("a time"))
+    };
+    let of_size = |request: &ViewRequest, [width, height]: [u32; 2]| ViewRequest { width, height, ..request.clone() };
+    let [with_clouds, without_clouds] = ["+clouds", "-clouds"].map(near_earth);
+    let composition = Composition { projection: Projection::Equirectangular, ..Composition::default() };
+    let sphere = ViewRequest { fov_deg: None, composition, ..without_clouds.clone() };
+    let small_sizes = (4..=5).flat_map(|width| (3..=13).map(move |height| [width, height]));
+    let plane = small_sizes.flat_map(|size| [of_size(&with_clouds, size), of_size(&without_clouds, size)]);
+    let requests: Vec<ViewRequest> = plane.chain((18..=22).map(|side| of_size(&sphere, [side, side]))).collect();
+    let mut equal_sizes = [0, 0];
+    for request in requests {
+        let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+        let linear = |plan: &Plan| SESSION.renderer().render(plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
+        let hdr_pass = plan.passes.iter().rposition(|pass| pass.name == "light").expect("an HDR pass");
+        // Without the later passes the last image is the linear one.
+        let hdr_only = Plan { passes: plan.passes[..=hdr_pass].to_vec() };
+        let is_plane = request.composition == Composition::default();
+        assert!(linear(&plan) == linear(&hdr_only), "{}x{}, plane: {is_plane}", request.width, request.height);
+        let has_its_size = plan.passes[..hdr_pass].iter().any(|pass| [pass.width, pass.height] == [request.width, request.height]);
+        equal_sizes[usize::from(is_plane)] += usize::from(has_its_size);
+    }
+    assert!(equal_sizes.iter().all(|count| *count > 0), "{equal_sizes:?}");
 }

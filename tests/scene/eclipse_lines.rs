@@ -157,7 +157,7 @@ fn cones_reach_from_the_moon_to_the_earth() {
     };
     for target in [NaifId::EARTH, NaifId::MOON] {
         let built = SESSION.scene(&request(target)).expect("a scene");
-        assert!(!built.lines.is_empty() && built.lines.len() < 20_000, "{}", built.lines.len());
+        assert!(!built.lines_in_space.is_empty() && built.lines_in_space.len() < 20_000, "{}", built.lines_in_space.len());
         let centre_px = |id: NaifId| {
             built.camera.pixel_from_clip(built.camera.clip(built.body(id).expect("placed").placement.centre_km).expect("in front"))
         };
@@ -172,9 +172,9 @@ fn cones_reach_from_the_moon_to_the_earth() {
                 .fold(f64::INFINITY, f64::min);
             assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
         }
-        assert!(built.lines.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
+        assert!(built.lines_in_space.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
         assert!(built.sky.iter().any(|d| d.effect == "eclipse-cones" && d.on), "{:?}", built.sky);
     }
     let without_layer = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
-    assert!(without_layer.lines.is_empty());
+    assert!(without_layer.lines_in_space.is_empty());
 }

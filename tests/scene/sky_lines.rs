@@ -119,7 +119,7 @@ fn grids_run_through_their_coordinates() {
                 for segment in &built.sky_lines {
                     let is_valid =
                         segment.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && segment.opacity.iter().all(|s| (0.0..=1.0).contains(s));
-                    assert!(is_valid && segment.across.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {segment:?}");
+                    assert!(is_valid && segment.normals.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {segment:?}");
                 }
             }
         }

@@ -102,9 +102,9 @@ pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, sam
     Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Hdr, draws }
 }
 
-/// An HDR pass with these draws, and its tone map.
+/// An HDR pass with these draws, of the name by which a renderer finds it, and its tone map.
 pub(super) fn scene(size: [u32; 2], draws: Vec<PlanDraw>) -> Plan {
-    let bodies = pass("bodies", size, ColourFormat::Hdr, 4, [0.0, 0.0, 0.0, 1.0], draws);
+    let bodies = pass("light", size, ColourFormat::Hdr, 4, [0.0, 0.0, 0.0, 1.0], draws);
     Plan { passes: vec![bodies, pass("tone map", size, ColourFormat::Rgba8Unorm, 1, [0.0; 4], vec![tone_map(0)])] }
 }
 

@@ -58,7 +58,7 @@ impl Columns {
             within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
         let time = non_empty(time).map(|v| Instant::parse(v).map_err(|_| invalid("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
-        let size = non_empty(size).map(|v| within("size_px", v, [1e-3, 1000.0], "pixels above 0, at most 1000"));
+        let size = non_empty(size).map(|v| within("size_px", v, [1e-3, 1000.0], "0.001 to 1000 pixels"));
         let colour = non_empty(colour).map(|v| hex_colour(v).ok_or_else(|| invalid("colour", v, "a colour as #ff8040")));
         Ok(DataPoint {
             lat_deg: coordinate(0, lat, 90.0)?,
@@ -67,5 +67,27 @@ impl Columns {
             size_px: size.transpose()?,
             colour: colour.transpose()?,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every size that a point may have, and no other, is in the range that the message of a refused size names.
+    #[test]
+    fn the_message_of_a_wrong_size_names_the_range() {
+        let names = ["lat", "lon", "size"].map(String::from);
+        let columns = Columns::of(&names, true).expect("the columns of a point");
+        let point = |size: &str| columns.point(&["0", "0", size].map(String::from));
+        for (size, is_allowed) in [("0", false), ("1e-4", false), ("9.99e-4", false), ("0.001", true), ("1000", true), ("1000.1", false)] {
+            match point(size) {
+                Ok(point) => assert!(is_allowed && point.size_px.is_some(), "{size}"),
+                Err(message) => {
+                    assert!(!is_allowed, "{size}: {message}");
+                    assert_eq!(message, format!("field size_px: `{size}` is not 0.001 to 1000 pixels"));
+                }
+            }
+        }
     }
 }

@@ -85,7 +85,7 @@ pub struct GpuRenderer {
     state: Mutex<FrameResources>,
     /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
     pub(super) window_state: Mutex<FrameResources>,
-    images: Mutex<GpuImages>,
+    stored: Mutex<GpuImages>,
 }
 
 /// Exclusive use of the renderer for one frame.
@@ -153,8 +153,8 @@ impl GpuRenderer {
             on_error.lock().get_or_insert(e.into());
         }));
         let resolves_by_shader = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
-        let (state, window_state, images) = (Mutex::default(), Mutex::default(), Mutex::default());
-        Self { facts, instance, adapter, device, queue, blends_f32, has_timestamps, resolves_by_shader, lost, state, window_state, images }
+        let (state, window_state, stored) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self { facts, instance, adapter, device, queue, blends_f32, has_timestamps, resolves_by_shader, lost, state, window_state, stored }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -194,8 +194,8 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// See [`GpuError`]; after one for which [`GpuError::is_final`] holds, the next frame fails too.
-    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, images: FrameImages) -> Result<(Frame, GpuTimings), GpuError> {
-        self.render_in(self.lock(), plan, modules, images)
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, requested: FrameImages) -> Result<(Frame, GpuTimings), GpuError> {
+        self.render_in(self.lock(), plan, modules, requested)
     }
 
     /// Like [`GpuRenderer::render`], with a lock that the caller has acquired.
@@ -207,15 +207,15 @@ impl GpuRenderer {
         FrameGuard(mut state): FrameGuard<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
-        images: FrameImages,
+        requested: FrameImages,
     ) -> Result<(Frame, GpuTimings), GpuError> {
-        if images == FrameImages::DisplayAndHdr && !self.blends_f32 {
+        if requested == FrameImages::DisplayAndHdr && !self.blends_f32 {
             return Err(GpuError::NotDrawn("linear images on this adapter, which cannot blend 32-bit floats"));
         }
         let start = Instant::now();
         let (frame, mut timings) = self.run_checked(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(images))?;
-            let frame = self.read_back(&mut state, images)?;
+            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(requested))?;
+            let frame = self.read_back(&mut state, plan, requested)?;
             Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -248,7 +248,7 @@ impl GpuRenderer {
             // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.pass_times(&self.device, &self.queue, plan)?;
-            let image = self.images.lock().register(last.view, [last.width, last.height]);
+            let image = self.stored.lock().register(last.view, [last.width, last.height]);
             Ok((image, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -257,7 +257,7 @@ impl GpuRenderer {
 
     /// Whether the image is in the memory of this device.
     pub fn holds(&self, image: &GpuImage) -> bool {
-        self.images.lock().get(image).is_some()
+        self.stored.lock().get(image).is_some()
     }
 
     /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
@@ -279,11 +279,11 @@ impl GpuRenderer {
         self.lost.lock().clone().map_or(Ok(()), Err)
     }
 
-    fn format(&self, format: ColourFormat, images: FrameImages) -> TextureFormat {
+    fn format(&self, format: ColourFormat, requested: FrameImages) -> TextureFormat {
         match format {
             // Half floats suffice: they reach 65,504, the centre of the Sun's disc has radiance 58,000, and their rounding changes a display value by at
             // most 0.12 levels of 255.
-            ColourFormat::Hdr if images == FrameImages::Display => TextureFormat::Rgba16Float,
+            ColourFormat::Hdr if requested == FrameImages::Display => TextureFormat::Rgba16Float,
             ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
             ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
         }
@@ -335,15 +335,17 @@ impl GpuRenderer {
         Ok(state.uploads.sent_bytes - sent_before)
     }
 
-    /// Reads back the pixels of the last pass, and of the HDR image if `images` include it.
-    fn read_back(&self, state: &mut FrameResources, images: FrameImages) -> Result<Frame, GpuError> {
+    /// Reads back the pixels of the last pass, and of the HDR image if it is `requested`.
+    fn read_back(&self, state: &mut FrameResources, plan: &Plan, requested: FrameImages) -> Result<Frame, GpuError> {
         let last = state.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
+            // The HDR image of a warped image or a stereo pair may have another size.
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
-            if let Some(scene) = state.targets.iter().find(is_hdr).filter(|_| images == FrameImages::DisplayAndHdr) {
+            let hdr_index = plan.hdr_pass_index().filter(|_| requested == FrameImages::DisplayAndHdr);
+            if let Some(scene) = hdr_index.and_then(|k| state.targets.get(k)).filter(is_hdr) {
                 frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {
@@ -355,14 +357,14 @@ impl GpuRenderer {
     /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
     fn update_targets(&self, state: &mut FrameResources, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let max_side = self.device.limits().max_texture_dimension_2d;
-        let images = if let RenderTarget::Owned(images) = target { images } else { FrameImages::Display };
+        let requested = if let RenderTarget::Owned(requested) = target { requested } else { FrameImages::Display };
         state.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
             let external = match target {
                 RenderTarget::External(texture) if k + 1 == plan.passes.len() => Some(texture),
                 _ => None,
             };
-            let format = external.map_or_else(|| self.format(pass.format, images), wgpu::Texture::format);
+            let format = external.map_or_else(|| self.format(pass.format, requested), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
@@ -398,7 +400,7 @@ impl GpuRenderer {
                 TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
                 TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
                 TextureSource::OnGpu(image) => {
-                    self.images.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
+                    self.stored.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
                 }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
                 TextureSource::PassOutput(k) => return Err(draw_error(format!("reads pass {k}, which is not drawn before it"))),

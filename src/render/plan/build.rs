@@ -61,8 +61,13 @@ pub(crate) const DISPLAY_TARGET: &str = "picture";
 
 impl Plan {
     /// The pass that draws the linear HDR image; `None` in a plan that draws no scene. Passes that it reads come before it.
-    pub fn light_pass(&self) -> Option<&Pass> {
-        self.passes.iter().find(|pass| pass.name == HDR_TARGET)
+    pub fn hdr_pass(&self) -> Option<&Pass> {
+        self.hdr_pass_index().and_then(|k| self.passes.get(k))
+    }
+
+    /// Index of [`Plan::hdr_pass`]: the last pass of this name, because the faces of a dome or sphere, which have it too, come before the finished image.
+    pub(crate) fn hdr_pass_index(&self) -> Option<usize> {
+        self.passes.iter().rposition(|pass| pass.name == HDR_TARGET)
     }
 }
 
@@ -166,7 +171,7 @@ pub(super) fn light_steps(
     add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
-        over_hdr("lines", simple_draws::lines(scene, provider)?),
+        over_hdr("lines", simple_draws::lines_in_space(scene, provider)?),
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
         over_hdr("points", simple_draws::points(scene, provider)?),

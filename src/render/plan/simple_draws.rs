@@ -36,9 +36,9 @@ pub(super) struct Halo {
     pub sigma: f32,
 }
 
-/// The two halos of bloom. Chosen by eye to resemble the halo of a clean camera lens; not measured.
-pub(super) const BLOOM_NEAR: Halo = Halo { fraction: 0.10, sigma: 0.006 };
-pub(super) const BLOOM_FAR: Halo = Halo { fraction: 0.05, sigma: 0.03 };
+/// The narrow and the wide halo of bloom. Chosen by eye to resemble the halo of a clean camera lens; not measured.
+pub(super) const BLOOM_NARROW: Halo = Halo { fraction: 0.10, sigma: 0.006 };
+pub(super) const BLOOM_WIDE: Halo = Halo { fraction: 0.05, sigma: 0.03 };
 /// Upper limit of the radiance above white that blooms, in units of white. The Sun's disc, up to a million times white, has its own glare (`glow`).
 pub(super) const BLOOM_MAX_EXCESS: f32 = 16.0;
 /// Factor by which each of bloom's two downsampling steps reduces the sides of the image.
@@ -56,7 +56,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.background.is_some(), "sky_background"),
         (!scene.sky_images.is_empty(), "sky_image"),
         (!scene.points.is_empty() || !scene.stars.is_empty() || !scene.comets.heads.is_empty(), "point"),
-        (!scene.lines.is_empty() || !scene.sky_lines.is_empty() || !scene.ground_lines.is_empty(), "line"),
+        (!scene.lines_in_space.is_empty() || !scene.sky_lines.is_empty() || !scene.ground_lines.is_empty(), "line"),
         (!scene.orbits.is_empty(), "orbit"),
         (scene.minor_planets.is_some(), "minor_planets"),
         (!scene.comets.tails.is_empty(), "comet_tail"),
@@ -169,9 +169,9 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 
-/// Traces of past motion, depth-tested against the bodies.
-pub(super) fn lines(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    segment_draws("traces", &scene.lines, DEPTH_TESTED, scene, provider)
+/// Traces of past motion, cones of eclipses and frames of instruments, depth-tested against the bodies.
+pub(super) fn lines_in_space(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    segment_draws("traces", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
 }
 
 /// Lines without depth test. The place of their step in the drawing order determines what covers them.
@@ -199,8 +199,8 @@ fn segment_draws(
         &[
             (3, |p| p.ends[0].to_array().to_vec()),
             (3, |p| p.ends[1].to_array().to_vec()),
-            (2, |p| p.across[0].to_array().to_vec()),
-            (2, |p| p.across[1].to_array().to_vec()),
+            (2, |p| p.normals[0].to_array().to_vec()),
+            (2, |p| p.normals[1].to_array().to_vec()),
             (2, |p| p.opacity.to_vec()),
             (3, |p| p.colour.to_array().to_vec()),
         ],
@@ -280,9 +280,17 @@ pub(super) fn refracted_limb(
     Ok((occluding, limb_draw(&limb.rays, false)?))
 }
 
-/// Resource names of bloom's images: the near ones have a quarter, the far ones a sixteenth of the image's sides.
-const NEAR_HALO: [&str; 3] = ["beyond white", "beyond white across", "near halo"];
-const FAR_HALO: [&str; 3] = ["near halo shrunk", "near halo across", "far halo"];
+/// Resource names of a halo's images, in the order in which they are made.
+struct HaloImages {
+    downsampled: &'static str,
+    blurred_x: &'static str,
+    blurred: &'static str,
+}
+
+/// The images of the narrow halo, made from the radiance above white (bright pass), have a quarter of the image's sides; those of the wide halo, made
+/// from the narrow one, have a sixteenth. The names are keys of the pass times in JSON reports, and therefore do not change.
+const NARROW_HALO: HaloImages = HaloImages { downsampled: "beyond white", blurred_x: "beyond white across", blurred: "near halo" };
+const WIDE_HALO: HaloImages = HaloImages { downsampled: "near halo shrunk", blurred_x: "near halo across", blurred: "far halo" };
 
 /// A linear HDR target of one sample per pixel.
 fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> TargetDescriptor {
@@ -317,21 +325,31 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
         })
     };
     let height = scene.camera.height as f32;
-    let [near_sigma_px, far_sigma_px] =
-        [BLOOM_NEAR.sigma * height / DOWNSAMPLING as f32, BLOOM_FAR.sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32];
+    let [narrow_sigma_px, wide_sigma_px] =
+        [BLOOM_NARROW.sigma * height / DOWNSAMPLING as f32, BLOOM_WIDE.sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32];
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
         screen_step(
             "bloom, beyond white",
             &[hdr],
-            linear_target(NEAR_HALO[0], quarter),
+            linear_target(NARROW_HALO.downsampled, quarter),
             shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
         ),
-        screen_step("bloom, near, across", &[NEAR_HALO[0]], linear_target(NEAR_HALO[1], quarter), blur(Vec2::X, near_sigma_px)?),
-        screen_step("bloom, near", &[NEAR_HALO[1]], linear_target(NEAR_HALO[2], quarter), blur(Vec2::Y, near_sigma_px)?),
-        screen_step("bloom, shrunk", &[NEAR_HALO[2]], linear_target(FAR_HALO[0], sixteenth), shrink(1.0, 0.0, f32::MAX)?),
-        screen_step("bloom, far, across", &[FAR_HALO[0]], linear_target(FAR_HALO[1], sixteenth), blur(Vec2::X, far_sigma_px)?),
-        screen_step("bloom, far", &[FAR_HALO[1]], linear_target(FAR_HALO[2], sixteenth), blur(Vec2::Y, far_sigma_px)?),
+        screen_step(
+            "bloom, near, across",
+            &[NARROW_HALO.downsampled],
+            linear_target(NARROW_HALO.blurred_x, quarter),
+            blur(Vec2::X, narrow_sigma_px)?,
+        ),
+        screen_step("bloom, near", &[NARROW_HALO.blurred_x], linear_target(NARROW_HALO.blurred, quarter), blur(Vec2::Y, narrow_sigma_px)?),
+        screen_step("bloom, shrunk", &[NARROW_HALO.blurred], linear_target(WIDE_HALO.downsampled, sixteenth), shrink(1.0, 0.0, f32::MAX)?),
+        screen_step(
+            "bloom, far, across",
+            &[WIDE_HALO.downsampled],
+            linear_target(WIDE_HALO.blurred_x, sixteenth),
+            blur(Vec2::X, wide_sigma_px)?,
+        ),
+        screen_step("bloom, far", &[WIDE_HALO.blurred_x], linear_target(WIDE_HALO.blurred, sixteenth), blur(Vec2::Y, wide_sigma_px)?),
     ])
 }
 
@@ -344,13 +362,14 @@ pub(super) fn tone_map_step(
 ) -> Result<PassStep, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
-    let (module, reads) = if scene.bloom { ("tone_map_bloom", &[hdr, NEAR_HALO[2], FAR_HALO[2]][..]) } else { ("tone_map", &[hdr][..]) };
+    let (module, reads) =
+        if scene.bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
         w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
-            w.f32("near_part", BLOOM_NEAR.fraction)?;
-            w.f32("far_part", BLOOM_FAR.fraction)?;
+            w.f32("near_part", BLOOM_NARROW.fraction)?;
+            w.f32("far_part", BLOOM_WIDE.fraction)?;
         }
         Ok(())
     })?;

@@ -1,4 +1,5 @@
-//! Inspects one draw at one pixel: returns its colour and every named value of its module.
+//! Inspects one draw at one pixel: returns its colour and every named value of its module, that is every value bound to a name in its WGSL (`let`, `var`),
+//! after the last assignment.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
 //! pixel or its red is NaN there. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs;

@@ -182,12 +182,12 @@ impl SoftwareRenderer {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
                 if requested == FrameImages::DisplayAndHdr {
-                    // The scene's HDR image is the first of this size; bloom passes may have the same size.
-                    let scene = images.into_iter().find_map(|(image, w, h)| match image {
-                        PassImage::Float(hdr) if (w, h) == (width, height) => Some(hdr),
-                        _ => None,
-                    });
-                    frame.hdr = scene.unwrap_or_default();
+                    // Other passes, such as that of the air's samples, may have the same size. The HDR image of a warped image or a stereo pair may have another.
+                    if let Some((PassImage::Float(hdr), w, h)) = plan.hdr_pass_index().and_then(|k| images.into_iter().nth(k))
+                        && (w, h) == (width, height)
+                    {
+                        frame.hdr = hdr;
+                    }
                 }
             }
             PassImage::Float(hdr) => frame.hdr = hdr,

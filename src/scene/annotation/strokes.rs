@@ -22,7 +22,7 @@ pub struct LineSegment {
     /// Clip x and y, reversed depth.
     pub ends: [Vec3; 2],
     /// Unit normal of the line in the image (x right, y up) at each end. Adjacent segments share it.
-    pub across: [Vec2; 2],
+    pub normals: [Vec2; 2],
     /// Opacity at each end.
     pub opacity: [f32; 2],
     /// Linear RGB.
@@ -138,7 +138,7 @@ pub(crate) fn segments(
 ) -> Vec<LineSegment> {
     let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
     let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
-    let across = |k: usize| {
+    let normal = |k: usize| {
         let mean = match k {
             0 => direction(0),
             k if k + 1 == screen.len() => direction(k - 1),
@@ -153,7 +153,7 @@ pub(crate) fn segments(
     let opacity = |k: usize| narrow_scalar(opacity(run[k].1));
     let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
-        across: [across(k), across(k + 1)],
+        normals: [normal(k), normal(k + 1)],
         opacity: [opacity(k), opacity(k + 1)],
         colour: narrow(colour),
     };

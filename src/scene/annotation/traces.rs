@@ -57,7 +57,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
         let (a, b) = (points.get(k)?.0, points.get(k + 1)?.0);
         if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (screen(b) - screen(a)).try_normalize() } else { None }
     };
-    let across = |k: usize| {
+    let normal = |k: usize| {
         let mean = k.checked_sub(1).and_then(direction).into_iter().chain(direction(k)).sum::<DVec2>();
         narrow2(mean.try_normalize().unwrap_or(DVec2::X).perp())
     };
@@ -69,7 +69,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
         let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend((NEAR_DEPTH_KM / p.z).min(1.0)));
         Some(LineSegment {
             ends: [end(a.0), end(b.0)],
-            across: [across(k), across(k + 1)],
+            normals: [normal(k), normal(k + 1)],
             opacity: [a.1, b.1].map(|remaining| narrow_scalar(OPACITY * remaining)),
             colour: narrow(colour),
         })

@@ -284,7 +284,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.target_mean_colour()) };
+        let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
         for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }

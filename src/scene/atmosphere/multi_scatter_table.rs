@@ -230,11 +230,8 @@ fn root(v: DVec3) -> DVec3 {
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
 /// which 1 is the radiance of a white plane that faces the Sun. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
-    let sphere = AirSphere {
-        radius_km: body.radii_km.x,
-        air: body.atmosphere.as_ref()?,
-        ground_albedo: DVec3::from_array(body.target_mean_colour()),
-    };
+    let sphere =
+        AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
     let rows: Vec<DVec3> = (0..HEIGHTS * SUNS).into_par_iter().map(|k| sphere.node(k / SUNS, k % SUNS)).collect();
     let ground: Vec<DVec3> = (0..SUNS).into_par_iter().map(|c| sphere.ground_irradiance(&rows, c)).collect();
     let rows = rows.iter().map(|v| *v * PI);

@@ -1,9 +1,11 @@
 //! Domes and entire spheres: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a border.
 //!
-//! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. A face has its fewest pixels
-//! per radian in its middle; there it has as many as the densest part of the image. If a fisheye's rim would need a face larger than [`MAX_FACE_PX`], a
-//! face has that size, or the size that matches the fisheye's radial density if this is larger. The border lets the filter read pixels beyond the face's
-//! edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
+//! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
+//! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
+//!
+//! Face size. `full_px` gives the face's centre, where its density in pixels per radian is least, the greatest density of the image (a fisheye's is
+//! tangential, at its rim). `radial_px` gives it only the fisheye's constant radial density. The face has `full_px`, but beyond [`MAX_FACE_PX`] only as much
+//! as `radial_px` requires: min(full_px, max(radial_px, MAX_FACE_PX)).
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -73,6 +75,30 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     bounds.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
 }
 
+/// Size of a face before rounding, in pixels (see the module's documentation).
+fn face_px_exact(image: &SphereImage) -> f64 {
+    let full_px = 2.0 * image.pixels_per_radian();
+    let radial_px = 2.0 / image.radians_per_pixel().min_element();
+    full_px.min(radial_px.max(f64::from(MAX_FACE_PX)))
+}
+
+/// Size of a face, in pixels. For an equirectangular image of 16384 by 16384 this is 10432 pixels.
+fn face_px(image: &SphereImage) -> u32 {
+    (face_px_exact(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
+}
+
+/// Maximum size of a face, in pixels: a frame has a border, too. It is even, as all sizes are.
+const FACE_LIMIT_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
+
+/// The least field of view of a fisheye whose faces are larger than [`FACE_LIMIT_PX`], if it is to have the same size in pixels: degrees, rounded up to a
+/// tenth.
+fn least_fov_deg(image: &SphereImage) -> f64 {
+    // Faces as large as this have `radial_px`, which is in inverse proportion to the field of view.
+    let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * face_px_exact(image) / f64::from(FACE_LIMIT_PX);
+    // The factor is for rounding: without it a least field of view of exactly a tenth of a degree might need one more pixel.
+    (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0
+}
+
 /// The frames of a dome or an entire sphere. `plain`: the request without its composition.
 pub(super) fn frames(
     catalog: &Catalog,
@@ -90,18 +116,10 @@ pub(super) fn frames(
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let radial_px = 2.0 / image.radians_per_pixel().min_element();
-    let matching_px = (2.0 * image.pixels_per_radian()).min(radial_px.max(f64::from(MAX_FACE_PX)));
-    // For an equirectangular image of 16384 by 16384 this is 10432 pixels.
-    let mut face_px = (matching_px.ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2);
-    if [width, height].contains(&(face_px + 2 * BORDER_PX)) {
-        // A frame must not have the image's size, so that their HDR targets differ.
-        face_px += 2;
-    }
+    let face_px = face_px(&image);
     let frame_px = face_px + 2 * BORDER_PX;
-    if frame_px > MAX_IMAGE_PX {
-        // The size of a face is nearly in inverse proportion to the field of view. Rounded up to a tenth of a degree.
-        let least_deg = (10.0 * fov_deg * f64::from(frame_px) / f64::from(MAX_IMAGE_PX)).ceil() / 10.0;
+    if face_px > FACE_LIMIT_PX {
+        let least_deg = least_fov_deg(&image);
         return Err(SceneError::Request(format!(
             "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
         )));
@@ -192,6 +210,32 @@ mod tests {
             let depth = direction.dot(forward);
             assert!(depth > 0.0 && direction.dot(right).abs() <= depth && direction.dot(up).abs() <= depth, "{direction}");
         }
+    }
+
+    /// A field of view that is refused for the size of its faces is followed by the least that is not, in tenths of a degree.
+    #[test]
+    fn the_suggested_field_of_view_is_the_least_that_fits() {
+        let fisheye = |side_px: u32, fov_deg: f64| SphereImage {
+            right: DVec3::X,
+            up: DVec3::Y,
+            forward: DVec3::Z,
+            projection: Projection::Fisheye,
+            half_fov_rad: fov_deg.to_radians() / 2.0,
+            width: side_px,
+            height: side_px,
+        };
+        let is_refused = |side_px: u32, fov_deg: f64| face_px(&fisheye(side_px, fov_deg)) > FACE_LIMIT_PX;
+        let mut refused = 0;
+        for side_px in (1..=MAX_IMAGE_PX).step_by(37).chain([MAX_IMAGE_PX]) {
+            for fov_deg in (0..40).map(|k| 1.0 + 3.1 * f64::from(k)).filter(|fov_deg| is_refused(side_px, *fov_deg)) {
+                let least_deg = least_fov_deg(&fisheye(side_px, fov_deg));
+                assert!(!is_refused(side_px, least_deg), "{side_px} pixels, {fov_deg} degrees: {least_deg} is refused, too");
+                assert!(is_refused(side_px, least_deg - 0.1), "{side_px} pixels, {fov_deg} degrees: less than {least_deg} fits");
+                refused += 1;
+            }
+        }
+        assert!(refused > 1000, "{refused}");
+        assert_eq!(least_fov_deg(&fisheye(MAX_IMAGE_PX, 1.0)), 114.7);
     }
 
     /// Every direction inside a cap is in the visible bounds of its face, and a narrow cap needs the front face only.

@@ -65,8 +65,8 @@ enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     /// The longer gradient.
     Isotropic(Gradients<'a, R>),
-    /// A map, read by `filtered_map`: the footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Nothing else is read
-    /// so; [`FilterRequest`] no longer says what is read.
+    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Only maps read by `filtered_map` use it.
+    /// [`FilterRequest`] holds the resulting levels and footprints, without the kind of read.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
