@@ -126,6 +126,12 @@ pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
     1.0 - smoothstep((height_km / air.top_km - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM))
 }
 
+/// Radiance that clear air scatters back to a camera above it, as the reflectance of a surface: that of the channel with most of it.
+pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
+    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
+    (1.0 - DOWNWARD_FRACTION) * -(-scattered.max_element()).exp_m1()
+}
+
 /// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
 pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     let air = body.atmosphere.as_ref()?;
