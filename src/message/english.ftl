@@ -105,6 +105,7 @@ reason-air-no-spread = left out without the table of multiple scattering: overhe
 reason-air-spread = scattered from the sunlit air and ground around it; error below 40 % where a thousandth of the light is left
 reason-air-in-colours = the colours of its disc already include the air
 reason-air-where-brighter = where it is brighter than the disc, whose colours already include the air
+reason-air-partly-in-colours = { $percent } % of its opacity is below the camera: for this part the disc's colours count as including the air
 reason-air-ring-shadow = once per ray, with a point Sun: the rim is { $height } px high (threshold { $threshold })
 reason-air-pass-single-draws = each draw is evaluated by itself
 reason-air-pass-view = this view shows no light of the air

@@ -105,6 +105,7 @@ reason-air-no-spread = ohne die Tabelle der weiteren Streuung ausgelassen: die L
 reason-air-spread = gestreut von der beleuchteten Luft und dem Boden ringsum, auf 40 % genau, wo ein Tausendstel übrig ist
 reason-air-in-colours = die Farben seiner Scheibe enthalten die Luft schon
 reason-air-where-brighter = wo sie heller als die Scheibe ist, deren Farben die Luft schon enthalten
+reason-air-partly-in-colours = { $percent } % ihrer Deckkraft liegen unter der Kamera: zu diesem Teil gelten die Farben der Scheibe als einschließlich der Luft
 reason-air-ring-shadow = einmal je Strahl und mit punktförmiger Sonne: der Rand ist { $height } px hoch gegen { $threshold }
 reason-air-pass-single-draws = jeder Zeichenaufruf wird für sich untersucht
 reason-air-pass-view = diese Ansicht zeigt kein Licht der Luft

@@ -164,6 +164,7 @@ fn air() -> AtmosphereUniforms {
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
         ground_depth: Default::default(),
         blend_mode: 0.0,
+        map_weight: 0.0,
         night_radiance: 1e-3,
         rim_is_thin: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),

@@ -84,6 +84,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             absorption_extinction: Vec3::splat(42.0),
             ground_depth: [Vec4::splat(52.0); GROUND_DEPTH_TERMS],
             blend_mode: 45.0,
+            map_weight: 53.0,
             night_radiance: 47.0,
             rim_is_thin: 49.0,
             multi_scatter_heights: Vec2::splat(43.0),

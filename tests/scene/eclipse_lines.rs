@@ -165,7 +165,7 @@ fn cones_reach_from_the_moon_to_the_earth() {
         let pixel_km = built.camera.pixel_tangent() * 9.5e5;
         for (body, radius_km) in [(NaifId::MOON, 1737.0), (NaifId::EARTH, 6378.0)] {
             let nearest_km = built
-                .lines
+                .lines_in_space
                 .iter()
                 .flat_map(|p| ends_px(&built, p))
                 .map(|at| at.distance(centre_px(body)) * pixel_km)

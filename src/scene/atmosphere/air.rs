@@ -5,12 +5,13 @@
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
-use crate::scene::atmosphere::extinction::{density, extinction, optical_depth, scattering};
+use crate::scene::atmosphere::extinction::{density, extinction, opacity_above, optical_depth, scattering};
 use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth};
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
@@ -123,6 +124,36 @@ pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
     vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
+/// Height of the camera above a body's ground, in kilometres of its equatorial radius.
+pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
+    ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
+}
+
+/// Part of the air's vertical opacity that is below a camera at this height: 1 above the air, where a camera sees what one in space sees. It is exactly 0 below
+/// the height at which the part reaches [`VISIBLE_CHANGE`], tens of metres, so that the ground is seen as through all of the air; it rises continuously from
+/// there.
+pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
+    if height_km >= air.top_km {
+        return 1.0;
+    }
+    let below = 1.0 - opacity_above(air, height_km) / opacity_above(air, 0.0).max(1e-30);
+    ((below - VISIBLE_CHANGE) / (1.0 - VISIBLE_CHANGE)).max(0.0)
+}
+
+/// Fraction of the air's height from which the night sky fades as the camera rises: the Earth's airglow shines between 85 and 100 km.
+const NIGHT_SKY_FADE_FROM: f64 = 0.85;
+
+/// Part of the night sky's light that a camera at this height sees above it: 1 in most of the air, 0 above it.
+pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
+    1.0 - smoothstep((height_km / air.top_km - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM))
+}
+
+/// Radiance that clear air scatters back to a camera above it, as the reflectance of a surface: that of the channel with most of it.
+pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
+    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
+    (1.0 - DOWNWARD_FRACTION) * -(-scattered.max_element()).exp_m1()
+}
+
 /// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
 pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     let air = body.atmosphere.as_ref()?;
@@ -193,6 +224,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         absorption_extinction: coefficient(absorption_layer(air), extinction),
         ground_depth: Default::default(),
         blend_mode: 0.0,
+        map_weight: 0.0,
         night_radiance: camera::narrow_scalar(night_radiance(air)),
         rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
@@ -257,15 +289,20 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
+    /// The part of the air that is above the camera: 1 near the ground, 0 at the air's top ([`opacity_below`]).
+    pub(crate) fn fraction_above(&self) -> f64 {
+        1.0 - opacity_below(self.air, camera_height_km(self.body, &self.placement))
+    }
+
     /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated at the light's altitude, times the
-    /// light's `irradiance`. `towards`: vector from the body to the light.
+    /// light's `irradiance` and the part of the air that is above the camera. `towards`: vector from the body to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let table = &EXPOSURE_BY_ALTITUDE;
         let below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
         let ((deg0, radiance0), (deg1, radiance1)) = (table[below.min(table.len() - 2)], table[(below + 1).min(table.len() - 1)]);
         let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
-        irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
+        self.fraction_above() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels.
@@ -327,6 +364,23 @@ mod tests {
             let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
             assert_eq!(model_of(Quality::Draft, in_drafts), expected);
             assert_eq!(model_of(Quality::Standard, in_drafts), AtmosphereModel::Table);
+        }
+    }
+
+    /// On the ground all of the air counts as above the camera, at its top none; in between the part falls, by less than 0.15 per hundredth of the height.
+    #[test]
+    fn the_air_below_the_camera_grows_from_nothing_to_all() {
+        let catalog = Catalog::embedded();
+        for body in catalog.bodies() {
+            let Some(air) = body.atmosphere.as_ref() else { continue };
+            let at = |part: f64| opacity_below(air, part * air.top_km);
+            assert_eq!([opacity_below(air, 0.0017), at(1.0), at(1.1)], [0.0, 1.0, 1.0], "{}", body.name);
+            assert!((1.0 - at(1.0 - 1e-6)).abs() < 1e-6, "{}", body.name);
+            let steps = (0..100).map(|k| at(0.01 * f64::from(k + 1)) - at(0.01 * f64::from(k)));
+            let [least, greatest] = steps.fold([1.0_f64, 0.0], |[least, greatest], s| [least.min(s), greatest.max(s)]);
+            assert!(least >= 0.0 && greatest > 0.0 && greatest < 0.15, "{}: {least} to {greatest}", body.name);
+            let night = |part: f64| night_sky_above(air, part * air.top_km);
+            assert!([night(0.0), night(0.85), night(1.0)] == [1.0, 1.0, 0.0] && night(0.9) < 1.0, "{}", body.name);
         }
     }
 

@@ -6,7 +6,7 @@ use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::camera::{ClipRect, Placement};
+use crate::scene::camera::{self, ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::Capabilities;
@@ -75,8 +75,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let features = chosen.sky_features(body, inputs.pixel_view());
     let rim_px = air::rim_px(body, air, inputs.diameter_px);
     let rim_is_negligible = !camera_is_inside && rim_px < air::RIM_PX;
-    // Unless the catalog gives the ground's own colour, the disc's colour already includes the atmosphere.
-    let colour_includes_air = !camera_is_inside && !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let height_km = air::camera_height_km(body, &inputs.placed.placement);
+    // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above all of it
+    // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it.
+    let map_includes_air = !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
+    let colour_includes_air = map_includes_air && !camera_is_inside;
     if colour_includes_air
         && (rim_is_negligible || !air::is_visible_over_disc(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
     {
@@ -84,8 +88,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         chosen.air = AtmosphereModel::None;
     } else if colour_includes_air {
         log.record("air-over-ground", true, reason!("air-where-brighter"));
+    } else if map_weight > 0.0 {
+        log.record("air-over-ground", true, reason!("air-partly-in-colours", percent = format_args!("{:.2}", 100.0 * map_weight)));
     }
-    decisions.blend_mode = match (colour_includes_air, air::is_visible_over_disc(air)) {
+    decisions.map_weight = camera::narrow_scalar(map_weight);
+    decisions.blend_mode = match (map_weight > 0.0, air::is_visible_over_disc(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,
@@ -95,9 +102,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_negligible) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
-    if !camera_is_inside {
-        uniforms.air.night_radiance = 0.0;
-    }
+    uniforms.air.night_radiance *= camera::narrow_scalar(air::night_sky_above(air, height_km));
     if !camera_is_inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;

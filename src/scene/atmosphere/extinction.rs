@@ -27,6 +27,25 @@ pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Spec
     air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
+/// Vertical optical depth of the air between a height and its top.
+pub(crate) fn depth_above(air: &Atmosphere, height_km: f64) -> DVec3 {
+    // The integral of the density from a height upwards.
+    let column_km = |s: &Species, height_km: f64| match s.tent_centre_km {
+        Some(centre) => {
+            let above_centre = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
+            let outer = 0.5 * (1.0 - above_centre.abs()).powi(2);
+            s.scale_height_km * if above_centre < 0.0 { 1.0 - outer } else { outer }
+        }
+        None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
+    };
+    air.species.iter().map(|s| extinction(s) * (column_km(s, height_km) - column_km(s, air.top_km))).sum()
+}
+
+/// Vertical opacity of the air above a height, the mean of the channels.
+pub(crate) fn opacity_above(air: &Atmosphere, height_km: f64) -> f64 {
+    -(-depth_above(air, height_km)).map(f64::exp_m1).element_sum() / 3.0
+}
+
 /// Quadrature along a ray: fractions of its length with their weights. They are midpoints of equal steps in the square root of the length, so steps in
 /// length grow away from the start, where the air is densest.
 pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
@@ -61,6 +80,11 @@ mod tests {
         assert!(relative_error(1000) < 1e-5, "{}", relative_error(1000));
         assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
         assert!(relative_error(4) > 5e-3, "four steps are too few");
+        for height_km in [0.0, 5.0, 20.0, 30.0, 80.0] {
+            let by_steps = optical_depth(air, air.top_km - height_km, 4000, |s| height_km + s);
+            let error = ((depth_above(air, height_km) - by_steps) / by_steps).abs().max_element();
+            assert!(error < 1e-4, "{error} above {height_km} km");
+        }
         assert!((quadrature(48).map(|(_, weight)| weight).sum::<f64>() - 1.0).abs() < 1e-12);
     }
 }

@@ -211,6 +211,8 @@ uniforms! {
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of both is shown. 2: the map includes
         /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
         pub blend_mode: f32 = "air_blend_mode",
+        /// Weight of modes 1 and 2; mode 0 has the rest. 1 above the air, less in it, 0 in mode 0.
+        pub map_weight: f32 = "air_map_weight",
         /// Radiance of the night sky; 0 for an atmosphere seen from outside.
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.

@@ -131,6 +131,8 @@ pub(crate) struct Decisions<'c> {
     pub overlays: Vec<&'c Overlay>,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
     pub blend_mode: f32,
+    /// The value of [`crate::scene::draw::AtmosphereUniforms::map_weight`].
+    pub map_weight: f32,
     /// Direction of the Sun in body axes and its angular radius, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
     pub sky: Option<Draw>,
@@ -149,6 +151,7 @@ impl<'c> Decisions<'c> {
             ring: RingUniforms::default(),
             overlays: Vec::new(),
             blend_mode: 0.0,
+            map_weight: 0.0,
             self_shadow: None,
             sky: None,
             clouds: None,

@@ -233,6 +233,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
+        draw.uniforms.air.map_weight = decided.map_weight;
         if draw.features.air_pass != AirPass::None {
             atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
         }

@@ -1,27 +1,27 @@
 //! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
-//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground with its photometric model and mean albedo,
-//! including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously
-//! with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]). Left out: maps other than
-//! city lights (a sea is as bright as a desert), relief, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and
+//! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
+//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and light of the
+//! air fades with the part of the air that is above the camera. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air
+//! beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
+mod ground;
 mod refracted_limb;
 mod rings;
 
-use crate::catalog::{Body, NaifId};
+use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::{Camera, silhouette::Outline};
-use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glare::VeilingGlare;
 use crate::scene::light::lights::{self, LightOn, Reflector};
-use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -30,8 +30,8 @@ use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{area_px, frame_position_weight, intersect, visible_disc_fraction, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
+use ground::{Albedo, Ground};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::sync::Arc;
 
 /// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the two values below are judged by eye:
 /// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
@@ -178,8 +178,10 @@ impl Meter<'_, '_> {
             let mut sky = LogMean::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky_radiance, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // The sky and ground around the camera are darkened in dusk.
-            metered.iter_mut().filter(|m| m.body == Some(air.body.id)).for_each(|m| m.target_level *= dusk_factor(m.radiance));
+            // The sky and ground around the camera are darkened in dusk, less so the less air is above the camera.
+            let part = air.fraction_above();
+            let around = metered.iter_mut().filter(|m| m.body == Some(air.body.id));
+            around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(part));
         }
         metered.push(Metered {
             name: reason!("subject-dark-sky").into(),
@@ -189,46 +191,6 @@ impl Meter<'_, '_> {
             weight: DARK_SKY_WEIGHT,
         });
         MeterReading { metered, glare: frame.glare() }
-    }
-}
-
-/// A body's ground with all lights on it: the inputs of the ground's radiance.
-struct Ground<'g> {
-    body: &'g Body,
-    night_lights: Option<&'g NightLights>,
-    night_light_weight: f64,
-    /// Radiance of unit reflectance under unit irradiance, brightest channel.
-    albedo_scale: f64,
-    /// Unit vector towards the Sun, body axes.
-    sun: DVec3,
-    sun_irradiance: f64,
-    /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
-    secondary_lights: Vec<(DVec3, f64)>,
-    /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
-    sky_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine.
-    ring_shine: Option<(Arc<RingShine>, f64)>,
-}
-
-impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes.
-    fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shadow: Option<&ApproximateShadow<'_>>) -> f64 {
-        let body = self.body;
-        let reflected = |towards: DVec3, irradiance: f64| {
-            irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
-        };
-        let sunlight_fraction = match shadow {
-            Some(shadow) if normal.dot(self.sun) > 0.0 => shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
-            _ => 1.0,
-        };
-        let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let lit = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
-        let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
-        let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
-        self.albedo_scale * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
-            + body.geometric_albedo * self.sky_radiance
-            + night_lights
-            + ring_shine
     }
 }
 
@@ -312,7 +274,7 @@ impl MeteredFrame<'_, '_> {
             night_lights: night_lights.map(AsRef::as_ref),
             night_light_weight: self.meter.night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
-            albedo_scale: p.radiance_scale().x * p.body.geometric_albedo * f64::from(p.body.colour.max_element()),
+            albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             sun: to_body_frame(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),

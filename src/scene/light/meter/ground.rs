@@ -1,0 +1,95 @@
+//! The light that a body's ground reflects towards the camera, for the light meter.
+//!
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is the mean over the body of what the camera
+//! sees: the whole planet; or, of a body whose map shows the ground alone, the ground, the air in front of it, and from above also the clouds.
+
+use crate::catalog::Body;
+use crate::scene::atmosphere::air;
+use crate::scene::draw::tables::RingShine;
+use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
+use crate::scene::light::night_lights::{self, NightLights};
+use crate::scene::light::photometry;
+use crate::scene::numeric::smoothstep;
+use crate::scene::placed::PlacedBody;
+use crate::scene::point::disc_share;
+use crate::scene::request::effects::{Effect, EffectOverrides};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Height of the camera, in heights of the clouds, at which the whole planet is metered. At 1, below which no clouds are drawn, the ground alone is metered; in
+/// between the logarithm of the albedo changes smoothly.
+const ABOVE_CLOUDS: f64 = 2.0;
+
+/// Irradiance of level ground by a clear sky, per radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`): some 13 klx of the Sun's 128
+/// under a high Sun, 4 klx at 5 degrees. An estimate from memory, within a factor of 1.5 by day; in twilight it is less.
+const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
+
+/// Reflectances of a body's ground, brightest channel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Albedo {
+    /// Radiance per irradiance, for a unit of the photometric model's reflectance.
+    pub of_lights: f64,
+    /// Radiance per radiance for which the sky is exposed.
+    pub of_sky: f64,
+}
+
+impl Albedo {
+    /// What the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
+    pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
+        let (body, scale) = (p.body, p.radiance_scale().x);
+        let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
+        let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
+        let own_effects = effects.for_body(&body.name);
+        let is_off = |effect: Effect| own_effects.as_ref().unwrap_or(effects).override_of(effect) == Some(false);
+        let height_km = air::camera_height_km(body, &p.placement);
+        let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
+        let air = body.atmosphere.as_ref().filter(|_| !is_off(Effect::Atmosphere));
+        let air_light = air.map_or(0.0, |a| air::backscatter(a) * air::opacity_below(a, height_km));
+        let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE * ground };
+        let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
+        let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / ABOVE_CLOUDS.ln()));
+        // A point has the light of the whole planet.
+        let weight = (1.0 - cloudiness) * disc_share(diameter_px);
+        let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
+        Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
+    }
+}
+
+/// A body's ground with all lights on it: the inputs of the ground's radiance.
+pub(crate) struct Ground<'g> {
+    pub body: &'g Body,
+    pub night_lights: Option<&'g NightLights>,
+    pub night_light_weight: f64,
+    pub albedo: Albedo,
+    /// Unit vector towards the Sun, body axes.
+    pub sun: DVec3,
+    pub sun_irradiance: f64,
+    /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
+    pub secondary_lights: Vec<(DVec3, f64)>,
+    /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
+    pub sky_radiance: f64,
+    /// Ring-shine, and the ground's radiance per unit of ring-shine.
+    pub ring_shine: Option<(Arc<RingShine>, f64)>,
+}
+
+impl Ground<'_> {
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes.
+    pub(crate) fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shadow: Option<&ApproximateShadow<'_>>) -> f64 {
+        let body = self.body;
+        let reflected = |towards: DVec3, irradiance: f64| {
+            irradiance * photometry::reflectance(&body.photometry, normal.dot(towards), normal.dot(viewer).max(1e-3), towards.dot(viewer))
+        };
+        let sunlight_fraction = match shadow {
+            Some(shadow) if normal.dot(self.sun) > 0.0 => shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0),
+            _ => 1.0,
+        };
+        let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
+        let lit = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
+        let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
+        let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
+        self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
+            + self.albedo.of_sky * self.sky_radiance
+            + night_lights
+            + ring_shine
+    }
+}

@@ -1,0 +1,149 @@
+//! A camera that rises through the top of an atmosphere, or through the clouds: neither light nor exposure jumps, although most maps already include the
+//! light of the air. And the ground near the camera is exposed for itself, not for the planet with its clouds.
+
+use super::air_pass::image;
+use crate::support::session::SESSION;
+use crate::support::sweep;
+use orrery::catalog::NaifId;
+use orrery::scene::Scene;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
+use orrery::time::Instant;
+
+const SIDE: u32 = 24;
+const TIME: &str = "2024-06-16T11:00:00Z";
+const MARS: NaifId = NaifId(499);
+/// Degrees of longitude from the place under the Sun: by day and in twilight.
+const DEGREES_FROM_NOON: [f64; 2] = [40.0, 95.0];
+
+/// Each body with an atmosphere, and the height of its top.
+fn bodies_with_air() -> Vec<(NaifId, f64)> {
+    let with_air: Vec<_> = SESSION.catalog().bodies().iter().filter_map(|b| Some((b.id, b.atmosphere.as_ref()?.top_km))).collect();
+    assert!(with_air.len() >= 9, "{with_air:?}");
+    with_air
+}
+
+fn scene(request: &ViewRequest) -> Scene {
+    SESSION.scene(request).expect("a scene")
+}
+
+/// Looks straight down at a place on the equator, where heights are those in the unit-sphere frame.
+fn view(body: NaifId, time: &str, longitude_deg: f64, height_km: f64) -> ViewRequest {
+    ViewRequest {
+        position: Position::Ground { body, latitude_deg: 0.0, longitude_deg, height_km },
+        layers: Layers::NONE,
+        width: SIDE,
+        height: SIDE,
+        fov_deg: Some(45.0),
+        ..ViewRequest::of(body, Instant::parse(time).expect("a time"))
+    }
+}
+
+/// Longitude of the place under the Sun.
+fn noon_deg(body: NaifId) -> f64 {
+    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+    let over_noon = scene(&ViewRequest { position, width: SIDE, height: SIDE, ..view(body, TIME, 0.0, 1.0) });
+    let camera = over_noon.body(body).expect("there").placement.camera_in_unit_sphere();
+    camera.y.atan2(camera.x).to_degrees()
+}
+
+/// Mean light of the image, per channel.
+fn light(scene: &Scene) -> [f64; 3] {
+    let (_, hdr) = image(scene);
+    [0, 1, 2].map(|c| hdr.iter().map(|p| f64::from(p[c])).sum::<f64>() / hdr.len() as f64)
+}
+
+/// Largest relative difference of two lights. Light fainter than a thousandth of `white` counts as that much.
+fn relative_step(a: [f64; 3], b: [f64; 3], white: f64) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs() / a.max(b).max(1e-3 * white)).fold(0.0, f64::max)
+}
+
+/// Four heights within a fiftieth of a percent of the top. Bounds: 0.5 % of the light, a fiftieth of a stop. If the map of Mars counts as bare ground below the
+/// top, as it does at the ground, the light exceeds the first.
+#[test]
+fn light_and_exposure_do_not_jump_at_the_top_of_the_air() {
+    for (body, top_km) in bodies_with_air() {
+        let noon_deg = noon_deg(body);
+        for degrees in DEGREES_FROM_NOON {
+            let at = |height_km: f64| view(body, TIME, (noon_deg + degrees) % 360.0, height_km);
+            let heights = [-2e-4, -1e-4, 1e-4, 2e-4].map(|part| top_km * (1.0 + part));
+            let stops = heights.map(|h| scene(&at(h)).exposure.stops);
+            let white = (-stops[0]).exp2();
+            let fixed = |height_km: f64| scene(&ViewRequest { exposure: ExposureRequest::Stops(stops[0]), ..at(height_km) });
+            let lights = heights.map(|h| light(&fixed(h)));
+            for k in 1..heights.len() {
+                let step = relative_step(lights[k - 1], lights[k], white);
+                assert!(step < 0.005, "{body:?}, {degrees} degrees, {} km: {:?} to {:?}", heights[k], lights[k - 1], lights[k]);
+                let step = (stops[k] - stops[k - 1]).abs();
+                assert!(step < 0.02, "{body:?}, {degrees} degrees, {} km: {stops:?} stops", heights[k]);
+            }
+            if body == MARS && degrees > 90.0 {
+                // The map as bare ground, as near the ground.
+                let mut bare = fixed(heights[1]);
+                for draw in &mut bare.draws {
+                    (draw.uniforms.air.blend_mode, draw.uniforms.air.map_weight) = (0.0, 0.0);
+                }
+                let step = relative_step(light(&bare), lights[2], white);
+                assert!(step > 0.1, "only {step}: the check above cannot fail");
+            }
+        }
+    }
+}
+
+/// From a hundredth of the air's height to above its top, in steps of half a hundredth, the exposure changes by less than a bound per step. The clouds of the
+/// Earth, which come into view within 6 km, change it most.
+#[test]
+fn the_exposure_changes_gradually_from_the_ground_into_space() {
+    const MAX_STOPS: f64 = 0.8;
+    for (_, (body, top_km)) in bodies_with_air().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
+        let noon_deg = noon_deg(body);
+        for degrees in DEGREES_FROM_NOON {
+            let stops = |k: i32| {
+                let request = view(body, TIME, (noon_deg + degrees) % 360.0, 0.005 * f64::from(k) * top_km);
+                scene(&request).exposure.stops
+            };
+            let all: Vec<f64> = (2..=220).map(stops).collect();
+            let greatest = all.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+            println!("{body:?}, {degrees} degrees from noon: at most {greatest:.3} stops a step");
+            assert!(greatest < MAX_STOPS, "{body:?}, {degrees} degrees from noon: {greatest} stops in a step of {all:?}");
+            // The whole way is more than a step on Mars in twilight: the bound can be exceeded.
+            let whole_way = (all[all.len() - 1] - all[0]).abs();
+            assert!(body != MARS || degrees < 90.0 || whole_way > MAX_STOPS, "{whole_way} stops: {all:?}");
+        }
+    }
+}
+
+/// The exposure of the Earth at noon on the equator, and the brightest channel of the mean light.
+fn noon_on_the_earth(longitude_deg: f64, height_km: f64, effects: &str) -> (f64, f64) {
+    let hour = (12.0 - longitude_deg / 15.0).rem_euclid(24.0);
+    let time = format!("2024-03-20T{hour:02.0}:00:00Z");
+    let effects = EffectOverrides::parse(effects).expect("effects");
+    let found = scene(&ViewRequest { effects, ..view(NaifId::EARTH, &time, longitude_deg, height_km) });
+    (found.exposure.stops, light(&found).into_iter().fold(0.0, f64::max))
+}
+
+/// From eye level, sea and land around the equator at noon are shown between a quarter of white and white, in the mean; single places are darker (forests: a
+/// tenth) or brighter (deserts). At the exposure of the planet with its clouds they are shown darker.
+#[test]
+fn the_ground_at_noon_is_neither_dark_nor_white() {
+    let found: Vec<(f64, f64)> = (0..12).map(|k| noon_on_the_earth(30.0 * f64::from(k) - 180.0, 0.0017, "")).collect();
+    let mean_shown = |shift: f64| found.iter().map(|(stops, light)| light * (stops + shift).exp2()).sum::<f64>() / found.len() as f64;
+    assert!((0.25..1.0).contains(&mean_shown(0.0)), "{}: {found:?}", mean_shown(0.0));
+    let planet = noon_on_the_earth(0.0, 100.0, "").0;
+    let shift = planet - found[6].0;
+    assert!(shift < -2.0 && mean_shown(shift) < 0.25, "{shift} stops: {}", mean_shown(shift));
+}
+
+/// At the clouds' height the exposure is that of the ground; from twice that height on it is that of the planet; without clouds it is at all heights that of
+/// the ground and the air in front of it.
+#[test]
+fn the_exposure_changes_above_the_clouds_and_not_in_them() {
+    let clouds_km = SESSION.catalog().body(NaifId::EARTH).and_then(|b| b.clouds.as_ref()).expect("clouds").height_km;
+    let stops = |height_km: f64, effects: &str| noon_on_the_earth(0.0, height_km, effects).0;
+    let (below, above) = (stops(0.999 * clouds_km, ""), stops(1.001 * clouds_km, ""));
+    assert!((below - above).abs() < 0.02, "{below} and {above} stops");
+    assert!((stops(0.999 * clouds_km, "-clouds") - below).abs() < 1e-9);
+    assert!((stops(2.0 * clouds_km, "") - stops(3.0 * clouds_km, "")).abs() < 0.2);
+    let (clear, cloudy) = (stops(2.0 * clouds_km, "-clouds"), stops(2.0 * clouds_km, ""));
+    assert!(clear > cloudy + 1.0 && clear < below + 0.2, "{clear} without clouds, {cloudy} with them, {below} below them");
+}
