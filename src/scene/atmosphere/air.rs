@@ -289,20 +289,23 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// The part of the air that is above the camera: 1 near the ground, 0 at the air's top ([`opacity_below`]).
-    pub(crate) fn fraction_above(&self) -> f64 {
-        1.0 - opacity_below(self.air, camera_height_km(self.body, &self.placement))
+    /// Weight of the sky's light for the light meter: 1 in most of the air, and a three thousandth at its top, above which the meter knows no sky. Its
+    /// logarithm, and so the exposure, changes gradually.
+    pub(crate) fn sky_weight(&self) -> f64 {
+        let height = camera_height_km(self.body, &self.placement) / self.air.top_km;
+        let in_upper_part = ((height - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM)).max(0.0);
+        (-8.0 * in_upper_part * in_upper_part).exp()
     }
 
     /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated at the light's altitude, times the
-    /// light's `irradiance` and the part of the air that is above the camera. `towards`: vector from the body to the light.
+    /// light's `irradiance` and [`Self::sky_weight`]. `towards`: vector from the body to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let table = &EXPOSURE_BY_ALTITUDE;
         let below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
         let ((deg0, radiance0), (deg1, radiance1)) = (table[below.min(table.len() - 2)], table[(below + 1).min(table.len() - 1)]);
         let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
-        self.fraction_above() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
+        self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels.

@@ -3,8 +3,8 @@
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and light of the
-//! air fades with the part of the air that is above the camera. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air
+//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
+//! light of the sky fades towards the top of the air. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air
 //! beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
@@ -178,8 +178,8 @@ impl Meter<'_, '_> {
             let mut sky = LogMean::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky_radiance, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // The sky and ground around the camera are darkened in dusk, less so the less air is above the camera.
-            let part = air.fraction_above();
+            // The sky and ground around the camera are darkened in dusk, less so near the top of the air.
+            let part = air.sky_weight();
             let around = metered.iter_mut().filter(|m| m.body == Some(air.body.id));
             around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(part));
         }
