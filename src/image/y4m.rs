@@ -111,25 +111,33 @@ mod avx2 {
         _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(sum)
     }
 
+    /// Stores the levels of 32 pixels as bytes.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn store(levels: [__m256i; 4], to: &mut [u8; 32]) {
+        // The packing instructions work on each half of a vector; this permutation restores the order of the pixels.
+        let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+        let (low, high) = (_mm256_packus_epi32(levels[0], levels[1]), _mm256_packus_epi32(levels[2], levels[3]));
+        let packed = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
+        // SAFETY: a vector is 32 bytes.
+        *to = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
+    }
+
     /// Luma of grey pixels: the three products are one.
     #[inline]
     #[target_feature(enable = "avx2")]
     fn convert_grey(pixels: &[[u8; 4]; BLOCK_PIXELS], y: &mut [u8; BLOCK_PIXELS]) {
         let [red, green, blue, offset] = LUMA;
         let (factor, offset) = (_mm256_set1_epi32(red + green + blue), _mm256_set1_epi32(offset));
-        let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
         for (to, pixels) in y.as_chunks_mut::<32>().0.iter_mut().zip(pixels.as_chunks::<32>().0) {
             // SAFETY: 32 pixels are four vectors.
             let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
-            let levels = |word| {
-                let grey = _mm256_and_si256(word, _mm256_set1_epi32(0xff));
-                _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(_mm256_add_epi32(_mm256_mullo_epi32(grey, factor), offset))
-            };
-            let low = _mm256_packus_epi32(levels(words[0]), levels(words[1]));
-            let high = _mm256_packus_epi32(levels(words[2]), levels(words[3]));
-            let packed = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
-            // SAFETY: a vector is 32 bytes.
-            *to = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
+            let mut levels = words;
+            for level in &mut levels {
+                let grey = _mm256_and_si256(*level, _mm256_set1_epi32(0xff));
+                *level = _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(_mm256_add_epi32(_mm256_mullo_epi32(grey, factor), offset));
+            }
+            store(levels, to);
         }
     }
 
@@ -150,8 +158,6 @@ mod avx2 {
             Content::Any => {}
         }
         let byte = _mm256_set1_epi32(0xff);
-        // The packing instructions work on each half of a vector; this permutation restores the order of the pixels.
-        let order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
         for (k, pixels) in pixels.as_chunks::<32>().0.iter().enumerate() {
             // SAFETY: 32 pixels are four vectors.
             let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
@@ -164,11 +170,13 @@ mod avx2 {
             };
             let channels = [channels(words[0]), channels(words[1]), channels(words[2]), channels(words[3])];
             for (plane, factors) in [&mut *y, &mut *cb, &mut *cr].into_iter().zip(PLANES) {
-                let low = _mm256_packus_epi32(levels(factors, channels[0]), levels(factors, channels[1]));
-                let high = _mm256_packus_epi32(levels(factors, channels[2]), levels(factors, channels[3]));
-                let packed = _mm256_permutevar8x32_epi32(_mm256_packus_epi16(low, high), order);
-                // SAFETY: a vector is 32 bytes.
-                plane.as_chunks_mut::<32>().0[k] = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
+                let levels = [
+                    levels(factors, channels[0]),
+                    levels(factors, channels[1]),
+                    levels(factors, channels[2]),
+                    levels(factors, channels[3]),
+                ];
+                store(levels, &mut plane.as_chunks_mut::<32>().0[k]);
             }
         }
     }

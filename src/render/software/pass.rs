@@ -28,7 +28,8 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-static TILE_PIXELS: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
+/// Centres of a tile's pixels.
+static PIXEL_CENTRES: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
 
 /// The stages of one draw, bound to its uniforms and textures.
 pub struct DrawStages<'a, R: Real> {
@@ -242,7 +243,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let count = pass.width as usize * pass.height as usize;
     let mut image = Vec::new();
     super::try_grow(&mut image, count, allocation)?;
-    let pixels = &*TILE_PIXELS;
+    let pixels = &*PIXEL_CENTRES;
     // Boxed: a worker changes hands for each tile.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
@@ -377,7 +378,7 @@ impl<'a, R: Real> Worker<'a, R> {
 
     /// The result of a position-independent full-screen draw for the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
-        let (pass, pixels) = (first.pass, &*TILE_PIXELS);
+        let (pass, pixels) = (first.pass, &*PIXEL_CENTRES);
         self.first.target.clear(pass.clear, false);
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
