@@ -114,7 +114,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
-        if is_side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
+        if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let textures = (1..).zip(&images).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
     combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
