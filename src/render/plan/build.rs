@@ -104,13 +104,13 @@ pub(super) fn steps_with(
     sampling: SamplingQuality,
     faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
+    let mut steps = hdr_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
     steps.extend(display_steps(scene, provider, sampling)?);
     Ok(steps)
 }
 
 /// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: a draw over the stars and behind all bodies.
-pub(super) fn light_steps(
+pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
