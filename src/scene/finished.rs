@@ -35,7 +35,7 @@ pub struct Scene {
     pub exposure: Exposure,
     /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// How radiance beyond white is mapped to display values.
+    /// How radiance above white is mapped to display values.
     pub tone_map: ToneMap,
     /// Every body of the catalog, in catalog order.
     pub bodies: Vec<BodyInView>,
