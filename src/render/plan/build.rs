@@ -171,7 +171,7 @@ pub(super) fn hdr_steps(
     add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
-        over_hdr("lines", simple_draws::lines_in_space(scene, provider)?),
+        over_hdr("lines in space", simple_draws::lines_in_space(scene, provider)?),
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
         over_hdr("points", simple_draws::points(scene, provider)?),

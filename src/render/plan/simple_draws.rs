@@ -171,7 +171,7 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
 
 /// Traces of past motion, cones of eclipses and frames of instruments, depth-tested against the bodies.
 pub(super) fn lines_in_space(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    segment_draws("traces", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
+    segment_draws("lines in space", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
 }
 
 /// Lines without depth test. The place of their step in the drawing order determines what covers them.
@@ -217,10 +217,10 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
     let draw = simple_draw("corona", scene, provider, |w| {
         w.vec3("middle", corona.middle)?;
-        w.vec3("across", corona.across)?;
+        w.vec3("right", corona.right)?;
         w.vec3("up", corona.up)?;
         w.f32("radii_per_sine", corona.radii_per_sine)?;
-        w.f32("half_px", corona.half_px)?;
+        w.f32("half_pixel_radii", corona.half_pixel_radii)?;
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
         w.vec3("colour", corona.colour)?;
@@ -267,7 +267,7 @@ pub(super) fn refracted_limb(
             w.vec3("axis_ratios", limb.axis_ratios)?;
             w.f32("depth", limb.depth)?;
             w.vec4("sun_direction", limb.sun_direction)?;
-            w.vec4_array("sun_across", &limb.sun_across)?;
+            w.vec4_array("sun_basis", &limb.sun_basis)?;
             w.vec4_array("sun_limb", &limb.sun_limb)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
