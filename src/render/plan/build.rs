@@ -192,7 +192,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         let shape = body_draw(draw, width, height, provider, sampling)?;
         steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
-    if scene.labels.is_some() || scene.texts.is_some() {
+    if scene.labels.is_some() || scene.line_texts.is_some() {
         steps.push(PassStep {
             name: "labels",
             reads: vec![],

@@ -68,7 +68,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.bloom, "tone_map_bloom"),
         (!scene.bloom, "tone_map"),
         (scene.outlined.is_some(), "outline"),
-        (scene.labels.is_some() || scene.texts.is_some(), "label"),
+        (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
     conditions.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect()

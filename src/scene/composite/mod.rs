@@ -82,7 +82,7 @@ impl Composite {
             (whole.stars, whole.points) = Default::default();
             // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
-            (whole.minor_planets, whole.comets, whole.texts) = (None, Comets::default(), None);
+            (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
