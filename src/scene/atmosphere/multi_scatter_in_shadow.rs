@@ -1,13 +1,13 @@
 //! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
-//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`FACTORS_PER_OCCLUDER`] factors on the
-//! table of [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of
-//! [`HEIGHTS`] heights, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a straight path
-//! through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is multiplied by
-//! the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors are
-//! between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and
-//! under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the
-//! overlap of two occluders' shadows, which is spread twice.
+//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`FACTORS_PER_OCCLUDER`] factors on the table
+//! of [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`]
+//! heights, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a
+//! straight path through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is
+//! multiplied by the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors
+//! are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light,
+//! and under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and
+//! the overlap of two occluders' shadows, which is spread twice.
 //!
 //! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
 //! (tests/eclipse/twilight.rs).
@@ -278,8 +278,7 @@ fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
 }
 
 /// The tables of all occluders that a draw may have: [`FACTORS_PER_OCCLUDER`] square roots each, then for each occluder the start of its columns and one
-/// over their range.
-/// Without an atmosphere, and for absent occluders, all values are 1.
+/// over their range. Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; VECTORS];
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
