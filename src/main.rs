@@ -1,7 +1,7 @@
 //! The program: prepares the environment and runs the command line.
 
 fn main() -> std::process::ExitCode {
-    set_runtime_folder();
+    set_xdg_runtime_dir();
     orrery::cli::run()
 }
 
@@ -9,7 +9,7 @@ fn main() -> std::process::ExitCode {
 /// variable is missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains
 /// no socket and in which nobody can create one.
 #[cfg(all(unix, not(target_os = "macos")))]
-fn set_runtime_folder() {
+fn set_xdg_runtime_dir() {
     use std::os::unix::fs::MetadataExt;
     use std::path::{Path, PathBuf};
     if std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute()) {
@@ -25,4 +25,4 @@ fn set_runtime_folder() {
 }
 
 #[cfg(not(all(unix, not(target_os = "macos"))))]
-fn set_runtime_folder() {}
+fn set_xdg_runtime_dir() {}

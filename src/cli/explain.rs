@@ -50,7 +50,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
             "exposure": {"stops": scene.exposure.stops, "reason": scene.exposure.reason},
             "eclipse_radii": session.catalog().eclipse_radii_text(),
             "purpose": scene.purpose.to_string(),
-            "sky": scene.sky,
+            "sky": scene.sky_decisions,
             "bodies": bodies.iter().map(|b| as_json(b, &estimate_notes(session.catalog(), b))).collect::<Vec<_>>(),
         });
         format!("{value:#}\n")
@@ -89,7 +89,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         scene.purpose
     );
     text.push_str(&format!("radii in eclipses (--radii): {}\n", catalog.eclipse_radii_text()));
-    for decision in &scene.sky {
+    for decision in &scene.sky_decisions {
         text.push_str(&format!("{} {} {}\n", if decision.on { '+' } else { '-' }, decision.effect, decision.description()));
     }
     for body in bodies {

@@ -229,7 +229,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 return print_result(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                write_error(&format!("of {} nominal combinations\n", key::nominal_size()));
+                write_error(&format!("of {} combinations of dimension values\n", key::nominal_size()));
                 return print_result(&format!("{}\n", keys.len()));
             }
             print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())

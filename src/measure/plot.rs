@@ -127,7 +127,7 @@ where
         .iter()
         .map(|o| {
             let zero = if o.measurement.error > 0.0 { "" } else { ", 0" };
-            format!("{} ({:.2}{zero})", o.name.chars().take(26).collect::<String>(), o.measurement.relative_time.median)
+            format!("{} ({:.2}{zero})", o.name.chars().take(MAX_NAME_CHARS).collect::<String>(), o.measurement.relative_time.median)
         })
         .collect();
     for (k, offset) in label_offsets(&points, &texts, corners).into_iter().enumerate() {
@@ -139,8 +139,9 @@ where
     Ok(())
 }
 
-/// Height of the options' names, pixels.
+/// Height of the options' names, pixels, and the number of characters to which they are cut.
 const LABEL_PX: i32 = 15;
+const MAX_NAME_CHARS: usize = 26;
 
 /// Offset of each label from its point: the first candidate within the panel, given by two corners, that overlaps no other label and no point.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
@@ -164,7 +165,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (righ
     offsets
 }
 
-/// The text of an axis label: a power of ten far from 1, plain digits near 1.
+/// The text of an axis label: from 0.01 to 10000 plain digits, otherwise scientific notation with one digit.
 fn axis_label(value: f64) -> String {
     if (0.01..10_000.0).contains(&value) { format!("{}", (value * 1e4).round() / 1e4) } else { format!("{value:.0e}") }
 }

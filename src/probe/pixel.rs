@@ -40,7 +40,7 @@ pub(super) const IMAGE_SIZE: QueryField = optional("size", "[width, height] in p
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "pixel",
-    description: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every named value of its module",
+    description: "what one pixel of a view shows: linear radiance, body, latitude and longitude, key, and every value bound to a name in its WGSL",
     fields: &[
         VIEW,
         TIME,
@@ -68,10 +68,10 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     let report = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
     let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();
-    let first = report.globe_or_nearest().map_or(Value::Null, draw_json);
+    let summarized = report.globe_or_nearest().map_or(Value::Null, draw_json);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
-        answer.insert(field.into(), first[field].clone());
+        answer.insert(field.into(), summarized[field].clone());
     }
     answer.insert("radiance".into(), json!(report.radiance.map(f64::from)));
     answer.insert("exposure_stops".into(), json!(report.exposure_stops));
@@ -95,7 +95,7 @@ pub(super) fn view_request(
     Ok(request)
 }
 
-/// The values of one pixel of an image, in the prober's precision.
+/// The light of one pixel of an image, and the values from which its draws compute it, in the precision of the prober's renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PixelReport {
     /// The linear pixel, all draws together.
@@ -143,8 +143,9 @@ pub(crate) fn inspect_pixel(
     // Each draw is evaluated by itself, without the images of earlier passes.
     let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
-    let plan_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
-    let plan_draws: Vec<_> = plan_draws.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
+    let all_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
+    // The plan keeps the order of the scene's draws.
+    let plan_draws: Vec<_> = all_draws.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
     // The nearest draw is last in the plan; points follow all bodies.
     for (plan_draw, scene_draw) in plan_draws.into_iter().zip(&scene.draws).rev() {

@@ -9,7 +9,7 @@ use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, requir
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
-use crate::scene::rings::slopes_of_sunlight;
+use crate::scene::rings::slants_of_sunlight;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3};
@@ -163,7 +163,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
         TransmissionModel::PointSun => RingShadow::PointSun,
         TransmissionModel::Penumbra => RingShadow::Penumbra,
     };
-    let slopes = slopes_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
+    let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&f.profile, &f.body) {
         (Some(profile), None) => {
             if let Some(bad) =
@@ -184,11 +184,11 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
                 dust: 0.0,
             };
             let rings: Vec<_> = profile.iter().map(ring).collect();
-            RingTable::of_shadow(rings.iter(), 1.0, &slopes)
+            RingTable::of_shadow(rings.iter(), 1.0, &slants)
         }
         (None, Some(name)) => {
             let body = body(prober, name)?;
-            RingTable::of_shadow(body.rings.iter(), body.radii_km.x, &slopes)
+            RingTable::of_shadow(body.rings.iter(), body.radii_km.x, &slants)
         }
         _ => return Err("give either \"profile\" or \"body\"".into()),
     };

@@ -201,7 +201,7 @@ impl<'a> SceneBuilder<'a> {
             sky_images: sky.images,
             stars: sky.stars,
             minor_planets: sky.minor_planets,
-            sky: sky.decisions.into_iter().chain(annotations.decisions).collect(),
+            sky_decisions: sky.decisions.into_iter().chain(annotations.decisions).collect(),
             sky_lines: annotations.sky_lines,
             outlined: outlined.map(Draw::shape_alone),
             corona: sun.corona.map(|c| corona::Corona { draws_behind: order::draws_behind(&self.placed, &draws, NaifId::SUN), ..c }),
@@ -215,7 +215,7 @@ impl<'a> SceneBuilder<'a> {
             glare: sun.glare,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels: annotations.labels,
-            texts: annotations.texts,
+            line_texts: annotations.line_texts,
             purpose: request.purpose,
         }
     }

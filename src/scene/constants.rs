@@ -3,15 +3,15 @@
 //! Each constant is defined once, here. `shader::constants` writes those that shaders need as WGSL, some as a reciprocal; the modules of `scene` that fill the
 //! tables import them, some under names of their own. Not here: constants of shaders alone.
 
-/// Maximum number of slopes in a ring's table: x = 1 / cosine = 2^(k / [`RING_SLOPES_PER_OCTAVE`]) for x from 1 to 1 / [`MIN_COSINE`].
-pub(crate) const RING_SLOPES: u32 = 97;
-pub(crate) const RING_SLOPES_PER_OCTAVE: u32 = 8;
+/// Maximum number of slants in a ring's table: x = 1 / cosine = 2^(k / [`RING_SLANTS_PER_OCTAVE`]) for x from 1 to 1 / [`MIN_COSINE`].
+pub(crate) const RING_SLANTS: u32 = 97;
+pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 /// Rows of a ring's table that contain its bins: even steps of 1 / radius, each with the interval of constant optical depth in which it begins.
 pub(crate) const RING_BIN_ROWS: u32 = 4;
-/// Rows of a ring's table before those of the first slope: its bins and its intervals.
+/// Rows of a ring's table before those of the first slant: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
-/// Rows of a ring's table for a slope: the light of large particles and its integral, the light of dust and its integral.
-pub(crate) const RING_ROWS_PER_SLOPE: u32 = 4;
+/// Rows of a ring's table for a slant: the light of large particles and its integral, the light of dust and its integral.
+pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
 /// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.

@@ -35,7 +35,7 @@ pub struct Scene {
     pub exposure: Exposure,
     /// The quantity that the pixels show.
     pub pixel_view: PixelView,
-    /// How radiance beyond white is mapped to display values.
+    /// How radiance above white is mapped to display values.
     pub tone_map: ToneMap,
     /// Every body of the catalog, in catalog order.
     pub bodies: Vec<BodyInView>,
@@ -50,7 +50,7 @@ pub struct Scene {
     /// Comets, with their tails and orbits.
     pub comets: Comets,
     /// Decisions about the sky beyond all bodies.
-    pub sky: Vec<Decision>,
+    pub sky_decisions: Vec<Decision>,
     /// Lines of grids and constellations, drawn between the sky's diffuse light and its stars.
     pub sky_lines: Vec<LineSegment>,
     /// Draws of bodies, sorted from far to near.
@@ -76,7 +76,7 @@ pub struct Scene {
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.
     pub labels: Option<labels::LabelLayer>,
     /// Over the finished image: labels of lines, and names of constellations, stars and instruments; `None` if there are none.
-    pub texts: Option<line_texts::TextLayer>,
+    pub line_texts: Option<line_texts::TextLayer>,
     /// What the image is for.
     pub purpose: Purpose,
 }
@@ -95,6 +95,6 @@ impl Scene {
             let metrics = LabelMetrics::of_size(layer.size_px);
             layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
         };
-        self.labels.iter().flat_map(label_rects).chain(self.texts.iter().flat_map(line_text_rects)).collect()
+        self.labels.iter().flat_map(label_rects).chain(self.line_texts.iter().flat_map(line_text_rects)).collect()
     }
 }

@@ -156,23 +156,23 @@ fn rings() -> String {
         "Tables of the rings.",
         &[
             constant(
-                "Slopes x = 1 / cosine of view rays in the ring profile's table, per doubling of x.",
+                "Slants x = 1 / cosine of view rays in the ring profile's table, per doubling of x.",
                 "",
-                "RING_SLOPES_PER_OCTAVE",
-                Value::F32(f64::from(shared::RING_SLOPES_PER_OCTAVE)),
+                "RING_SLANTS_PER_OCTAVE",
+                Value::F32(f64::from(shared::RING_SLANTS_PER_OCTAVE)),
             ),
             constant("Rows of a ring's table that contain its bins.", "", "RING_BIN_ROWS", Value::I32(shared::RING_BIN_ROWS as usize)),
             constant(
-                "Rows of the ring profile's table before those of the first slope.",
+                "Rows of the ring profile's table before those of the first slant.",
                 "",
                 "RING_HEADER_ROWS",
                 Value::I32(shared::RING_HEADER_ROWS as usize),
             ),
             constant(
-                "Rows per slope: light of large particles, its integral, light of dust, its integral.",
+                "Rows per slant: light of large particles, its integral, light of dust, its integral.",
                 "",
-                "RING_ROWS_PER_SLOPE",
-                Value::I32(shared::RING_ROWS_PER_SLOPE as usize),
+                "RING_ROWS_PER_SLANT",
+                Value::I32(shared::RING_ROWS_PER_SLANT as usize),
             ),
             constant(
                 "Lower limit of the cosine between a path and the ring's normal; smaller cosines are raised to it.",

@@ -197,9 +197,9 @@ fn the_hdr_pass_is_found_by_its_name() {
     let by_pixel = ViewRequest { coarse_air: false, ..with_coarse_air.clone() };
     for (request, is_first) in [(with_coarse_air, false), (by_pixel, true)] {
         let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-        let light = plan.hdr_pass().expect("an HDR pass");
-        assert!(light.name == "light" && light.draws.iter().any(|d| d.label == "Earth"));
-        assert_eq!(plan.passes[0].name == light.name, is_first);
+        let hdr = plan.hdr_pass().expect("an HDR pass");
+        assert!(hdr.name == "light" && hdr.draws.iter().any(|d| d.label == "Earth"));
+        assert_eq!(plan.passes[0].name == hdr.name, is_first);
     }
 }
 

@@ -57,8 +57,12 @@ fn bright_stars_follow_the_exposure() {
     }
     assert!(brightened > 15 && unchanged > 3, "{brightened} brightened, {unchanged} not");
     // The reason says whether the stars are brightened.
-    assert!(scene_at(0.0, true).sky[0].reason.to_string().contains("to be seen at this exposure"), "{:?}", scene_at(0.0, true).sky[0]);
-    assert!(!scene_at(24.0, true).sky[0].reason.to_string().contains("to be seen at this exposure"));
+    assert!(
+        scene_at(0.0, true).sky_decisions[0].reason.to_string().contains("to be seen at this exposure"),
+        "{:?}",
+        scene_at(0.0, true).sky_decisions[0]
+    );
+    assert!(!scene_at(24.0, true).sky_decisions[0].reason.to_string().contains("to be seen at this exposure"));
     // Under the Earth's air, by day and by night, and in linear light.
     for (utc, purpose) in [
         ("2024-03-20T12:00:00Z", Purpose::Display),

@@ -147,7 +147,7 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         ..ViewRequest::of(NaifId::EARTH, time)
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
-    let decision = drawn.scene.sky.iter().find(|d| d.effect == "comets").expect("a reason");
+    let decision = drawn.scene.sky_decisions.iter().find(|d| d.effect == "comets").expect("a reason");
     assert!(decision.on && decision.reason.to_string().contains("1P/Halley"), "{}", decision.reason);
     let sun = session.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km.normalize();
     let camera = &drawn.scene.camera;
@@ -167,6 +167,6 @@ fn an_image_shows_the_tails_away_from_the_sun() {
     let without = session.draw(&without, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     assert!(
         without.scene.comets.heads.is_empty()
-            && without.scene.sky.iter().any(|d| d.effect == "comets" && !d.on && d.reason.to_string().contains("off unless"))
+            && without.scene.sky_decisions.iter().any(|d| d.effect == "comets" && !d.on && d.reason.to_string().contains("off unless"))
     );
 }

@@ -135,10 +135,18 @@ fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
     assert!(distance_km(25.29, -104.138) < 4.0, "{}", distance_km(25.29, -104.138));
     // The limits lie half the path's width of 198 km to either side of the centre line; between them there is no line.
     assert!(distance_km(25.29 + 0.45, -104.138) > 20.0);
-    assert!(built.sky.iter().any(|d| d.effect == "eclipse-path" && d.on && d.reason.to_string().contains("Moon")), "{:?}", built.sky);
+    assert!(
+        built.sky_decisions.iter().any(|d| d.effect == "eclipse-path" && d.on && d.reason.to_string().contains("Moon")),
+        "{:?}",
+        built.sky_decisions
+    );
     // One day earlier there is no path, and the reason says so.
     let before = SESSION.scene(&view(399, "2024-04-07T12:00:00Z", path_layer())).expect("a scene");
-    assert!(segments(&before).is_empty() && before.sky.iter().any(|d| d.effect == "eclipse-path" && !d.on), "{:?}", before.sky);
+    assert!(
+        segments(&before).is_empty() && before.sky_decisions.iter().any(|d| d.effect == "eclipse-path" && !d.on),
+        "{:?}",
+        before.sky_decisions
+    );
 }
 
 /// The lines of the Moon's shadow cone reach from the Moon to the Earth, whether the target is the Earth, on which the shadow falls, or the
@@ -173,7 +181,7 @@ fn cones_reach_from_the_moon_to_the_earth() {
             assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
         }
         assert!(built.lines_in_space.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
-        assert!(built.sky.iter().any(|d| d.effect == "eclipse-cones" && d.on), "{:?}", built.sky);
+        assert!(built.sky_decisions.iter().any(|d| d.effect == "eclipse-cones" && d.on), "{:?}", built.sky_decisions);
     }
     let without_layer = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
     assert!(without_layer.lines_in_space.is_empty());

@@ -152,8 +152,9 @@ fn the_exposure_decides_what_is_visible() {
             .draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
             .expect("drawn")
     };
-    let decision_of =
-        |drawn: &DrawnFrame, effect: &str| drawn.scene.sky.iter().find(|d| d.effect == effect).map(|d| (d.on, d.reason.to_string()));
+    let decision_of = |drawn: &DrawnFrame, effect: &str| {
+        drawn.scene.sky_decisions.iter().find(|d| d.effect == effect).map(|d| (d.on, d.reason.to_string()))
+    };
     let background_draws = |drawn: &DrawnFrame| drawn.simple_draws.iter().filter(|d| d.module == "sky_background").count();
     let unboosted = saturn(0.0, Layers::default());
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
@@ -161,14 +162,14 @@ fn the_exposure_decides_what_is_visible() {
         assert!(
             decision_of(&unboosted, effect).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
             "{:?}",
-            unboosted.scene.sky
+            unboosted.scene.sky_decisions
         );
     }
     let boosted = saturn(16.0, Layers::default());
     assert!(
         background_draws(&boosted) == 1 && boosted.scene.stars.len() > 20 && decision_of(&boosted, "milky-way").is_some_and(|(on, _)| on),
         "{:?}",
-        boosted.scene.sky
+        boosted.scene.sky_decisions
     );
     // The planet keeps its light and hides the sky behind it.
     let without_stars = saturn(16.0, Layers { stars: false, ..Layers::default() });

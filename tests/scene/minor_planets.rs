@@ -231,8 +231,9 @@ fn minor_planets_are_drawn_only_with_their_layer() {
     };
     let (without, with) = (draw("-stars"), draw("-stars,+minor-planets"));
     assert!(without.scene.minor_planets.is_none() && with.scene.minor_planets.as_ref().is_some_and(|m| m.times.len() == 602));
-    let decision_of =
-        |drawn: &orrery::session::DrawnFrame| drawn.scene.sky.iter().find(|d| d.effect == "minor-planets").cloned().expect("a reason");
+    let decision_of = |drawn: &orrery::session::DrawnFrame| {
+        drawn.scene.sky_decisions.iter().find(|d| d.effect == "minor-planets").cloned().expect("a reason")
+    };
     assert!(!decision_of(&without).on && decision_of(&without).reason.to_string().contains("off unless you switch"));
     assert!(decision_of(&with).on && decision_of(&with).reason.to_string().contains("602 orbits"), "{:?}", decision_of(&with));
     let changed = without.frame.display.iter().zip(&with.frame.display).filter(|(a, b)| a != b).count();

@@ -79,10 +79,14 @@ fn figures_join_their_stars() {
             "the comparison must be able to fail: {}",
             without_aberration.distance(at)
         );
-        assert!(built.sky.iter().any(|d| d.effect == "constellations" && d.on && d.reason.to_string().contains("Ori")), "{:?}", built.sky);
+        assert!(
+            built.sky_decisions.iter().any(|d| d.effect == "constellations" && d.on && d.reason.to_string().contains("Ori")),
+            "{:?}",
+            built.sky_decisions
+        );
     }
     let named = scene(&towards(direction(83.0, 0.0), 50.0, only("constellations")));
-    assert!(named.texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
+    assert!(named.line_texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
 }
 
 /// The lines of each grid lie at their coordinates, in every frame and field of view, and no chord deviates from its circle.
@@ -175,14 +179,15 @@ fn the_horizon_is_that_of_the_viewers_location() {
         let distance = distance_px(&built.camera, &built.sky_lines, at);
         assert!((distance < 4.0) == is_line, "{up_deg}: {distance}");
     }
-    let names = |built: &Scene| built.texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
+    let names =
+        |built: &Scene| built.line_texts.as_ref().map_or(Vec::new(), |t| t.texts.iter().map(|t| t.text.clone()).collect::<Vec<_>>());
     let north = scene(&from_ground((DVec3::Z - zenith * zenith.z).normalize(), 30.0));
     assert!(names(&north).contains(&"N".to_owned()), "{:?}", names(&north));
     let in_space = scene(&towards(DVec3::X, 30.0, only("grid-horizon")));
     assert!(
-        in_space.sky_lines.is_empty() && in_space.sky.iter().any(|d| !d.on && d.reason.to_string().contains("not on the ground")),
+        in_space.sky_lines.is_empty() && in_space.sky_decisions.iter().any(|d| !d.on && d.reason.to_string().contains("not on the ground")),
         "{:?}",
-        in_space.sky
+        in_space.sky_decisions
     );
 }
 
@@ -284,7 +289,7 @@ fn bodies_hide_the_lines_behind_them() {
     let drawn =
         |layers: Layers| SESSION.draw(&ViewRequest { layers, ..base.clone() }, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn");
     let (plain, with_grid) = (drawn(Layers::NONE), drawn(only("grid-ecliptic")));
-    assert!(plain.scene.sky_lines.is_empty() && plain.scene.texts.is_none() && !with_grid.scene.sky_lines.is_empty());
+    assert!(plain.scene.sky_lines.is_empty() && plain.scene.line_texts.is_none() && !with_grid.scene.sky_lines.is_empty());
     let placement = plain.scene.body(NaifId(599)).expect("in the catalog").placement;
     let (mut on_disc, mut beside) = (0, 0);
     for (k, (a, b)) in plain.frame.hdr.iter().zip(&with_grid.frame.hdr).enumerate() {
@@ -310,7 +315,7 @@ fn visible_stars_have_names() {
     };
     let named = Layers { stars: true, star_names: true, ..Layers::NONE };
     let built = scene(&at_stops(19.0, named));
-    let texts = built.texts.as_ref().expect("names");
+    let texts = built.line_texts.as_ref().expect("names");
     for (name, hip) in [("Rigel", 24_436), ("Betelgeuse", 27_989), ("Bellatrix", 25_336)] {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalog");
@@ -321,6 +326,6 @@ fn visible_stars_have_names() {
         assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
         assert_ne!(orrery::scene::labels::star_at(&built, at + DVec2::splat(40.0)), Some(star), "{name}");
     }
-    assert!(scene(&at_stops(0.0, named)).texts.is_none(), "no star is visible at a daylight exposure");
-    assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).texts.is_none());
+    assert!(scene(&at_stops(0.0, named)).line_texts.is_none(), "no star is visible at a daylight exposure");
+    assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).line_texts.is_none());
 }

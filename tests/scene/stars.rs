@@ -329,12 +329,12 @@ fn the_exposure_decides_which_stars_are_visible() {
         Scene::build(&catalog, &ephemeris, &request).expect("a scene")
     };
     let (noon, midnight) = ("2024-03-20T12:00:00Z", "2024-03-20T00:00:00Z");
-    let day = scene_at(45.0, 0.0, noon, Layers::default());
-    assert!(day.stars.is_empty() && !day.sky[0].on && day.sky[0].reason.to_string().contains("stars to magnitude"), "{:?}", day.sky);
+    let Scene { stars, sky_decisions: decisions, .. } = scene_at(45.0, 0.0, noon, Layers::default());
+    assert!(stars.is_empty() && !decisions[0].on && decisions[0].reason.to_string().contains("stars to magnitude"), "{decisions:?}");
     let night = scene_at(45.0, 0.0, midnight, Layers::default());
-    assert!(night.stars.len() > 300 && night.sky[0].on, "{:?}", night.sky);
+    assert!(night.stars.len() > 300 && night.sky_decisions[0].on, "{:?}", night.sky_decisions);
     let without_stars = scene_at(45.0, 0.0, midnight, Layers::parse("-stars").expect("a layer"));
-    assert!(without_stars.stars.is_empty() && without_stars.sky[0].reason.to_string() == "set by you");
+    assert!(without_stars.stars.is_empty() && without_stars.sky_decisions[0].reason.to_string() == "set by you");
     // None at sunset, some in twilight, more at night.
     let counts: Vec<usize> = ["18:15", "18:40", "20:15"]
         .iter()

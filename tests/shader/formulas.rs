@@ -117,7 +117,7 @@ fn with_table(base: &DrawUniforms, table: RingTable) -> (DrawUniforms, SharedTex
 }
 
 /// A ring of uniform optical depth against the closed forms, on both sides of the plane and with the Sun's disc partly below it: within
-/// 5e-4 plus 1 % of the light that passes through the ring. Between its rows the table is linear in the logarithm of the view ray's slope.
+/// 5e-4 plus 1 % of the light that passes through the ring. Between its rows the table is linear in the logarithm of the view ray's slant.
 #[test]
 fn light_scattered_by_a_ring_agrees_with_the_shader() {
     // Larger than the tangent of any Sun's angular radius in the catalog.
@@ -126,7 +126,7 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     let cosines: Vec<f64> = (0..200).map(|k| 0.02_f64.powf(f64::from(k) / 199.0)).collect();
     let inputs: Vec<EvalInput> = cosines.iter().map(|c| eval_input([*c])).collect();
     // Between 1.6 and 1.7 radii; the test above covers the phase function.
-    let value = "vec4f(4.0 * ring_mean(radial_interval(1.6, 0.1), 1.0 / p.x).large_particles.rgb, 0.0)";
+    let value = "vec4f(4.0 * ring_mean(radial_span(1.6, 0.1), 1.0 / p.x).large_particles.rgb, 0.0)";
     let emitted = Emitted::new(RING, value);
     let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
@@ -136,21 +136,21 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
                 let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
                 let table = RingTable::of([ring].iter(), 1.0, &RingConditions::new(Some(sunlight), 1.0, 50.0)).expect("a table");
                 let (uniforms, texture) = with_table(&from_saturn, table);
-                let light = |half: usize, view_slope: f64, same_side: bool| {
+                let light = |half: usize, view_slant: f64, same_side: bool| {
                     let [fraction, sine] = sunlight[half];
-                    if fraction > 0.0 { fraction * scattered(tau, view_slope, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
+                    if fraction > 0.0 { fraction * scattered(tau, view_slant, 1.0 / sine.max(MIN_COSINE), same_side) } else { 0.0 }
                 };
                 for (cosine, a) in cosines.iter().zip(emitted.evaluate(&uniforms, Some(texture), &inputs)) {
-                    let view_slope = 1.0 / cosine;
-                    let through = light(1, view_slope, false);
-                    let expected = light(0, view_slope, true) + through;
+                    let view_slant = 1.0 / cosine;
+                    let through = light(1, view_slant, false);
+                    let expected = light(0, view_slant, true) + through;
                     let tolerance = 5e-4 + 0.01 * through;
                     assert!(
                         (a[0] / 4.0 - expected).abs() < tolerance,
-                        "tau {tau}, sine {sine}, slope {view_slope}: {} for {expected}",
+                        "tau {tau}, sine {sine}, slant {view_slant}: {} for {expected}",
                         a[0] / 4.0
                     );
-                    let swapped = light(0, view_slope, false) + light(1, view_slope, true);
+                    let swapped = light(0, view_slant, false) + light(1, view_slant, true);
                     detected += usize::from((a[0] / 4.0 - swapped).abs() > 10.0 * tolerance);
                 }
             }
@@ -166,8 +166,8 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
     let catalog = Catalog::embedded();
     let saturn = catalog.body(NaifId(699)).expect("Saturn");
     let unit_km = saturn.radii_km.x;
-    let slope: f64 = 2.0;
-    let table = RingTable::of(saturn.rings.iter(), unit_km, &RingConditions::new(None, slope, slope)).expect("a table");
+    let slant: f64 = 2.0;
+    let table = RingTable::of(saturn.rings.iter(), unit_km, &RingConditions::new(None, slant, slant)).expect("a table");
     let [inner, outer] = table.radius_range;
     // The fraction blocked between neighbouring edges, and its integral up to each edge.
     let mut edges: Vec<f64> = saturn.rings.iter().flat_map(|r| [r.inner_km / unit_km, r.outer_km / unit_km]).collect();
@@ -178,7 +178,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         .map(|e| {
             let middle_km = 0.5 * (e[0] + e[1]) * unit_km;
             let ringlet = saturn.rings.iter().rfind(|r| r.inner_km <= middle_km && middle_km < r.outer_km);
-            ringlet.map_or(0.0, |r| -(-r.tau_normal * slope).exp_m1())
+            ringlet.map_or(0.0, |r| -(-r.tau_normal * slant).exp_m1())
         })
         .collect();
     let mut blocked_up_to_edge = vec![0.0];
@@ -219,9 +219,9 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
             })
             .fold(0.0, f64::max)
     };
-    let found = greatest_error("vec4f(ring_mean(radial_interval(p.x, p.y), 2.0).large_particles.w)");
+    let found = greatest_error("vec4f(ring_mean(radial_span(p.x, p.y), 2.0).large_particles.w)");
     assert!(found < 1.0, "{found} of the precision of f32");
-    let shifted = greatest_error("vec4f(ring_mean(radial_interval(p.x, p.y + 1.0e-4), 2.0).large_particles.w)");
+    let shifted = greatest_error("vec4f(ring_mean(radial_span(p.x, p.y + 1.0e-4), 2.0).large_particles.w)");
     assert!(shifted > 10.0, "a shift of 6 km would pass: {shifted}");
 }
 

@@ -186,7 +186,7 @@ fn texts_in_images_are_in_the_requested_language() {
             ViewRequest { position, layers, language, width: 900, height: 600, fov_deg: Some(90.0), ..ViewRequest::of(NaifId::MOON, time) };
         let scene = session().scene(&request).expect("a scene");
         let labels = scene.labels.expect("labels");
-        let lines = scene.texts.into_iter().flat_map(|layer| layer.texts).map(|text| text.text);
+        let lines = scene.line_texts.into_iter().flat_map(|layer| layer.texts).map(|text| text.text);
         let names = labels.labels.into_iter().map(|mark| mark.name);
         labels.margin.texts.into_iter().map(|text| text.text).chain(names).chain(lines).collect::<Vec<_>>().join("|")
     };

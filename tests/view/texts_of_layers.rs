@@ -42,7 +42,7 @@ fn reasons_of_scenes_are_messages() {
             };
             let Ok(scene) = session().scene(&request) else { continue };
             let mut reasons = vec![reason_text(&scene.exposure.reason)];
-            for decision in scene.bodies.iter().flat_map(|body| &body.decisions).chain(&scene.sky) {
+            for decision in scene.bodies.iter().flat_map(|body| &body.decisions).chain(&scene.sky_decisions) {
                 effects.insert(decision.effect);
                 reasons.push(reason_text(&decision.description()));
             }

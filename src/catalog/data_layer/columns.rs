@@ -14,7 +14,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Finds the columns by name. Only letters and digits are compared, without regard to case.
+    /// Finds the columns by name. Only letters and digits are compared, without regard to case. `on_body`: the points are given by latitude and longitude, not
+    /// by declination and right ascension.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
         let normalized = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
         let names: Vec<String> = names.iter().map(normalized).collect();
@@ -26,13 +27,13 @@ impl Columns {
             [coordinates[0], coordinates[1], &["time", "date", "datetime"], &["sizepx", "size"], &["colour", "color"]];
         let indices = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
-        if indices[0].is_none() || indices[1].is_none() {
-            // In the customary order: latitude before longitude, but right ascension before declination.
-            return Err(format!(
-                "has no columns {} and {}",
-                coordinate_names[usize::from(!on_body)],
-                coordinate_names[usize::from(on_body)]
-            ));
+        // In the customary order: latitude before longitude, but right ascension before declination.
+        let in_order = if on_body { [0, 1] } else { [1, 0] };
+        let missing: Vec<&str> = in_order.into_iter().filter(|k| indices[*k].is_none()).map(|k| coordinate_names[k]).collect();
+        match missing[..] {
+            [] => {}
+            [one] => return Err(format!("has no column {one}")),
+            _ => return Err(format!("has no columns {}", missing.join(" and "))),
         }
         Ok(Self { indices, count: names.len(), coordinate_names })
     }

@@ -200,6 +200,7 @@ mod tests {
         let why = |text: &str| on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
         assert!(why("").starts_with("q.csv:1: empty"));
         assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the first line has no columns lat_deg"));
+        assert!(why("lat,dec\n1,2\n").starts_with("q.csv:1: the first line has no column lon_deg"));
         assert!(why("lat,lon\n1,2\n95,2\n").starts_with("q.csv:3: field lat_deg: `95` is not degrees"));
         assert!(why("lat,lon\n1,x\n").starts_with("q.csv:2: field lon_deg: `x`"));
         assert!(why("lat,lon\n1\n").starts_with("q.csv:2: 1 values; the table names 2 columns"));
@@ -236,7 +237,7 @@ mod tests {
         );
         assert!(why("2024-04-08", "2024-13-08").starts_with("a.vot:10: field time: `2024-13-08T18"));
         assert!(why("<TD>-21</TD>", "").starts_with("a.vot:11: 3 values; the table names 4 columns"));
-        assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE has no columns ra_deg and dec_deg, nor by UCD"));
+        assert!(why("pos.eq.ra;", "phys.mass;").starts_with("a.vot:9: the TABLE has no column ra_deg, nor by UCD"));
         assert!(why("unit=\"deg\"", "unit=\"h\"").starts_with("a.vot:9: field alpha (line 6): the unit `h` is not deg"));
         assert!(why("TABLEDATA", "FITS").starts_with("a.vot:9: rows as FITS; ask"));
         assert!(why("</TR>\n</TABLEDATA>", "</TABLEDATA>").starts_with("a.vot:11: not XML"));

@@ -5,7 +5,8 @@
 //! reflected layout: the uniform block (at a dynamic offset into one buffer per frame), textures, samplers.
 
 use super::{GpuError, with_error_scopes};
-use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState};
+use crate::image::TexelFormat;
+use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState, TextureSource};
 use crate::shader::Layout;
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
@@ -37,12 +38,12 @@ pub(crate) struct PipelineKey {
     attributes: Vec<u32>,
     /// Number of attributes that are per vertex; the others are per instance.
     vertex_attribute_count: usize,
-    /// Bindings that are declared unfilterable: textures of 32-bit floats, and outputs of passes, which may be 32-bit floats.
+    /// Bindings that are declared unfilterable ([`unfiltered`]).
     unfiltered: Vec<u32>,
 }
 
 impl PipelineKey {
-    pub(crate) fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool, unfiltered: Vec<u32>) -> Self {
+    pub(crate) fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool) -> Self {
         let vertex_attributes = match &draw.vertices {
             crate::render::plan::Vertices::Count(_) => &[][..],
             crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
@@ -56,9 +57,19 @@ impl PipelineKey {
             depth: depth.then_some(draw.depth),
             attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
             vertex_attribute_count: vertex_attributes.len(),
-            unfiltered,
+            unfiltered: unfiltered(draw),
         }
     }
+}
+
+/// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
+fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
+    let is_float = |source: &TextureSource| match source {
+        TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
+        TextureSource::PassOutput(_) => true,
+        TextureSource::OnGpu(_) => false,
+    };
+    draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
 }
 
 /// A pipeline with its bind group layout and its module's reflected layout.

@@ -18,16 +18,16 @@ pub(crate) struct Readback {
 
 /// Maps the first `byte_count` bytes of a buffer, waiting for the device, and passes them to `read`.
 pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, byte_count: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
-    let lost = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
+    let device_error = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
     let (send, receive) = mpsc::channel();
     let slice = buffer.slice(..byte_count);
     slice.map_async(MapMode::Read, move |result| {
         let _ = send.send(result);
     });
-    device.poll(PollType::wait_indefinitely()).map_err(|e| lost(&e))?;
-    receive.recv().map_err(|e| lost(&e))?.map_err(|e| lost(&e))?;
+    device.poll(PollType::wait_indefinitely()).map_err(|e| device_error(&e))?;
+    receive.recv().map_err(|e| device_error(&e))?.map_err(|e| device_error(&e))?;
     let result = {
-        let bytes = slice.get_mapped_range().map_err(|e| lost(&e))?;
+        let bytes = slice.get_mapped_range().map_err(|e| device_error(&e))?;
         read(&bytes)
     };
     buffer.unmap();

@@ -13,7 +13,6 @@ use super::resolve::ResolvePipelines;
 use super::targets::PassTarget;
 use super::uploads::Uploads;
 use super::{GpuError, with_error_scopes};
-use crate::image::TexelFormat;
 use crate::render::frame::Frame;
 use crate::render::plan::{ColourFormat, FrameImages, GpuImage, ModuleProvider, Pass, Plan, PlanDraw, TextureSource, Vertices};
 use crate::shader::ModuleId;
@@ -85,7 +84,7 @@ pub struct GpuRenderer {
     state: Mutex<FrameResources>,
     /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
     pub(super) window_state: Mutex<FrameResources>,
-    stored: Mutex<GpuImages>,
+    finished_images: Mutex<GpuImages>,
 }
 
 /// Exclusive use of the renderer for one frame.
@@ -99,16 +98,6 @@ struct PreparedDraw<'a> {
     offsets: DrawOffsets,
 }
 
-/// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
-fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
-    let is_float = |source: &TextureSource| match source {
-        TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
-        TextureSource::PassOutput(_) => true,
-        TextureSource::OnGpu(_) => false,
-    };
-    draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
-}
-
 /// Whether the draw's scissor rectangle contains a pixel.
 fn is_visible(draw: &PlanDraw) -> bool {
     draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
@@ -116,7 +105,7 @@ fn is_visible(draw: &PlanDraw) -> bool {
 
 /// The pipeline keys of a plan's visible draws, in order. `format`: target format by pass index.
 fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
-    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth, unfiltered(d));
+    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth);
     let passes = plan.passes.iter().enumerate();
     passes
         .flat_map(|(k, pass)| pass.draws.iter().filter(|d| is_visible(d)).map(move |d| (k, pass, d)))
@@ -153,8 +142,21 @@ impl GpuRenderer {
             on_error.lock().get_or_insert(e.into());
         }));
         let resolves_by_shader = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
-        let (state, window_state, stored) = (Mutex::default(), Mutex::default(), Mutex::default());
-        Self { facts, instance, adapter, device, queue, blends_f32, has_timestamps, resolves_by_shader, lost, state, window_state, stored }
+        let (state, window_state, finished_images) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Self {
+            facts,
+            instance,
+            adapter,
+            device,
+            queue,
+            blends_f32,
+            has_timestamps,
+            resolves_by_shader,
+            lost,
+            state,
+            window_state,
+            finished_images,
+        }
     }
 
     pub fn facts(&self) -> &AdapterFacts {
@@ -248,7 +250,7 @@ impl GpuRenderer {
             // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             let passes = state.pass_times(&self.device, &self.queue, plan)?;
-            let image = self.stored.lock().register(last.view, [last.width, last.height]);
+            let image = self.finished_images.lock().register(last.view, [last.width, last.height]);
             Ok((image, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -257,7 +259,7 @@ impl GpuRenderer {
 
     /// Whether the image is in the memory of this device.
     pub fn holds(&self, image: &GpuImage) -> bool {
-        self.stored.lock().get(image).is_some()
+        self.finished_images.lock().get(image).is_some()
     }
 
     /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
@@ -400,7 +402,7 @@ impl GpuRenderer {
                 TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
                 TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
                 TextureSource::OnGpu(image) => {
-                    self.stored.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
+                    self.finished_images.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
                 }
                 TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
                 TextureSource::PassOutput(k) => return Err(draw_error(format!("reads pass {k}, which is not drawn before it"))),

@@ -104,13 +104,13 @@ pub(super) fn steps_with(
     sampling: SamplingQuality,
     faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let mut steps = light_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
+    let mut steps = hdr_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
     steps.extend(display_steps(scene, provider, sampling)?);
     Ok(steps)
 }
 
 /// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: a draw over the stars and behind all bodies.
-pub(super) fn light_steps(
+pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
@@ -171,7 +171,7 @@ pub(super) fn light_steps(
     add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
-        over_hdr("lines", simple_draws::lines_in_space(scene, provider)?),
+        over_hdr("lines in space", simple_draws::lines_in_space(scene, provider)?),
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
         over_hdr("points", simple_draws::points(scene, provider)?),
@@ -192,7 +192,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         let shape = body_draw(draw, width, height, provider, sampling)?;
         steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
-    if scene.labels.is_some() || scene.texts.is_some() {
+    if scene.labels.is_some() || scene.line_texts.is_some() {
         steps.push(PassStep {
             name: "labels",
             reads: vec![],

@@ -4,7 +4,7 @@
 //! faces of a dome or sphere are combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined,
 //! since an anaglyph combines display values. Not here: the choice of frames (scene::composite).
 
-use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, light_steps, modules, plan, steps_with};
+use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with};
 use super::error::PlanError;
 use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
@@ -114,7 +114,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
-        if is_side_by_side { w.f32("half_px", eye_px[0] as f32) } else { Ok(()) }
+        if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let textures = (1..).zip(&images).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
     combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
@@ -131,7 +131,7 @@ fn plan_faces(
     let mut hdr_passes = Vec::new();
     for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
         // The background is transparent, because the finished image draws the stars behind the faces.
-        let mut face_plan = graph::compile(&light_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
+        let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
         // Only in the face's own pass: the images that it reads, such as that of the air, have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;

@@ -114,13 +114,13 @@ fn middle_and_half(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
     ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
 }
 
-/// The form of the top of the air, |ray|^2 (1 + top - q^2), from that of the ground; 1 + top is the square of the radius of the top.
+/// The form of the top of the air, |ray|^2 (r^2 - q^2), from that of the ground, |ray|^2 (1 - q^2); r is the radius of the top.
 fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
     let length_sq =
         [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
-    let top = f64::from(uniforms.air.top);
-    [0, 1].map(|row: usize| ground[row] + top * length_sq[row].extend(0.0))
+    let top_radius_sq_minus_1 = f64::from(uniforms.air.top);
+    [0, 1].map(|row: usize| ground[row] + top_radius_sq_minus_1 * length_sq[row].extend(0.0))
 }
 
 /// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2. u and v are 0 to

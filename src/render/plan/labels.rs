@@ -137,11 +137,11 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
 /// Draws names and markers of bodies, labels of lines, margins and data points.
 pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let labels = scene.labels.as_ref();
-    let Some(size_px) = labels.map(|l| l.size_px).or(scene.texts.as_ref().map(|t| t.size_px)) else {
+    let Some(size_px) = labels.map(|l| l.size_px).or(scene.line_texts.as_ref().map(|t| t.size_px)) else {
         return Ok(Vec::new());
     };
     let glyphs = provider.glyphs(size_px);
-    let mut all = scene.texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
+    let mut all = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
     let mut draws = Vec::new();
     if let Some(labels) = labels {
         all.extend(body_labels(labels, &glyphs, scene.camera.height));

@@ -68,7 +68,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.bloom, "tone_map_bloom"),
         (!scene.bloom, "tone_map"),
         (scene.outlined.is_some(), "outline"),
-        (scene.labels.is_some() || scene.texts.is_some(), "label"),
+        (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
     conditions.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect()
@@ -171,7 +171,7 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
 
 /// Traces of past motion, cones of eclipses and frames of instruments, depth-tested against the bodies.
 pub(super) fn lines_in_space(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    segment_draws("traces", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
+    segment_draws("lines in space", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
 }
 
 /// Lines without depth test. The place of their step in the drawing order determines what covers them.
@@ -217,10 +217,10 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
     let draw = simple_draw("corona", scene, provider, |w| {
         w.vec3("middle", corona.middle)?;
-        w.vec3("across", corona.across)?;
+        w.vec3("right", corona.right)?;
         w.vec3("up", corona.up)?;
         w.f32("radii_per_sine", corona.radii_per_sine)?;
-        w.f32("half_px", corona.half_px)?;
+        w.f32("half_pixel_radii", corona.half_pixel_radii)?;
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
         w.vec3("colour", corona.colour)?;
@@ -267,7 +267,7 @@ pub(super) fn refracted_limb(
             w.vec3("axis_ratios", limb.axis_ratios)?;
             w.f32("depth", limb.depth)?;
             w.vec4("sun_direction", limb.sun_direction)?;
-            w.vec4_array("sun_across", &limb.sun_across)?;
+            w.vec4_array("sun_basis", &limb.sun_basis)?;
             w.vec4_array("sun_limb", &limb.sun_limb)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
@@ -317,10 +317,10 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
-    let shrink = |exposure: f32, threshold: f32, max_excess: f32| {
+    let downsample = |exposure: f32, threshold: f32, max_excess: f32| {
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
-            w.f32("beyond", threshold)?;
+            w.f32("threshold", threshold)?;
             w.f32("max_excess", max_excess)
         })
     };
@@ -330,26 +330,36 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
         screen_step(
-            "bloom, beyond white",
+            "bloom, bright pass",
             &[hdr],
             linear_target(NARROW_HALO.downsampled, quarter),
-            shrink(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
+            downsample(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
         ),
         screen_step(
-            "bloom, near, across",
+            "bloom, narrow, blurred along x",
             &[NARROW_HALO.downsampled],
             linear_target(NARROW_HALO.blurred_x, quarter),
             blur(Vec2::X, narrow_sigma_px)?,
         ),
-        screen_step("bloom, near", &[NARROW_HALO.blurred_x], linear_target(NARROW_HALO.blurred, quarter), blur(Vec2::Y, narrow_sigma_px)?),
-        screen_step("bloom, shrunk", &[NARROW_HALO.blurred], linear_target(WIDE_HALO.downsampled, sixteenth), shrink(1.0, 0.0, f32::MAX)?),
         screen_step(
-            "bloom, far, across",
+            "bloom, narrow",
+            &[NARROW_HALO.blurred_x],
+            linear_target(NARROW_HALO.blurred, quarter),
+            blur(Vec2::Y, narrow_sigma_px)?,
+        ),
+        screen_step(
+            "bloom, wide, downsampled",
+            &[NARROW_HALO.blurred],
+            linear_target(WIDE_HALO.downsampled, sixteenth),
+            downsample(1.0, 0.0, f32::MAX)?,
+        ),
+        screen_step(
+            "bloom, wide, blurred along x",
             &[WIDE_HALO.downsampled],
             linear_target(WIDE_HALO.blurred_x, sixteenth),
             blur(Vec2::X, wide_sigma_px)?,
         ),
-        screen_step("bloom, far", &[WIDE_HALO.blurred_x], linear_target(WIDE_HALO.blurred, sixteenth), blur(Vec2::Y, wide_sigma_px)?),
+        screen_step("bloom, wide", &[WIDE_HALO.blurred_x], linear_target(WIDE_HALO.blurred, sixteenth), blur(Vec2::Y, wide_sigma_px)?),
     ])
 }
 
@@ -368,8 +378,8 @@ pub(super) fn tone_map_step(
         w.f32("exposure", scene.exposure.factor_f32())?;
         w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
-            w.f32("near_part", BLOOM_NARROW.fraction)?;
-            w.f32("far_part", BLOOM_WIDE.fraction)?;
+            w.f32("narrow_fraction", BLOOM_NARROW.fraction)?;
+            w.f32("wide_fraction", BLOOM_WIDE.fraction)?;
         }
         Ok(())
     })?;
@@ -379,7 +389,7 @@ pub(super) fn tone_map_step(
     Ok(screen_step("tone map", reads, target, draw))
 }
 
-/// Resource names of the outline's masks.
+/// Resource names of the outline's masks. They are keys of the pass times in JSON reports, and therefore do not change.
 const OUTLINE_RESOURCES: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
 /// sRGB bytes scaled to 0..=1, without decoding.
@@ -426,7 +436,7 @@ pub(super) fn outline_steps(
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
         PassStep { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
-        blurred("outline, blurred across", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
+        blurred("outline, blurred along x", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
         blurred("outline, blurred", OUTLINE_RESOURCES[1], OUTLINE_RESOURCES[2], Vec2::Y)?,
         PassStep { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
     ])

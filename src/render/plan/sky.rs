@@ -28,7 +28,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING))?;
     let draw = simple_draw(BACKGROUND_MODULE, scene, provider, |w| {
         w.vec3("middle", sky.middle)?;
-        w.vec3("across", sky.across)?;
+        w.vec3("right", sky.right)?;
         w.vec3("up", sky.up)?;
         w.vec3("map_radiance", Vec3::splat(sky.map_radiance))?;
         w.f32("map_level", sky.map_level)?;
@@ -36,7 +36,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
         w.vec3("to_sun", sky.to_sun)?;
         w.vec3("ecliptic_pole", sky.ecliptic_pole)?;
         w.vec4_array("zodiacal_law", &sky.zodiacal_law)?;
-        w.f32("near", sky.near)?;
+        w.f32("log_offset", sky.log_offset)?;
         w.f32("inner_cosine", sky.inner_cosine)?;
         w.f32("outer_cosine", sky.outer_cosine)?;
         w.f32("corona", sky.corona)?;
@@ -53,7 +53,7 @@ pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         let map = provider.overlay(&image.image)?;
         let draw = simple_draw("sky_image", scene, provider, |w| {
             w.vec3("middle", image.middle)?;
-            w.vec3("across", image.across)?;
+            w.vec3("right", image.right)?;
             w.vec3("up", image.up)?;
             w.vec2("span_px", image.span_px)?;
             w.f32("map_level", image.map_level)?;

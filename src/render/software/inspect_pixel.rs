@@ -17,7 +17,8 @@ use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
 
-/// One named value, a scalar or the components of a vector; NaN if the pixel's control flow does not reach it.
+/// A value bound to a name in a module's WGSL: a scalar, or the components of a vector or matrix, as of the last assignment; NaN if the pixel's control
+/// flow does not reach it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedValue {
     pub name: String,

@@ -1,13 +1,13 @@
 //! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
-//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`NODES`] factors on the table of
-//! [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`] heights, and
-//! a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a straight path
-//! through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is multiplied by
-//! the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors are
-//! between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and
-//! under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the
-//! overlap of two occluders' shadows, which is spread twice.
+//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`FACTORS_PER_OCCLUDER`] factors on the table
+//! of [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`]
+//! heights, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a
+//! straight path through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is
+//! multiplied by the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors
+//! are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light,
+//! and under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and
+//! the overlap of two occluders' shadows, which is spread twice.
 //!
 //! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
 //! (tests/eclipse/twilight.rs).
@@ -26,10 +26,10 @@ pub use crate::scene::constants::IN_SHADOW_HEIGHTS as HEIGHTS;
 pub(crate) const ROWS: usize = HEIGHTS + 1;
 /// Columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
-/// Factors per occluder.
-pub const NODES: usize = ROWS * COLUMNS;
+/// Number of factors of one occluder.
+pub const FACTORS_PER_OCCLUDER: usize = ROWS * COLUMNS;
 /// Index of the first of the vectors that contain the range of each occluder's columns.
-pub(crate) const FIRST_COLUMN_RANGE: usize = NODES * MAX_OCCLUDERS as usize;
+pub(crate) const FIRST_COLUMN_RANGE: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDERS as usize;
 /// Number of vectors of all occluders together.
 pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 
@@ -277,15 +277,15 @@ fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The tables of all occluders that a draw may have: [`NODES`] square roots each, then for each occluder the start of its columns and one over their range.
-/// Without an atmosphere, and for absent occluders, all values are 1.
+/// The tables of all occluders that a draw may have: [`FACTORS_PER_OCCLUDER`] square roots each, then for each occluder the start of its columns and one
+/// over their range. Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; VECTORS];
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
         let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
-        for (to, root) in all[index * NODES..].iter_mut().zip(roots(&air, &shadow)) {
+        for (to, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
             *to = camera::narrow(root).extend(0.0);
         }
         let column_range = DVec3::new(shadow.first_column, 1.0 / (shadow.last_column - shadow.first_column), 0.0);
@@ -294,7 +294,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     all
 }
 
-/// The [`NODES`] square roots of one occluder.
+/// The [`FACTORS_PER_OCCLUDER`] square roots of one occluder.
 fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let root = |v: DVec3| v.map(|x| x.clamp(0.0, 1.0).sqrt());
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();

@@ -26,7 +26,7 @@ pub(super) struct Annotations {
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
     pub lines_in_space: Vec<LineSegment>,
     pub labels: Option<labels::LabelLayer>,
-    pub texts: Option<TextLayer>,
+    pub line_texts: Option<TextLayer>,
     pub decisions: Vec<Decision>,
 }
 
@@ -36,7 +36,7 @@ impl Annotations {
         let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports);
         if request.pixel_view != PixelView::Final {
             let (sky_lines, ground_lines, lines_in_space) = Default::default();
-            return Self { sky_lines, ground_lines, lines_in_space, labels, texts: None, decisions: Vec::new() };
+            return Self { sky_lines, ground_lines, lines_in_space, labels, line_texts: None, decisions: Vec::new() };
         }
         let size_px = labels::glyph_size_px(camera.height);
         let body = builder.body_with_lines();
@@ -54,7 +54,7 @@ impl Annotations {
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
         let candidates: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
-        let texts =
+        let line_texts =
             (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
@@ -67,7 +67,7 @@ impl Annotations {
                 .collect(),
             lines_in_space: cone_lines.into_iter().flatten().chain(instruments.segments).collect(),
             labels,
-            texts,
+            line_texts,
             decisions: decisions.chain(star_decision).collect(),
         }
     }

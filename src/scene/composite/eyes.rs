@@ -21,11 +21,16 @@ const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
 
-/// The frames of a stereo pair. `plain`: the request without its composition.
-pub(super) fn frames(catalog: &Catalog, ephemeris: &Ephemeris, plain: &ViewRequest, stereo: Stereo) -> Result<CompositeFrames, SceneError> {
+/// The frames of a stereo pair. `without_composition`: the request without its composition.
+pub(super) fn frames(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    without_composition: &ViewRequest,
+    stereo: Stereo,
+) -> Result<CompositeFrames, SceneError> {
     // Caption, scale bar and compass are placed later, at the same position for both eyes.
-    let layers = Layers { caption: false, scale_bar: false, compass: false, ..plain.layers };
-    let mut request = ViewRequest { layers, ..plain.clone() };
+    let layers = Layers { caption: false, scale_bar: false, compass: false, ..without_composition.layers };
+    let mut request = ViewRequest { layers, ..without_composition.clone() };
     if stereo.layout == StereoLayout::SideBySide {
         if request.width < 2 {
             return Err(SceneError::Request("a side-by-side image is at least 2 pixels wide".into()));

@@ -99,19 +99,19 @@ fn least_fov_deg(image: &SphereImage) -> f64 {
     (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0
 }
 
-/// The frames of a dome or an entire sphere. `plain`: the request without its composition.
+/// The frames of a dome or an entire sphere. `without_composition`: the request without its composition.
 pub(super) fn frames(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     request: &ViewRequest,
-    plain: ViewRequest,
+    without_composition: ViewRequest,
 ) -> Result<CompositeFrames, SceneError> {
     let composition = &request.composition;
     let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
-    let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..plain.clone() })?;
+    let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..without_composition.clone() })?;
     let [right, up, forward] = axes(composition, &viewer);
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
@@ -124,7 +124,7 @@ pub(super) fn frames(
             "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
         )));
     }
-    let mut effects = plain.effects.clone();
+    let mut effects = without_composition.effects.clone();
     if effects.override_of(Effect::Glare).is_none() {
         effects.set(Effect::Glare, false);
     }
@@ -136,9 +136,9 @@ pub(super) fn frames(
         compass: false,
         outline: false,
         bloom: false,
-        ..plain.layers
+        ..without_composition.layers
     };
-    let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..plain };
+    let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..without_composition };
     let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
     let camera = |[right, up, forward]: [DVec3; 3], tan_half_fov: f64, side_px: u32| Camera {
         right: in_icrf(right),
@@ -195,6 +195,9 @@ fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
 mod tests {
     use super::*;
 
+    /// Azimuths that are multiples of this angle cover the circle evenly.
+    const GOLDEN_ANGLE_RAD: f64 = 2.399_963;
+
     /// The axes of each face are those of a camera, and each direction is inside the face that [`face_of`] returns: within 45 degrees of the face's axis
     /// horizontally and vertically.
     #[test]
@@ -203,7 +206,7 @@ mod tests {
             assert_eq!(right.cross(up), forward);
         }
         for k in 0..10_000 {
-            let (z, azimuth) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * 2.399_963);
+            let (z, azimuth) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * GOLDEN_ANGLE_RAD);
             let across = (1.0 - z * z).sqrt();
             let direction = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
             let [right, up, forward] = AXES[face_of(direction)];

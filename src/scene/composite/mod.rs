@@ -34,15 +34,15 @@ impl CompositeFrames {
     /// Invalid camera parameters; a stereo pair without a target, or whose parallax at infinity would be too large.
     pub fn of(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
         request.check()?;
-        let plain = ViewRequest { composition: Composition::default(), ..request.clone() };
+        let without_composition = ViewRequest { composition: Composition::default(), ..request.clone() };
         match (request.composition.projection, request.composition.stereo) {
-            (Projection::Perspective, Some(stereo)) => eyes::frames(catalog, ephemeris, &plain, stereo),
+            (Projection::Perspective, Some(stereo)) => eyes::frames(catalog, ephemeris, &without_composition, stereo),
             (Projection::Perspective, None) => {
-                let viewer = viewpoint::viewer(catalog, ephemeris, &plain)?;
-                let frame = FrameRequest { request: plain, viewer };
+                let viewer = viewpoint::viewer(catalog, ephemeris, &without_composition)?;
+                let frame = FrameRequest { request: without_composition, viewer };
                 Ok(Self { meter: frame.clone(), frames: vec![frame], arrangement: Arrangement::Single })
             }
-            (Projection::Fisheye | Projection::Equirectangular, _) => faces::frames(catalog, ephemeris, request, plain),
+            (Projection::Fisheye | Projection::Equirectangular, _) => faces::frames(catalog, ephemeris, request, without_composition),
         }
     }
 
@@ -82,7 +82,7 @@ impl Composite {
             (whole.stars, whole.points) = Default::default();
             // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
-            (whole.minor_planets, whole.comets, whole.texts) = (None, Comets::default(), None);
+            (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };

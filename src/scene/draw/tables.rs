@@ -13,8 +13,8 @@ pub struct RingTable {
     pub radius_range: [f64; 2],
     /// Coefficients of the bin index, `bins[0] - bins[1] / radius`; `bins[2]` is the index of the last bin.
     pub bins: [f64; 3],
-    /// Indices of the first and the last slope for which a ring's own table has rows.
-    pub slopes: [u32; 2],
+    /// Indices of the first and the last slant for which a ring's own table has rows.
+    pub slants: [u32; 2],
 }
 
 impl RingTable {

@@ -343,8 +343,8 @@ impl RingUniforms {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
 
-    fn slopes(&self) -> Vec2 {
-        let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slopes).map(f64::from);
+    fn slants(&self) -> Vec2 {
+        let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slants).map(f64::from);
         // The upper limit stays just below the last row, so that interpolation reads the last row as the successor of the row before it.
         Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
     }
@@ -356,7 +356,7 @@ impl RingUniforms {
 
 impl DrawUniforms {
     /// Uniforms computed from several fields.
-    const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slopes", "ring_sun_rows"];
+    const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slants", "ring_sun_rows"];
 
     /// Names of all uniforms that a draw's values fill.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -377,7 +377,7 @@ impl DrawUniforms {
             "light_irradiance" => Some(of_lights(|l| l.irradiance)),
             "overlay" => Some(UniformValue::Rows(self.overlays.iter().flat_map(|o| o.rows).collect())),
             "ring_bins" => Some(UniformValue::Vec3(self.ring.bins())),
-            "ring_slopes" => Some(UniformValue::Vec2(self.ring.slopes())),
+            "ring_slants" => Some(UniformValue::Vec2(self.ring.slants())),
             "ring_sun_rows" => Some(UniformValue::F32(self.ring.sun_rows())),
             _ => self
                 .own_uniform(name)

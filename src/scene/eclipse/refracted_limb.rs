@@ -39,7 +39,7 @@ pub struct RefractedLimb {
     /// Unit vector to the Sun in body axes, then the cotangent of the Sun's angular radius.
     pub sun_direction: Vec4,
     /// Two unit vectors perpendicular to the Sun's direction.
-    pub sun_across: [Vec4; 2],
+    pub sun_basis: [Vec4; 2],
     /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
     pub sun_limb: [Vec4; 3],
     /// For each edge of a layer: height over the limb, then shift of the Sun's image in solar radii.
@@ -218,7 +218,7 @@ fn refracted_limb(
         axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
         sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_radius)),
-        sun_across: [x, y].map(|v| narrow(v).extend(0.0)),
+        sun_basis: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
         air_transmittance: transmittances.map(|v| narrow(v).extend(0.0)).collect(),

@@ -53,12 +53,12 @@ pub struct Corona {
     /// View ray of depth 1 through the middle of the image. Axes: x and y across the line of sight to the Sun, y towards its north pole; z to its centre.
     pub middle: Vec3,
     /// Change of the view ray from the middle of the image to its right edge, and to its upper edge.
-    pub across: Vec3,
+    pub right: Vec3,
     pub up: Vec3,
     /// 1 over the sine of the Sun's angular radius.
     pub radii_per_sine: f32,
     /// Half a pixel, in solar radii.
-    pub half_px: f32,
+    pub half_pixel_radii: f32,
     /// Ludendorff's index as seen from the camera.
     pub flattening: f32,
     /// Radiance of each of Baumbach's terms at the limb.
@@ -179,10 +179,10 @@ pub(crate) fn corona(
         rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
         draws_behind: 0,
         middle: narrow_in_sun_axes(camera.forward),
-        across: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
+        right: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
         up: narrow_in_sun_axes(camera.up * camera.tan_half_fov.y),
         radii_per_sine: narrow_scalar(1.0 / sine),
-        half_px: narrow_scalar(0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sine),
+        half_pixel_radii: narrow_scalar(0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sine),
         // The corona is concentrated around the Sun's equator, so it looks round from above a pole.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - sin_camera_latitude * sin_camera_latitude)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),

@@ -10,4 +10,4 @@ mod single_scatter;
 pub(crate) mod view;
 
 pub use phase::{MIN_COSINE, dust_phase, particle_phase};
-pub use ring_table::{RingConditions, slopes_of_sunlight};
+pub use ring_table::{RingConditions, slants_of_sunlight};

@@ -1,29 +1,29 @@
 //! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit each ringlet for each of its rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
-//! factor phase function / 4. A path's slope is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
-//! flatter paths. Always: exact in radius. Between the slopes of the table it is linear in the slope's logarithm, as in the ring's table
-//! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slope's sums are computed when a ray first needs them.
+//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
+//! flatter paths. Always: exact in radius. Between the slants of the table it is linear in the slant's logarithm, as in the ring's table
+//! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
 
-use super::ring_table::{RingConditions, RingInterval, SLOPES};
-use crate::scene::constants::RING_SLOPES_PER_OCTAVE;
+use super::ring_table::{RingConditions, RingInterval, SLANTS};
+use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
 
 /// Light scattered by large particles and by dust, in the channel with the greatest albedo, without the factor phase function / 4.
 type ByParticle = [f64; 2];
 
-/// The light along paths of one slope.
-struct SlopeSums {
+/// The light along paths of one slant.
+struct SlantSums {
     /// Of each interval.
     light: Vec<ByParticle>,
     /// Its integral over the radius up to each interval's inner edge, and at the end up to the outermost edge.
     integral: Vec<ByParticle>,
 }
 
-impl SlopeSums {
-    fn new(intervals: &[RingInterval], conditions: &RingConditions, slope: f64) -> Self {
+impl SlantSums {
+    fn new(intervals: &[RingInterval], conditions: &RingConditions, slant: f64) -> Self {
         let light = intervals.iter().map(|interval| {
             let albedo = interval.albedo.iter().copied().fold(0.0, f64::max);
-            let light = if interval.tau > 0.0 { albedo * conditions.light(interval, slope) } else { 0.0 };
+            let light = if interval.tau > 0.0 { albedo * conditions.light(interval, slant) } else { 0.0 };
             [light * (1.0 - interval.dust), light * interval.dust]
         });
         let light: Vec<ByParticle> = light.collect();
@@ -45,33 +45,33 @@ impl SlopeSums {
     }
 }
 
-/// Integrals over the radius, interpolated between the slopes of the table.
+/// Integrals over the radius, interpolated between the slants of the table.
 pub(crate) struct RadialSums<'a> {
     intervals: &'a [RingInterval],
     conditions: RingConditions,
     /// Computed when a ray first needs them.
-    by_slope: Vec<Option<SlopeSums>>,
+    by_slant: Vec<Option<SlantSums>>,
 }
 
 impl<'a> RadialSums<'a> {
     /// `sunlight`: for the parts of the Sun's disc on the viewer's side of the ring plane and on the other, the fraction of the disc and the mean
     /// sine of the elevation over the plane.
     pub(crate) fn new(intervals: &'a [RingInterval], sunlight: [[f64; 2]; 2]) -> Self {
-        let by_slope = (0..SLOPES).map(|_| None).collect();
-        // Only a table's rows depend on the range of slopes; `RingConditions::light` ignores it.
-        Self { intervals, conditions: RingConditions::new(Some(sunlight), 1.0, 1.0), by_slope }
+        let by_slant = (0..SLANTS).map(|_| None).collect();
+        // Only a table's rows depend on the range of slants; `RingConditions::light` ignores it.
+        Self { intervals, conditions: RingConditions::new(Some(sunlight), 1.0, 1.0), by_slant }
     }
 
-    /// Mean light between two radii along paths of a slope.
-    pub(crate) fn mean(&mut self, [from, to]: [f64; 2], slope: f64) -> ByParticle {
-        let slope_position = (slope.log2() * f64::from(RING_SLOPES_PER_OCTAVE)).clamp(0.0, f64::from(SLOPES - 1));
-        let lower_index = (slope_position as usize).min(SLOPES as usize - 2);
-        let upper_weight = slope_position - lower_index as f64;
+    /// Mean light between two radii along paths of a slant.
+    pub(crate) fn mean(&mut self, [from, to]: [f64; 2], slant: f64) -> ByParticle {
+        let slant_position = (slant.log2() * f64::from(RING_SLANTS_PER_OCTAVE)).clamp(0.0, f64::from(SLANTS - 1));
+        let lower_index = (slant_position as usize).min(SLANTS as usize - 2);
+        let upper_weight = slant_position - lower_index as f64;
         let interval_at = |radius: f64| self.intervals.partition_point(|interval| interval.to <= radius);
         let ends = [(from, interval_at(from)), (to, interval_at(to))];
-        let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slope_index| {
-            let slope = (slope_index as f64 / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
-            let sums = self.by_slope[slope_index].get_or_insert_with(|| SlopeSums::new(self.intervals, &self.conditions, slope));
+        let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slant_index| {
+            let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
+            let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
             let [inner, outer] = ends.map(|(radius, interval)| sums.up_to(self.intervals, radius, interval));
             [0, 1].map(|kind| (outer[kind] - inner[kind]) / (to - from))
         });
@@ -89,14 +89,14 @@ mod tests {
     /// Tangent of the Sun's angular radius as seen from Saturn.
     const SUN_TANGENT: f64 = 4.8e-4;
 
-    /// Reference for the mean light: single scattering, evaluated for every overlapping interval at the exact slope.
-    fn one_by_one(intervals: &[RingInterval], sunlight: [[f64; 2]; 2], [from, to]: [f64; 2], slope: f64) -> ByParticle {
+    /// Reference for the mean light: single scattering, evaluated for every overlapping interval at the exact slant.
+    fn one_by_one(intervals: &[RingInterval], sunlight: [[f64; 2]; 2], [from, to]: [f64; 2], slant: f64) -> ByParticle {
         let mut mean = [0.0; 2];
         for interval in intervals.iter().filter(|interval| interval.tau > 0.0) {
             let overlap = (interval.to.min(to) - interval.from.max(from)).max(0.0) / (to - from);
             let light: f64 = (0..2)
                 .filter(|side| sunlight[*side][0] > 0.0)
-                .map(|side| sunlight[side][0] * scattered(interval.tau, slope, 1.0 / sunlight[side][1], side == 0))
+                .map(|side| sunlight[side][0] * scattered(interval.tau, slant, 1.0 / sunlight[side][1], side == 0))
                 .sum();
             let light = overlap * light * interval.albedo.iter().copied().fold(0.0, f64::max);
             mean[0] += light * (1.0 - interval.dust);
@@ -105,9 +105,9 @@ mod tests {
         mean
     }
 
-    /// Largest difference from the reference over radii, widths and slopes of a body's rings. `slope_factor`: deviation of the slope from the
+    /// Largest difference from the reference over radii, widths and slants of a body's rings. `slant_factor`: deviation of the slant from the
     /// reference's.
-    fn difference(name: &str, slope_factor: f64) -> f64 {
+    fn difference(name: &str, slant_factor: f64) -> f64 {
         let catalog = Catalog::embedded();
         let body = catalog.body_named(name).expect("a body");
         let intervals = intervals(body.rings.iter(), body.radii_km.x);
@@ -122,9 +122,9 @@ mod tests {
                     let quasi_random = |increment: f64| (f64::from(k) * increment).fract();
                     let middle = inner - 0.1 + (outer - inner + 0.2) * quasi_random(0.618_034);
                     let half_width = 0.5 * (-13.0 * quasi_random(0.754_878)).exp2();
-                    let slope = (7.0 * quasi_random(0.819_173)).exp2();
+                    let slant = (7.0 * quasi_random(0.819_173)).exp2();
                     let between = [middle - half_width, middle + half_width];
-                    let (mean, exact) = (sums.mean(between, slope * slope_factor), one_by_one(&intervals, sunlight, between, slope));
+                    let (mean, exact) = (sums.mean(between, slant * slant_factor), one_by_one(&intervals, sunlight, between, slant));
                     largest = (0..2).fold(largest, |max, kind| max.max((mean[kind] - exact[kind]).abs()));
                 }
             }
@@ -138,7 +138,7 @@ mod tests {
             let largest = difference(name, 1.0);
             assert!(largest < 3e-4, "{name}: {largest}");
         }
-        // The comparison must be able to fail: slopes smaller by a tenth.
+        // The comparison must be able to fail: slants smaller by a tenth.
         assert!(difference("saturn", 0.9) > 3e-3);
     }
 }

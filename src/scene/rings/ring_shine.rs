@@ -12,7 +12,7 @@
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::{RING_SLOPES, RING_SLOPES_PER_OCTAVE};
+use crate::scene::constants::{RING_SLANTS, RING_SLANTS_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
 use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
@@ -29,9 +29,9 @@ pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS
 const ANNULI: usize = 32;
 /// Gauss-Legendre points on an arc.
 const ARC_NODES: usize = 12;
-/// Slopes 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
-const SLOPES: usize = RING_SLOPES as usize;
-const PER_OCTAVE: f64 = RING_SLOPES_PER_OCTAVE as f64;
+/// Slants 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
+const SLANTS: usize = RING_SLANTS as usize;
+const PER_OCTAVE: f64 = RING_SLANTS_PER_OCTAVE as f64;
 /// Height that is used at the equator instead of 0, because the table contains light divided by height.
 const EQUATOR_HEIGHT: f64 = 1e-6;
 
@@ -78,19 +78,19 @@ pub struct RingShineGeometry<'a> {
 /// An interval of rings approximated by one radius.
 struct Annulus {
     radius: f64,
-    /// For each side and slope: scattered light integrated over the interval, per channel.
+    /// For each side and slant: scattered light integrated over the interval, per channel.
     light: [Vec<DVec3>; 2],
 }
 
 impl Annulus {
-    fn light_along(&self, side: usize, slope: f64) -> DVec3 {
-        let position = (slope.log2() * PER_OCTAVE).clamp(0.0, (SLOPES - 1) as f64 - 1e-9);
+    fn light_along(&self, side: usize, slant: f64) -> DVec3 {
+        let position = (slant.log2() * PER_OCTAVE).clamp(0.0, (SLANTS - 1) as f64 - 1e-9);
         let below = position as usize;
         self.light[side][below].lerp(self.light[side][below + 1], position.fract())
     }
 }
 
-/// Weight of an interval in the division into annuli: the light that it removes from a path of slope 4, times its width and albedo.
+/// Weight of an interval in the division into annuli: the light that it removes from a path of slant 4, times its width and albedo.
 fn weight(interval: &RingInterval) -> f64 {
     (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
@@ -125,7 +125,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
-        let light_at_slope = |side: usize, k: usize| {
+        let light_at_slant = |side: usize, k: usize| {
             let x = (k as f64 / PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
@@ -136,7 +136,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             };
             group.iter().map(from_interval).sum()
         };
-        let light = [0, 1].map(|side| (0..SLOPES).map(|k| light_at_slope(side, k)).collect());
+        let light = [0, 1].map(|side| (0..SLANTS).map(|k| light_at_slant(side, k)).collect());
         Annulus { radius, light }
     };
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()

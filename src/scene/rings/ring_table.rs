@@ -1,18 +1,18 @@
-//! The tables that ring shaders read: the light that the layer removes or scatters and its integrals over the radius, for each slope of a path.
+//! The tables that ring shaders read: the light that the layer removes or scatters and its integrals over the radius, for each slant of a path.
 //!
-//! In: rings in catalog order (a later ring replaces earlier rings), and for a shadow the slopes of sunlight. Out: [`RingTable`], plain f32 texels; their
+//! In: rings in catalog order (a later ring replaces earlier rings), and for a shadow the slants of sunlight. Out: [`RingTable`], plain f32 texels; their
 //! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
 use crate::scene::camera::narrow_scalar;
-use crate::scene::constants::{MIN_COSINE, RING_BIN_ROWS, RING_HEADER_ROWS, RING_ROWS_PER_SLOPE, RING_SLOPES_PER_OCTAVE, SUN_STRIPS};
+use crate::scene::constants::{MIN_COSINE, RING_BIN_ROWS, RING_HEADER_ROWS, RING_ROWS_PER_SLANT, RING_SLANTS_PER_OCTAVE, SUN_STRIPS};
 use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
-/// Maximum number of slopes in a ring's table: 2^(k/8), k = 0..=96.
-pub(crate) use crate::scene::constants::RING_SLOPES as SLOPES;
+/// Maximum number of slants in a ring's table: 2^(k/8), k = 0..=96.
+pub(crate) use crate::scene::constants::RING_SLANTS as SLANTS;
 /// Maximum number of radii in a table: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
 
@@ -28,9 +28,9 @@ pub(crate) struct RingInterval {
 }
 
 impl RingInterval {
-    /// Fraction of light removed from a path of a slope (1 / cosine of the angle between path and normal).
-    fn removed_fraction(&self, slope: f64) -> f64 {
-        -(-self.tau * slope).exp_m1()
+    /// Fraction of light removed from a path of a slant (1 / cosine of the angle between path and normal).
+    fn removed_fraction(&self, slant: f64) -> f64 {
+        -(-self.tau * slant).exp_m1()
     }
 
     fn has_dust(&self) -> bool {
@@ -89,40 +89,40 @@ impl RingTables {
     /// [`RingTable::of`] for some rings of a body, cached.
     pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, conditions: &RingConditions) -> Option<Arc<RingTable>> {
         let light = conditions.sunlight.iter().flatten().flatten().copied();
-        let inputs = std::iter::once(unit_km).chain(conditions.slopes.map(f64::from)).chain(light);
+        let inputs = std::iter::once(unit_km).chain(conditions.slants.map(f64::from)).chain(light);
         let key = inputs.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let intervals = || self.intervals(rings.iter().copied(), unit_km);
         self.profiles.get(key, || RingTable::of_intervals(&intervals(), conditions).map(Arc::new))
     }
 
     /// [`RingTable::of_shadow`] for some rings of a body, cached.
-    pub(crate) fn shadow(&self, rings: &[&Ring], unit_km: f64, slopes: &[f64]) -> Option<Arc<RingTable>> {
-        let key = std::iter::once(unit_km).chain(slopes.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
+    pub(crate) fn shadow(&self, rings: &[&Ring], unit_km: f64, slants: &[f64]) -> Option<Arc<RingTable>> {
+        let key = std::iter::once(unit_km).chain(slants.iter().copied()).chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let intervals = || self.intervals(rings.iter().copied(), unit_km);
-        self.shadows.get(key, || RingTable::of_shadow_intervals(&intervals(), slopes).map(Arc::new))
+        self.shadows.get(key, || RingTable::of_shadow_intervals(&intervals(), slants).map(Arc::new))
     }
 }
 
-/// Slopes of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: that of the elevation of the Sun's centre
+/// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: that of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slope is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
-/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slope of the centre is followed by one slope for each strip of the disc.
-pub fn slopes_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
-    let slope = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !is_disc_resolved || sine.abs() > MIN_ELEVATION_FOR_ONE_SLOPE * tangent {
-        return vec![slope(sine)];
+/// One slant is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
+/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slant of the centre is followed by one slant for each strip of the disc.
+pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
+    let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
+    if !is_disc_resolved || sine.abs() > MIN_ELEVATION_FOR_ONE_SLANT * tangent {
+        return vec![slant(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let of_strip = |k: usize| {
         let offset = (k as f64 * std::f64::consts::PI / (SUN_STRIPS + 1) as f64).cos() * tangent;
-        slope((sine + cosine * offset) / offset.hypot(1.0))
+        slant((sine + cosine * offset) / offset.hypot(1.0))
     };
-    std::iter::once(slope(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
+    std::iter::once(slant(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
 }
 
-/// Elevation of the Sun over the plane, in its angular radii, from which one slope is enough.
-const MIN_ELEVATION_FOR_ONE_SLOPE: f64 = 40.0;
+/// Elevation of the Sun over the plane, in its angular radii, from which one slant is enough.
+const MIN_ELEVATION_FOR_ONE_SLANT: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
@@ -175,23 +175,23 @@ pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
     /// [`sun_halves`](super::ring_shine::sun_halves). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
-    /// Indices of the first and the last slope of the table's rows.
-    slopes: [u32; 2],
+    /// Indices of the first and the last slant of the table's rows.
+    slants: [u32; 2],
 }
 
 impl RingConditions {
-    /// `steepest` and `flattest`: smallest and largest slope of the view rays.
+    /// `steepest` and `flattest`: smallest and largest slant of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
-        let slope_position = |slope: f64| slope.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLOPES_PER_OCTAVE);
-        let first = (slope_position(steepest).floor() as u32).min(SLOPES - 2);
-        Self { sunlight, slopes: [first, (slope_position(flattest).ceil() as u32).clamp(first + 1, SLOPES - 1)] }
+        let slant_position = |slant: f64| slant.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLANTS_PER_OCTAVE);
+        let first = (slant_position(steepest).floor() as u32).min(SLANTS - 2);
+        Self { sunlight, slants: [first, (slant_position(flattest).ceil() as u32).clamp(first + 1, SLANTS - 1)] }
     }
 
-    /// Light that an interval scatters along a path of a slope, without the factors albedo and phase function / 4.
-    pub(super) fn light(&self, interval: &RingInterval, slope: f64) -> f64 {
-        let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slope) };
+    /// Light that an interval scatters along a path of a slant, without the factors albedo and phase function / 4.
+    pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
+        let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
         let light_of_half = |(half, [fraction, sine]): (usize, [f64; 2])| {
-            if fraction > 0.0 { fraction * scattered(interval.tau, slope, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
+            if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
         };
         sunlight.into_iter().enumerate().map(light_of_half).sum()
     }
@@ -206,8 +206,8 @@ impl RingTable {
     fn of_intervals(intervals: &[RingInterval], conditions: &RingConditions) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
-        let [first, last] = conditions.slopes;
-        let height = RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * (last - first + 1);
+        let [first, last] = conditions.slants;
+        let height = RING_HEADER_ROWS + RING_ROWS_PER_SLANT * (last - first + 1);
         let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
@@ -220,16 +220,16 @@ impl RingTable {
         }
         texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty_count, 0.0]);
         for k in first..=last {
-            let slope = (f64::from(k) / f64::from(RING_SLOPES_PER_OCTAVE)).exp2();
+            let slant = (f64::from(k) / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
-            let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLOPE as usize];
+            let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLANT as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
-                let light = conditions.light(interval, slope);
+                let light = conditions.light(interval, slant);
                 let [red, green, blue] = interval.albedo.map(|albedo| light * albedo);
                 let large = [red, green, blue].map(|v| v * (1.0 - interval.dust));
                 let dust = [red, green, blue].map(|v| v * interval.dust);
-                let means = [[large[0], large[1], large[2], interval.removed_fraction(slope)], [dust[0], dust[1], dust[2], 0.0]];
+                let means = [[large[0], large[1], large[2], interval.removed_fraction(slant)], [dust[0], dust[1], dust[2], 0.0]];
                 for (kind, mean) in means.into_iter().enumerate() {
                     rows[2 * kind].extend(mean.map(narrow_scalar));
                     rows[2 * kind + 1].extend(sums[kind].map(narrow_scalar));
@@ -244,24 +244,24 @@ impl RingTable {
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }
-        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slopes: conditions.slopes })
+        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slants: conditions.slants })
     }
 
-    /// The table for the fragments of a globe in the rings' shadow, for the slopes of sunlight of [`slopes_of_sunlight`]. `None` as in
+    /// The table for the fragments of a globe in the rings' shadow, for the slants of sunlight of [`slants_of_sunlight`]. `None` as in
     /// [`RingTable::of`].
-    pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slopes: &[f64]) -> Option<Self> {
-        Self::of_shadow_intervals(&intervals(rings, unit_km), slopes)
+    pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slants: &[f64]) -> Option<Self> {
+        Self::of_shadow_intervals(&intervals(rings, unit_km), slants)
     }
 
-    fn of_shadow_intervals(intervals: &[RingInterval], slopes: &[f64]) -> Option<Self> {
+    fn of_shadow_intervals(intervals: &[RingInterval], slants: &[f64]) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
         let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
-        for slope in slopes {
+        for slant in slants {
             let mut sum = 0.0;
             for (interval, end) in intervals.iter().zip(ends(intervals)) {
-                let removed_fraction = interval.removed_fraction(*slope);
+                let removed_fraction = interval.removed_fraction(*slant);
                 texels.extend([narrow_scalar(interval.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
                 sum += (interval.to - interval.from) * removed_fraction;
             }
@@ -269,11 +269,11 @@ impl RingTable {
         }
         Some(Self {
             width: nodes as u32,
-            height: slopes.len() as u32 + RING_BIN_ROWS,
+            height: slants.len() as u32 + RING_BIN_ROWS,
             texels,
             radius_range,
             bins: bins.formula,
-            slopes: [0, 1],
+            slants: [0, 1],
         })
     }
 }
@@ -286,8 +286,8 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
     }
 
-    /// The conditions of the albedo view, with rows for every slope.
-    const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slopes: [0, SLOPES - 1] };
+    /// The conditions of the albedo view, with rows for every slant.
+    const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slants: [0, SLANTS - 1] };
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
@@ -299,16 +299,16 @@ mod tests {
     #[test]
     fn rows_contain_the_removed_light_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
-        assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * SLOPES, [1.0, 3.0]));
+        assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLANT * SLANTS, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
-        for k in 0..SLOPES {
-            let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLOPE * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLOPE * k);
-            let slope = (f64::from(k) / 8.0).exp2();
-            let [first, last] = [0.7, 3.0].map(|tau: f64| 1.0 - (-tau * slope).exp());
-            assert!((at(value, 0, 3) - first).abs() < 1e-6 && (at(value, 0, 0) - 0.5 * first).abs() < 1e-6, "slope {k}");
-            assert!((at(integral, 1, 3) - first).abs() < 1e-6 && (at(integral, 1, 0) - 0.5 * first).abs() < 1e-6, "slope {k}");
+        for k in 0..SLANTS {
+            let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLANT * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLANT * k);
+            let slant = (f64::from(k) / 8.0).exp2();
+            let [first, last] = [0.7, 3.0].map(|tau: f64| 1.0 - (-tau * slant).exp());
+            assert!((at(value, 0, 3) - first).abs() < 1e-6 && (at(value, 0, 0) - 0.5 * first).abs() < 1e-6, "slant {k}");
+            assert!((at(integral, 1, 3) - first).abs() < 1e-6 && (at(integral, 1, 0) - 0.5 * first).abs() < 1e-6, "slant {k}");
             assert_eq!((at(value, 1, 3), at(integral, 2, 3)), (0.0, at(integral, 1, 3)), "a gap adds nothing");
-            assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slope {k}");
+            assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slant {k}");
         }
         assert!(RingTable::of([].iter(), 1.0, &ALBEDO_VIEW).is_none());
     }

@@ -1,6 +1,6 @@
 //! Single scattering by a flat layer of particles, under a Sun whose disc the layer's plane may cut.
 //!
-//! In: optical depth, slopes of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without albedo and phase function.
+//! In: optical depth, slants of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without albedo and phase function.
 //! The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
@@ -20,7 +20,7 @@ pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 
-/// Light scattered into a view path of slope `x` by sunlight of slope `y` from the same side or from the other, without the factors albedo and phase
+/// Light scattered into a view path of slant `x` by sunlight of slant `y` from the same side or from the other, without the factors albedo and phase
 /// function / 4.
 pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
     if same_side {

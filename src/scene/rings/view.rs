@@ -16,7 +16,7 @@ use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
 use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
-use crate::scene::rings::ring_table::{RingConditions, slopes_of_sunlight};
+use crate::scene::rings::ring_table::{RingConditions, slants_of_sunlight};
 use crate::scene::stated_errors::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
@@ -355,15 +355,15 @@ impl<'a> RingView<'a> {
         let [same, other] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
         let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
-        // Slopes from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
+        // Slants from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
         // outside the drawn rings.
         let outer_km = self.outermost_km();
         let (height, axis_distance) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
-        let slope = |along: f64| height.hypot(along) / height;
+        let slant = |along: f64| height.hypot(along) / height;
         RingConditions::new(
             (pixel_view != PixelView::Albedo).then_some(sunlight),
-            slope((axis_distance - outer_km).max(0.0)),
-            slope(axis_distance + outer_km),
+            slant((axis_distance - outer_km).max(0.0)),
+            slant(axis_distance + outer_km),
         )
     }
 
@@ -379,8 +379,8 @@ impl<'a> RingView<'a> {
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
         let outer = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
         let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer == 0.0 || r.outer_km <= outer).collect();
-        let slopes = slopes_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
-        let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slopes);
+        let slants = slants_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
+        let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slants);
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 

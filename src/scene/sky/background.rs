@@ -29,7 +29,7 @@ pub struct SkyBackground {
     /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. Axes of all directions here: those of
     /// the panorama.
     pub middle: Vec3,
-    pub across: Vec3,
+    pub right: Vec3,
     pub up: Vec3,
     /// Radiance of the panorama's linear value 1; 0 if it is not drawn.
     pub map_radiance: f32,
@@ -41,7 +41,7 @@ pub struct SkyBackground {
     pub ecliptic_pole: Vec3,
     pub zodiacal_law: [Vec4; 5],
     /// `zodiacal::LOG_OFFSET`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
-    pub near: f32,
+    pub log_offset: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
     /// 1: zodiacal light fades out where the corona replaces it; 0: it continues up to the Sun.
@@ -115,7 +115,7 @@ pub(crate) fn background(
     let background = SkyBackground {
         map_file: draws_map.then(|| map.file.clone()),
         middle: axis(camera.forward),
-        across: axis(camera.right * camera.tan_half_fov.x),
+        right: axis(camera.right * camera.tan_half_fov.x),
         up: axis(camera.up * camera.tan_half_fov.y),
         map_radiance: narrow_scalar(if draws_map { map.unit_radiance * boost } else { 0.0 }),
         map_level: narrow_scalar((camera.pixel_tangent() / texel_rad).log2().max(0.0)),
@@ -123,7 +123,7 @@ pub(crate) fn background(
         to_sun: axis(to_sun),
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
-        near: narrow_scalar(zodiacal::LOG_OFFSET),
+        log_offset: narrow_scalar(zodiacal::LOG_OFFSET),
         inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // With boosted zodiacal light the transition to the corona would be visible, so it is not made.

@@ -25,7 +25,7 @@ pub struct SkyImageDraw {
     pub image: String,
     /// The homogeneous image coordinates (u = x / z, v = y / z) of the frame's middle, and their change to the frame's right and to its upper edge.
     pub middle: Vec3,
-    pub across: Vec3,
+    pub right: Vec3,
     pub up: Vec3,
     /// Width and height of the image in pixels of the frame.
     pub span_px: Vec2,
@@ -88,7 +88,7 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
             draws.push(SkyImageDraw {
                 image: layer.image_name(),
                 middle: narrow(from_icrf * camera.forward),
-                across: narrow(from_icrf * (camera.right * camera.tan_half_fov.x)),
+                right: narrow(from_icrf * (camera.right * camera.tan_half_fov.x)),
                 up: narrow(from_icrf * (camera.up * camera.tan_half_fov.y)),
                 span_px: narrow2(span_px),
                 map_level: narrow_scalar((size / span_px).max_element().log2().max(0.0)),

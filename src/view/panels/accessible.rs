@@ -14,15 +14,15 @@ pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response 
 }
 
 /// The translated name of a pixel view.
-pub(crate) fn pixel_view(view: PixelView) -> &'static str {
+pub(crate) fn pixel_view_name(view: PixelView) -> &'static str {
     named("pixels", view.name())
 }
 
 /// Shows a drop-down list of pixel views.
-pub(crate) fn pixel_views(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
-    let list = ComboBox::from_id_salt(what).selected_text(pixel_view(*chosen)).width(150.0).show_ui(ui, |ui| {
+pub(crate) fn pixel_view_list(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
+    let list = ComboBox::from_id_salt(what).selected_text(pixel_view_name(*chosen)).width(150.0).show_ui(ui, |ui| {
         for view in PixelView::ALL {
-            ui.selectable_value(chosen, view, pixel_view(view));
+            ui.selectable_value(chosen, view, pixel_view_name(view));
         }
     });
     list.response.on_hover_text(what).accessible_name(what)

@@ -29,7 +29,7 @@ const SWITCHES: [(&str, &str, &str); 17] = [
 
 /// Shows the switches, the slider that brightens stars and diffuse light, and the button that resets them.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
-    let decisions = interface.viewport.shown.as_ref().map(|rendered| rendered.scene.sky.clone()).unwrap_or_default();
+    let decisions = interface.viewport.shown.as_ref().map(|rendered| rendered.scene.sky_decisions.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
         for (name, label, tooltip) in SWITCHES {

@@ -169,7 +169,7 @@ macro_rules! functions_of_class {
     };
 }
 
-functions_of_class!(plain, decode => decode,);
+functions_of_class!(portable, decode => decode,);
 #[cfg(target_arch = "x86_64")]
 functions_of_class!(avx2, decode => {
     // SAFETY: functions of this class are called only on machines with AVX2.
@@ -193,7 +193,7 @@ macro_rules! for_class {
             KernelClass::Avx2Fma => avx2::$function::<$r, $d>,
             #[cfg(target_arch = "aarch64")]
             KernelClass::Neon => neon::$function::<$r, $d>,
-            _ => plain::$function::<$r, $d>,
+            _ => portable::$function::<$r, $d>,
         }
     };
 }

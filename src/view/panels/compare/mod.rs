@@ -208,7 +208,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     });
     ui.horizontal(|ui| {
         ui.label(text!("effects-show"));
-        accessible::pixel_views(ui, &mut variant.pixels, &text!("compare-show", side = side));
+        accessible::pixel_view_list(ui, &mut variant.pixels, &text!("compare-show", side = side));
     });
     ui.horizontal(|ui| {
         let shown = ComboBox::new((side, "renderer"), text!("compare-renderer"))
@@ -228,7 +228,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
 /// A short description of a variant, such as `draft normal`.
 fn variant_text(variant: &Variant) -> String {
     let mut words = vec![named("quality", variant.quality.name())];
-    words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view(variant.pixels)));
+    words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixels)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
     words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));
     words.join(" ")
