@@ -1,4 +1,4 @@
-//! The command line: arguments in, results on standard output, messages on standard error.
+//! The command line: arguments in, results on standard output, messages on standard error. A *verb* is one of its commands, such as `render`.
 //!
 //! Exit status: 0 for success, 1 for failure (one line states the reason and what to do; errors in catalog files take a line each), 2 for invalid
 //! arguments. Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The results themselves are

@@ -1,4 +1,4 @@
-//! Evaluates many queries with one module. Each query is a column of a small target that the software renderer draws.
+//! Evaluates many queries with one module. The software renderer draws a small target in which each query is a column.
 //!
 //! In: a module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of
 //! each query, of four numbers each. Inputs are pairs of f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).

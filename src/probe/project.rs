@@ -1,9 +1,9 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
-//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalogue; its proper motion, parallax
-//! and aberration are included. Right ascension and declination are an ICRF direction without parallax, with aberration. Pixels count from
-//! the upper left corner of the image. Positions behind the camera are not in the frame; the pixel returned for them is that of the
-//! opposite direction.
+//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
+//! and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no
+//! parallax. Pixels count from the upper left corner of the image. Positions behind the camera are not in the frame; the pixel returned for
+//! them is that of the opposite direction.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};

@@ -3,8 +3,9 @@
 //!
 //! In: a view request, and the sources from which the session draws it. Out: a [`Provenance`], named values as one line of JSON; for an existing file,
 //! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request and on every catalog, map, kernel
-//! and fragment that can change the image. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Not
-//! distinguished: two builds of the same version, except by catalogs and shaders; GPU and software, if either may draw.
+//! and fragment that can change the image. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Two builds of
+//! the same version have different provenances only if their catalogs or shaders differ. If either the GPU or the software renderer may draw, the
+//! provenance does not say which one drew.
 
 use super::Session;
 use super::images::{PROVENANCE_CHUNK, is_exr};
@@ -32,7 +33,8 @@ pub enum ExistingImage {
     None,
     /// A complete file with the same provenance.
     Same,
-    /// A file of another request. The text lists the differences, each as `name its value, not ours`.
+    /// A file of another request. The text lists the differing fields: for each its name, the file's value and this request's value, as in
+    /// `size 64x64, not 32x32`.
     Other(String),
     /// The provenance matches, but the file is incomplete. The text gives the reason.
     Damaged(String),
@@ -205,7 +207,7 @@ impl Provenance {
         serde_json::from_str(text).ok().map(Self)
     }
 
-    /// The fields in which two provenances differ, at most three, each as `name its value, not ours`.
+    /// The first three fields in which two provenances differ, in the form of [`ExistingImage::Other`], and the number of the other ones.
     fn differences(theirs: &Self, ours: &Self) -> String {
         // The fields that a user knows best come first.
         let order = ["target", "time", "from", "size", "effects", "layers", "quality"];

@@ -110,7 +110,8 @@ impl GpuRenderer {
         })
     }
 
-    /// Configures the surface for the window's size if that has changed. Returns false if this failed for now, for example because another thread draws.
+    /// Configures the surface for the window's size if that has changed. Returns false after a failure that may be temporary, for example because another
+    /// thread draws.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if surface.configured_size == Some(size) {
             return Ok(true);

@@ -21,9 +21,11 @@ pub(super) struct Quad {
     pub source_triangle: u32,
 }
 
-/// The pixels that a draw may change. Rectangles are given by their left, top, right and bottom edge (exclusive).
+/// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (exclusive).
 pub(crate) struct DrawExtent {
+    /// The pixels inside the draw's outline and, for the sky, outside the ground's.
     pub outlines: Extent,
+    /// The draw leaves out each pixel whose four nearest texels are marked.
     pub marks: Option<TexelMarks>,
 }
 

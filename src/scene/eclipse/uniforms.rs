@@ -24,12 +24,15 @@ pub(crate) fn uniforms_of_occluders(
     }
 }
 
-/// Coefficients of 1, mu, mu² in 1 - u1 (1 - mu) - u2 (1 - mu)² divided by the disc's flux. The flux of 1, mu, mu² is pi, 2/3 pi, pi/2.
+/// Limb darkening, 1 - u1 (1 - mu) - u2 (1 - mu)², divided by its integral over the unit disc: the coefficients of 1, mu, mu². The integrals of 1, mu, mu²
+/// are pi, 2/3 pi, pi/2.
 fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
     let flux = (1.0 - u1 / 3.0 - u2 / 6.0) * std::f64::consts::PI;
     [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
 }
 
+/// The layout of each `Vec4` is that of [`EclipseUniforms`]. Three fields are set later, if the draw needs them: `coarse_row` by the plan, `coarse_bound` by
+/// `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
 fn uniforms_along(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {

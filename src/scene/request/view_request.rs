@@ -82,7 +82,7 @@ pub enum Look {
     },
 }
 
-/// The up direction of the image. A direction along the line of sight is replaced by the next best axis.
+/// The up direction of the image. If it is along the line of sight, the celestial pole replaces it, or else the equinox (ICRF +x).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
     /// The north pole of the target if the camera looks at it, else that of the body relative to which the camera is placed.
@@ -247,7 +247,7 @@ pub struct ViewRequest {
     pub coarse_air: bool,
 }
 
-/// Default field of view if the distance is not given either. It is that of a long lens, so that nearly a hemisphere of the target is visible.
+/// Default field of view if neither it nor the distance is given. It is that of a long lens, so that nearly a hemisphere of the target is visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
 /// Default field of view if the distance or the position is given, on the ground too: at 3 radii a disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;

@@ -1,9 +1,9 @@
-//! Chains of operations in one SIMD kernel: each operation uses the result of the previous one without a store and a load in between.
+//! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between.
 //!
 //! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
-//! from single kernels run in order, because each operation still rounds separately. The table contains the chains that occur most often in the
-//! atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other chain into chains of the table
-//! and single operations.
+//! from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
+//! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other
+//! chain into chains of the table and single operations.
 
 use super::class::UNROLLED_LANES;
 use super::operand::{KernelOperand, unchecked_ref};
@@ -18,7 +18,7 @@ pub const MAX_OPERANDS: usize = 8;
 /// Maximum number of operations of a chain.
 pub const MAX_CHAIN_OPS: usize = 8;
 
-/// Operand kinds as bits, the first operand lowest: L = one value per lane (1), R = one value for all lanes (0).
+/// Operand kinds as bits, the first operand lowest: L = one value per lane, a slot (1); R = one value for all lanes, a register (0).
 pub const fn kind_bits(kinds: &str) -> u8 {
     let (kinds, mut bits, mut k) = (kinds.as_bytes(), 0, 0);
     while k < kinds.len() {
@@ -415,7 +415,7 @@ pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
 
-/// Number of operands of a chain.
+/// Number of operands of a chain: those of all its operations, less one for each operation after the first, which takes the previous result.
 pub fn operand_count(ops: &[FusedOp]) -> usize {
     ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }
