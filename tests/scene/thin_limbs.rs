@@ -101,7 +101,7 @@ fn a_thin_rim_of_air_has_the_same_light_at_every_size() {
 
 #[test]
 fn discs_under_air_have_the_same_light_at_every_size() {
-    for (view, sides, bound) in [(FULL_EARTH, [32, 64, 128], 0.03), (CRESCENT_EARTH, [32, 64, 128], 0.04), (MARS, [48, 64, 128], 0.03)] {
+    for (view, sides, bound) in [(FULL_EARTH, [32, 64, 128], 0.05), (CRESCENT_EARTH, [32, 64, 128], 0.04), (MARS, [48, 64, 128], 0.03)] {
         let change = view.worst_change(&sides, 256);
         assert!(change < bound, "{}: {change} against {bound}", view.time);
         let scene = view.scene(64);

@@ -112,9 +112,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
-    // A point shows the rest of the light, with that of the rim.
-    for light in &mut uniforms.lights {
-        light.irradiance *= camera::narrow_scalar(inputs.disc_fraction);
+    // Small discs share their light with a point. Without a globe in the frame there is no point either: the camera is in the air, or sees nothing but sky.
+    if inputs.disc_fraction > 0.0 && !camera_is_inside {
+        for light in &mut uniforms.lights {
+            light.irradiance *= camera::narrow_scalar(inputs.disc_fraction);
+        }
     }
     uniforms.air.night_radiance *= camera::narrow_scalar(air::night_sky_above(air, height_km));
     if !camera_is_inside && rim.height_px < rim::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
