@@ -27,5 +27,4 @@ mod silhouette;
 mod six_cases;
 mod sky_lines;
 mod stars;
-mod thin_limbs;
 mod toggles;

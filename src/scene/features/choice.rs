@@ -92,10 +92,6 @@ pub struct FeatureSelection {
     pub air_pass: AirPass,
     /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
-    /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
-    pub thin_crescent: bool,
-    /// Whether the draw of the air beyond the limb averages its light over each pixel.
-    pub thin_rim: bool,
 }
 
 impl FeatureSelection {
@@ -120,13 +116,8 @@ impl FeatureSelection {
             (self.maps.normal, available.maps.normal),
             (self.maps.cloud_shadow, available.maps.cloud_shadow),
         ];
-        let other_features = self.detail
-            || self.cloud_detail
-            || self.custom_surface
-            || self.mesh.is_some()
-            || self.ring_shine
-            || self.limb_heights
-            || self.thin_crescent;
+        let other_features =
+            self.detail || self.cloud_detail || self.custom_surface || self.mesh.is_some() || self.ring_shine || self.limb_heights;
         maps.iter().all(|(chosen, available)| *chosen && *available) && !other_features && self.overlays == 0
     }
 
@@ -182,12 +173,6 @@ impl FeatureSelection {
                 None => Shape::Sphere,
             },
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
-            thin_limb: self.thin_crescent
-                && !available.emissive
-                && mesh.is_none()
-                && !self.detail
-                && !self.limb_heights
-                && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
             air_pass: match self.air_pass {
@@ -212,7 +197,6 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
-            thin_limb: ground.thin_limb && !self.cloud_detail,
             ..ground
         })
     }
@@ -243,7 +227,6 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
-            thin_limb: self.thin_rim,
             lights: 1,
             air_pass: AirPass::None,
             ..ground
