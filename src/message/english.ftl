@@ -60,6 +60,7 @@ reason-mesh-triangles = { $count } triangles of { $file }, up to { $radii } radi
 reason-mesh-shadow = at each vertex, of a Sun of { $degrees } degrees across
 reason-mesh-shadow-sharp = accurate to the length of an edge
 reason-overlay-size = { $overlay } is { $size } px across (threshold 0.5), opacity { $opacity }
+reason-crescent-width = the crescent is { $width } px wide (threshold { $threshold }): pixels in which sunlight ends show the mean of their lit part
 reason-limb-heights = its limb by { $count } points reaches from { $lowest } to { $highest } km: { $size } px (threshold { $limit })
 # Light of the Sun and of other bodies.
 reason-irradiance = irradiance { $irradiance } of that at 1 au
@@ -101,6 +102,7 @@ reason-air-samples-table-chosen = { $few } or { $many } samples along each ray, 
 reason-air-samples-table = { $few } or { $many } samples along each ray, and a table of multiple scattering
 reason-air-camera-inside = the camera is in it, below { $height } km
 reason-air-rim = its rim is { $height } px high (threshold { $threshold }); seen straight down it removes { $light }
+reason-air-rim-light = the rim, { $height } px high, has about { $part } of the body's light at this phase (threshold { $threshold })
 reason-air-no-spread = left out without the table of multiple scattering: overhead an umbra's air is as dark as at night
 reason-air-spread = scattered from the sunlit air and ground around it; error below 40 % where a thousandth of the light is left
 reason-air-in-colours = the colours of its disc already include the air

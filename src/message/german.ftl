@@ -60,6 +60,7 @@ reason-mesh-triangles = { $count } Dreiecke aus { $file }, bis { $radii } Radien
 reason-mesh-shadow = an jedem Vertex, von einer Sonne mit { $degrees } Grad Durchmesser
 reason-mesh-shadow-sharp = scharf bis auf die Länge einer Kante
 reason-overlay-size = { $overlay } ist { $size } px breit gegen 0,5, Deckkraft { $opacity }
+reason-crescent-width = die Sichel ist { $width } px breit gegen { $threshold }: ein Bildpunkt, in dem das Sonnenlicht endet, zeigt das Mittel seines beleuchteten Teils
 reason-limb-heights = sein Rand aus { $count } Punkten reicht von { $lowest } bis { $highest } km: { $size } px gegen { $limit }
 # Light of the Sun and of other bodies.
 reason-irradiance = Bestrahlungsstärke: das { $irradiance }-fache von der in 1 AE
@@ -101,6 +102,7 @@ reason-air-samples-table-chosen = { $few } oder { $many } Stützstellen je Strah
 reason-air-samples-table = { $few } oder { $many } Stützstellen je Strahl und eine Tabelle der weiteren Streuung
 reason-air-camera-inside = die Kamera ist in ihr, unter { $height } km
 reason-air-rim = ihr Rand ist { $height } px hoch gegen { $threshold }, und senkrecht nach unten nimmt sie { $light }
+reason-air-rim-light = der Rand, { $height } px hoch, hat bei dieser Phase etwa { $part } des Lichts des Körpers gegen { $threshold }
 reason-air-no-spread = ohne die Tabelle der weiteren Streuung ausgelassen: die Luft über einem Kernschatten ist dunkel wie bei Nacht
 reason-air-spread = gestreut von der beleuchteten Luft und dem Boden ringsum, auf 40 % genau, wo ein Tausendstel übrig ist
 reason-air-in-colours = die Farben seiner Scheibe enthalten die Luft schon

@@ -3,8 +3,8 @@
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change by an effect. Always: for linear light, an effect
 //! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, an effect is kept if it
 //! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc under two
-//! pixels is only a point, an atmosphere that rises less than half a pixel beyond the limb is left out), which do not
-//! depend on light, and the maximum number of lights and occluders of a draw.
+//! pixels is only a point; a faint rim of an atmosphere, thinner than half a pixel, is left out), which do not depend on the exposure, and the maximum
+//! number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};

@@ -57,6 +57,7 @@ fragments![
     "lib/air/scatter_monotonic.wesl",
     "lib/air/scatter_marched.wesl",
     "lib/air/in_front.wesl",
+    "lib/air/at_limb.wesl",
     "lib/air/sunlight_fraction.wesl",
     "lib/air/multi_scatter_in_shadow.wesl",
     "lib/air/sums.wesl",

@@ -297,7 +297,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "scale",
         (4.0, "255ths, mean"),
-        "eight times the pixels on a side, reduced; at 64 pixels the Earth's rim of air and its clouds' shadows are left out by size",
+        "eight times the pixels on a side, reduced; at 64 pixels the Earth's clouds are thinner, because the map is filtered before it becomes opacity",
         images::scale,
     ),
     sweep(

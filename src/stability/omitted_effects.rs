@@ -90,8 +90,13 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
     let chosen = bench.plan_view(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
     let mut scene = bench.plan_view(&everything, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
-        let same = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part);
-        let Some(models) = same.map(|c| c.features) else { continue };
+        let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
+        let models = same.features;
+        // A draw of air has eclipses or the shadow of rings, not both: where eclipses would replace a shadow, nothing is added.
+        if models.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
+            *draw = same.clone();
+            continue;
+        }
         let features = &mut draw.features;
         if models.ring_shadow != RingShadow::None && features.ring_shadow != RingShadow::None {
             features.ring_shadow = models.ring_shadow;
@@ -99,6 +104,8 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
         if models.body_shadow != BodyShadow::None && features.body_shadow != BodyShadow::None {
             features.body_shadow = models.body_shadow;
         }
+        // Not an effect but a filter, which the scene leaves out beside eclipses and detail.
+        features.thin_limb = models.thin_limb;
     }
     let plan = plan::plan(&scene, bench.session(), SINGLE_SAMPLE)?;
     Ok(FramePair { chosen, all: PlannedView { scene, plan } })

@@ -27,4 +27,5 @@ mod silhouette;
 mod six_cases;
 mod sky_lines;
 mod stars;
+mod thin_limbs;
 mod toggles;

@@ -137,7 +137,9 @@ fn a_pixel_reports_the_values_of_its_draws() {
         let (single, double) = (pixel(Precision::F32, x, y), pixel(Precision::F64, x, y));
         let in_image = drawn.frame.hdr[(y * SIDE + x) as usize];
         for (k, expected) in in_image[..3].iter().enumerate() {
-            assert_eq!(single["radiance"][k].as_f64(), Some(f64::from(*expected)), "channel {k} of {x},{y}");
+            // The same to rounding: the values are read out between the operations that the image's kernels fuse.
+            let in_f32 = single["radiance"][k].as_f64().expect("a number");
+            assert!((in_f32 / f64::from(*expected) - 1.0).abs() < 5e-7, "channel {k} of {x},{y}: {in_f32} {expected}");
             let in_f64 = double["radiance"][k].as_f64().expect("a number");
             assert!((in_f64 - f64::from(*expected)).abs() < 1e-4, "{in_f64} {expected}");
         }

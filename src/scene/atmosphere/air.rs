@@ -6,6 +6,7 @@
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, opacity_above, optical_depth, scattering};
+use crate::scene::atmosphere::rim;
 use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth};
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
@@ -171,25 +172,11 @@ pub(crate) fn is_significant(
     if camera_is_inside {
         return (true, reason!("air-camera-inside", height = air.top_km));
     }
-    let rim_px = rim_px(body, air, diameter_px);
+    let rim_px = rim::height_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_optical_depth(air).max_element()).exp();
     let light = threshold.change_description(change);
-    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = RIM_PX, light = light);
-    (rim_px >= RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
-}
-
-/// Height in pixels below which the rim beyond the limb is left out, because each pixel there would show it as if it were one pixel high.
-pub(crate) const RIM_PX: f64 = 0.5;
-/// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
-pub(crate) const SHADED_RIM_PX: f64 = 1.0;
-/// Number of scale heights over which a limb is bright.
-const BRIGHT_HEIGHTS: f64 = 4.0;
-
-/// Height in pixels of the bright rim beyond the limb.
-pub(crate) fn rim_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
-    let heights = air.species.iter().filter(|s| s.tent_centre_km.is_none()).map(|s| s.scale_height_km);
-    let rim_km = (BRIGHT_HEIGHTS * heights.fold(0.0, f64::max)).min(air.top_km);
-    rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
+    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::RIM_PX, light = light);
+    (rim_px >= rim::RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
 /// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.

@@ -5,6 +5,7 @@
 use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air;
+use crate::scene::atmosphere::rim::{self, Rim};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
@@ -72,18 +73,27 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
-    let features = chosen.sky_features(body, inputs.pixel_view());
-    let rim_px = air::rim_px(body, air, inputs.diameter_px);
-    let rim_is_negligible = !camera_is_inside && rim_px < air::RIM_PX;
     let height_km = air::camera_height_km(body, &inputs.placed.placement);
     // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above all of it
     // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it.
     let map_includes_air = !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
-    if colour_includes_air
-        && (rim_is_negligible || !air::is_visible_over_disc(air) || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0)
-    {
+    let continues_disc = colour_includes_air && !air::is_visible_over_disc(air);
+    let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle, continues_disc);
+    let rim_is_left_out = !camera_is_inside && rim.is_negligible();
+    if !camera_is_inside && rim.is_low() {
+        let reason = reason!(
+            "air-rim-light",
+            height = format_args!("{:.2}", rim.height_px),
+            part = format_args!("{:.1e}", rim.light_part),
+            threshold = rim::MIN_LIGHT_PART
+        );
+        log.record("air-rim", !rim_is_left_out, reason);
+    }
+    chosen.thin_rim = !camera_is_inside && rim.is_averaged();
+    let features = chosen.sky_features(body, inputs.pixel_view());
+    if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.record("air-over-ground", false, reason!("air-in-colours"));
         chosen.air = AtmosphereModel::None;
     } else if colour_includes_air {
@@ -99,14 +109,20 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     };
     let camera = inputs.frame.camera;
     let rect = if camera_is_inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
-    let (Some(rect), Some(mut features), false) = (rect, features, rim_is_negligible) else { return decisions };
+    let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
+    // Small discs share their light with a point. Without a globe in the frame there is no point either: the camera is in the air, or sees nothing but sky.
+    if inputs.disc_fraction > 0.0 && !camera_is_inside {
+        for light in &mut uniforms.lights {
+            light.irradiance *= camera::narrow_scalar(inputs.disc_fraction);
+        }
+    }
     uniforms.air.night_radiance *= camera::narrow_scalar(air::night_sky_above(air, height_km));
-    if !camera_is_inside && rim_px < air::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
+    if !camera_is_inside && rim.height_px < rim::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;
-        let reason = reason!("air-ring-shadow", height = format_args!("{rim_px:.2}"), threshold = air::SHADED_RIM_PX);
+        let reason = reason!("air-ring-shadow", height = format_args!("{:.2}", rim.height_px), threshold = rim::SHADED_RIM_PX);
         decisions.log.record("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);

@@ -11,6 +11,7 @@ pub mod multi_scatter_in_shadow;
 pub mod multi_scatter_table;
 pub mod phase;
 pub mod quadrature_nodes;
+pub(crate) mod rim;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;
 

@@ -301,6 +301,8 @@ pub struct DrawFeatures {
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
     pub limb_heights: bool,
+    /// Whether light is averaged over pixels at the limb: in a draw of the sky that of the air, in other draws that of a thin crescent and the air before it.
+    pub thin_limb: bool,
     pub flags: Flags,
     pub view: PixelView,
 }
@@ -322,6 +324,7 @@ impl DrawFeatures {
         air_pass: AirPass::None,
         shape: Shape::Sphere,
         limb_heights: false,
+        thin_limb: false,
         flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
         view: PixelView::Final,
     };

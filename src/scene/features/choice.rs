@@ -92,6 +92,10 @@ pub struct FeatureSelection {
     pub air_pass: AirPass,
     /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
+    /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
+    pub thin_crescent: bool,
+    /// Whether the draw of the air beyond the limb averages its light over each pixel.
+    pub thin_rim: bool,
 }
 
 impl FeatureSelection {
@@ -116,8 +120,13 @@ impl FeatureSelection {
             (self.maps.normal, available.maps.normal),
             (self.maps.cloud_shadow, available.maps.cloud_shadow),
         ];
-        let other_features =
-            self.detail || self.cloud_detail || self.custom_surface || self.mesh.is_some() || self.ring_shine || self.limb_heights;
+        let other_features = self.detail
+            || self.cloud_detail
+            || self.custom_surface
+            || self.mesh.is_some()
+            || self.ring_shine
+            || self.limb_heights
+            || self.thin_crescent;
         maps.iter().all(|(chosen, available)| *chosen && *available) && !other_features && self.overlays == 0
     }
 
@@ -173,6 +182,12 @@ impl FeatureSelection {
                 None => Shape::Sphere,
             },
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
+            thin_limb: self.thin_crescent
+                && !available.emissive
+                && mesh.is_none()
+                && !self.detail
+                && !self.limb_heights
+                && self.eclipse.occluders == 0,
             flags: mesh.unwrap_or_default(),
             air,
             air_pass: match self.air_pass {
@@ -197,6 +212,7 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
+            thin_limb: ground.thin_limb && !self.cloud_detail,
             ..ground
         })
     }
@@ -227,6 +243,7 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
+            thin_limb: self.thin_rim,
             lights: 1,
             air_pass: AirPass::None,
             ..ground

@@ -22,7 +22,7 @@ use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
 use crate::scene::request::effects::Effect;
-use crate::scene::surface::{ground, mesh_decision, meshes, overlays};
+use crate::scene::surface::{crescent, ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
 use glam::{DVec3, Vec3};
 use inputs::{DecideEffect, DecisionInputs, Decisions, FrameContext, decide_in_order};
@@ -39,7 +39,7 @@ pub(crate) struct DecidedBody {
 }
 
 /// The decisions about a body that is drawn as a disc, in their order.
-const ALL_DECISIONS: [DecideEffect; 10] = [
+const ALL_DECISIONS: [DecideEffect; 11] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
@@ -47,6 +47,7 @@ const ALL_DECISIONS: [DecideEffect; 10] = [
     rings::decision::decide,
     atmosphere::decision::decide,
     leave_out_rare_combinations,
+    crescent::decide,
     atmosphere::air_pass::decide,
     mesh_decision::decide,
     atmosphere::cloud_decision::decide,

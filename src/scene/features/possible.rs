@@ -46,17 +46,26 @@ fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
     std::iter::once(None).chain(meshes).collect()
 }
 
-/// The features of the globe for one selection, in every variation of mesh, overlays, custom surface, ring-shine, detail and lunar limb profile.
+/// The features of the globe for one selection, in every variation of mesh, overlays, custom surface, ring-shine, detail, lunar limb profile
+/// and thin crescent.
 fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
-            // Ring-shine, detail and limb profile: at most one of them.
-            let at_most_one = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
+            // Ring-shine, detail and limb profile: at most one of them. A thin crescent: only without detail and limb profile.
+            let combinations = [
+                (false, false, false, false),
+                (true, false, false, false),
+                (false, true, false, false),
+                (false, false, true, false),
+                (false, false, false, true),
+                (true, false, false, true),
+            ];
             let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
             custom.flat_map(move |custom_surface| {
-                at_most_one.map(|(ring_shine, detail, limb_heights)| {
-                    FeatureSelection { overlays, ring_shine, detail, limb_heights, custom_surface, mesh, ..chosen }.features(body, view)
+                combinations.map(|(ring_shine, detail, limb_heights, thin_crescent)| {
+                    let others = FeatureSelection { overlays, custom_surface, mesh, ..chosen };
+                    FeatureSelection { ring_shine, detail, limb_heights, thin_crescent, ..others }.features(body, view)
                 })
             })
         };
@@ -73,9 +82,11 @@ fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterato
     by_pixel.into_iter().chain(readers.into_iter().filter(move |_| coarse))
 }
 
-/// The features of the cloud shell for one selection, without and with billows.
+/// The features of the cloud shell for one selection: plain, with billows, and as a thin crescent.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
-    [false, true].into_iter().filter_map(move |cloud_detail| FeatureSelection { cloud_detail, ..chosen }.cloud_features(body, view))
+    [(false, false), (true, false), (false, true)].into_iter().filter_map(move |(cloud_detail, thin_crescent)| {
+        FeatureSelection { cloud_detail, thin_crescent, ..chosen }.cloud_features(body, view)
+    })
 }
 
 /// Every set of draw features that can occur in a frame, for any body of the catalog under any effects and pixel view: sorted, without duplicates.
@@ -123,7 +134,8 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     };
                                     all.extend(ground_features(chosen, body, view));
                                     all.extend(possible_clouds(chosen, body, view));
-                                    all.extend(chosen.sky_features(body, view));
+                                    let skies = both.map(|thin_rim| FeatureSelection { thin_rim, ..chosen }.sky_features(body, view));
+                                    all.extend(skies.into_iter().flatten());
                                 }
                             }
                         }

@@ -1,5 +1,6 @@
 //! The surface of a body: its shape, maps, overlays and meshes.
 
+pub(crate) mod crescent;
 pub(crate) mod detail;
 pub(crate) mod ground;
 pub(crate) mod mesh_decision;

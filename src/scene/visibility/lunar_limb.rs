@@ -138,8 +138,9 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let decision = Decision { effect: "limb-heights", on, reason, stated_error: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
-    // The side of the Moon that is turned away from the Sun needs no procedural craters.
+    // The side of the Moon that is turned away from the Sun needs no procedural craters, and a crescent so near to new Moon no average over pixels.
     draw.features.detail = Detail::None;
+    draw.features.thin_limb = false;
     draw.features.limb_heights = true;
     let radius_km = moon.body.radii_km.x;
     let height = |k: usize| (profile.sphere_km() + profile.heights_km()[k % LIMB_POINTS]) / radius_km - 1.0;

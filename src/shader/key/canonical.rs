@@ -263,12 +263,19 @@ pub static RULES: &[CanonicalRule] = &[
     omitted_in_coarse_image("overlays"),
     omitted_in_coarse_image("ringshine"),
     omitted_in_coarse_image("limbheights"),
+    omitted_in_coarse_image("thinlimb"),
     omitted_in_coarse_image("alphatexture"),
     CanonicalRule {
         dimension: "limbheights",
         value: "",
         applies: |f| no_ground(f) || f.shape == Shape::Mesh,
         because: "the limb profile belongs to the Moon's ground, or to the Sun behind the Moon",
+    },
+    CanonicalRule {
+        dimension: "thinlimb",
+        value: "",
+        applies: |f| !lit(f) || f.surface == Surface::Ring || f.shape == Shape::Mesh,
+        because: "light ends within a pixel where the Sun lights a smooth globe or its air",
     },
     CanonicalRule {
         dimension: "twosided",
@@ -394,13 +401,14 @@ mod tests {
             air: Air { model: AtmosphereModel::Table, mie: true, absorption: true },
             shape: Shape::Ellipsoid,
             limb_heights: true,
+            thin_limb: true,
             flags: Flags { alpha_texture: true, ..Flags::default() },
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&f), f);
         // A mesh has additional flags, and no atmosphere.
         let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
-        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, flags, ..f };
+        let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, thin_limb: false, flags, ..f };
         assert_eq!(canonical(&mesh), mesh);
         assert_eq!(canonical(&DrawFeatures { air: f.air, ..mesh }), mesh);
     }

@@ -208,6 +208,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         set: |f, v| f.shape = SHAPES[v],
     },
     switch!("limbheights", KeyPart::Shape, "limb-heights", limb_heights),
+    switch!("thinlimb", KeyPart::Shape, "thin-limb", thin_limb),
     switch!("twosided", KeyPart::Flags, "flags.twosided", flags.two_sided),
     switch!("alphatexture", KeyPart::Flags, "flags.alphatexture", flags.alpha_texture),
     switch!("vertexcolour", KeyPart::Flags, "flags.vertexcolour", flags.vertex_colour),

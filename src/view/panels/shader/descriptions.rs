@@ -78,6 +78,7 @@ pub(crate) fn meaning(dimension: &Dimension, value: usize) -> &'static str {
             &[text!("meaning-no-ring-shadow"), text!("meaning-ring-shadow-of-a-point-sun"), text!("meaning-ring-shadow-with-a-penumbra")]
         }
         "limbheights" => &[text!("meaning-even-limb"), text!("meaning-the-moon-s-limb-by-its-own-heights")],
+        "thinlimb" => &[text!("meaning-limb-of-one-point-a-pixel"), text!("meaning-light-averaged-over-pixels-at-the-limb")],
         "ringshine" => &[text!("meaning-no-ring-shine"), text!("meaning-light-from-the-rings-on-the-globe")],
         "body-shadow" => &[
             text!("meaning-no-shadow-of-the-globe-on-the-ring"),

@@ -1,0 +1,190 @@
+//! The rim of air beyond the limb: its height in pixels, its light relative to that of the body, and what follows for its draw.
+//!
+//! In: a body, its air, its diameter in pixels and its phase angle. Out: [`Rim`]. The light decides on a rim less than half a pixel high: it is left out only if
+//! it adds less than [`MIN_LIGHT_PART`] of the body's light at this phase, which for crescents is little.
+
+use crate::catalog::{Atmosphere, Body, Species};
+use crate::scene::atmosphere::extinction::{density, extinction, scattering};
+use crate::scene::atmosphere::phase;
+use crate::scene::light::photometry;
+use crate::scene::numeric::smoothstep;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Height in pixels from which the rim is drawn whatever its light.
+pub(crate) const RIM_PX: f64 = 0.5;
+/// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
+pub(crate) const SHADED_RIM_PX: f64 = 1.0;
+/// Part of the body's light below which a rim lower than [`RIM_PX`] is left out.
+pub(crate) const MIN_LIGHT_PART: f64 = 0.005;
+/// Height in pixels below which a rim with more than [`AVERAGED_LIGHT_PART`] of the body's light is averaged over each pixel. One ray per pixel shows a rim of half a
+/// pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
+const AVERAGED_RIM_PX: f64 = 2.0;
+const AVERAGED_LIGHT_PART: f64 = 0.1;
+/// Number of scale heights over which a limb is bright.
+const BRIGHT_HEIGHTS: f64 = 4.0;
+/// Heights at which the light of the rim is summed.
+const STEPS: usize = 64;
+/// Ratio of all light scattered by the rim to the light scattered once. Where the rim is bright it is opaque along the limb, and the Earth's has 1.8 times the
+/// light scattered once.
+const ALL_ORDERS: f64 = 2.0;
+
+/// The rim of a body's air as seen from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Rim {
+    /// Height of the bright part, pixels.
+    pub height_px: f64,
+    /// The rim's light divided by that of the disc, both summed over the channels: an estimate that is mostly too large, up to five times.
+    pub light_part: f64,
+}
+
+impl Rim {
+    /// `phase_angle`: radians. `continues_disc`: where the rim is opaque, it is drawn as a continuation of the disc's colour.
+    pub(crate) fn of(body: &Body, air: &Atmosphere, diameter_px: f64, phase_angle: f64, continues_disc: bool) -> Self {
+        Self { height_px: height_px(body, air, diameter_px), light_part: light_part(body, air, phase_angle, continues_disc) }
+    }
+
+    /// Whether the rim is lower than half a pixel, so that its light decides.
+    pub(crate) fn is_low(&self) -> bool {
+        self.height_px < RIM_PX
+    }
+
+    /// Whether the rim is too low and too faint to be drawn.
+    pub(crate) fn is_negligible(&self) -> bool {
+        self.is_low() && self.light_part < MIN_LIGHT_PART
+    }
+
+    /// Whether its light must be averaged over each pixel, because one ray per pixel would show it much too bright.
+    pub(crate) fn is_averaged(&self) -> bool {
+        self.is_low() || self.height_px < AVERAGED_RIM_PX && self.light_part > AVERAGED_LIGHT_PART
+    }
+}
+
+/// Species of exponential profile: those that scatter.
+fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
+    air.species.iter().filter(|s| s.tent_centre_km.is_none())
+}
+
+/// Height in pixels of the bright rim beyond the limb.
+pub(crate) fn height_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
+    let rim_km = (BRIGHT_HEIGHTS * exponential(air).map(|s| s.scale_height_km).fold(0.0, f64::max)).min(air.top_km);
+    rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
+}
+
+/// The rim's light divided by the disc's.
+///
+/// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its scattered
+/// part w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light scattered once, and
+/// [`ALL_ORDERS`] times that in all. The ring of circumference 2 pi R, bright all around, has 2 pi R times the integral of this over z; the disc has pi R^2
+/// times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the terminator, sunlight is weakened on its
+/// way, and layers absorb.
+///
+/// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
+/// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase angle)
+/// times the integral of that ratio; the disc has pi R^2 times the geometric albedo and the phase function of its photometric model.
+fn light_part(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: bool) -> f64 {
+    let radius_km = body.radii_km.max_element();
+    let cos_scattering = -phase_angle.cos();
+    let step_km = air.top_km / STEPS as f64;
+    // Optical depth of the ray that grazes at a height, and its scattered part times the phase function.
+    let along = |height_km: f64| {
+        let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
+        for s in exponential(air) {
+            let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
+            let per_steradian =
+                s.asymmetry.map_or_else(|| phase::rayleigh(cos_scattering), |g| phase::henyey_greenstein(cos_scattering, g));
+            depth += extinction(s) * column_km;
+            scattered += scattering(s) * (column_km * PI * per_steradian);
+        }
+        (depth, scattered)
+    };
+    let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
+    for k in 0..STEPS {
+        let (depth, scattered) = along((k as f64 + 0.5) * step_km);
+        let opacity = DVec3::ONE - (-depth).exp();
+        scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
+        opaque_km += opacity * step_km;
+    }
+    let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle);
+    let scattered = ALL_ORDERS * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
+    if !continues_disc {
+        return scattered;
+    }
+    let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle);
+    let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
+    let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
+    let continued = 2.0 * phase_angle.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
+    scattered + (continued - scattered) * smoothstep((at_limb - 0.2) / 0.3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+
+    fn rim(catalog: &Catalog, name: &str, continues_disc: bool, diameter_px: f64, phase_deg: f64) -> Rim {
+        let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
+        Rim::of(body, body.atmosphere.as_ref().expect("air"), diameter_px, phase_deg.to_radians(), continues_disc)
+    }
+
+    #[test]
+    fn crescents_keep_their_rim_at_every_size() {
+        let catalog = Catalog::embedded();
+        for (name, continues_disc) in
+            [("Earth", false), ("Mars", false), ("Titan", false), ("Venus", true), ("Uranus", true), ("Jupiter", true)]
+        {
+            for diameter_px in [3.0, 24.0, 100.0] {
+                assert!(!rim(&catalog, name, continues_disc, diameter_px, 170.0).is_negligible(), "{name} {diameter_px}");
+            }
+        }
+        // Drawn in 2048 pixels, the rim of Venus has 0.72 of the light of its disc at 173.4 degrees, whose thin crescent the rim continues.
+        let venus = rim(&catalog, "Venus", true, 48.0, 173.4).light_part;
+        assert!((0.5..1.0).contains(&venus), "{venus}");
+        // The limb of a full disc is dark, and so is the rim that continues it.
+        for name in ["Jupiter", "Saturn", "Uranus", "Neptune"] {
+            let full = rim(&catalog, name, true, 40.0, 5.0);
+            assert!(full.is_negligible() && full.light_part > 1e-5, "{name}: {full:?}");
+        }
+        // Height decides from half a pixel on, and light below it.
+        let low = Rim { height_px: 0.499, light_part: 0.004 };
+        assert!(
+            low.is_negligible() && !Rim { light_part: 0.006, ..low }.is_negligible() && !Rim { height_px: 0.501, ..low }.is_negligible()
+        );
+        assert!(low.is_averaged() && !Rim { height_px: 0.501, ..low }.is_averaged());
+        assert!(Rim { height_px: 1.9, light_part: 0.11 }.is_averaged() && !Rim { height_px: 2.1, light_part: 0.11 }.is_averaged());
+    }
+
+    /// The integral against its closed form for air that is thin or opaque along the limb, under a fitting disc.
+    #[test]
+    fn the_light_of_the_rim_is_that_of_its_columns() {
+        let catalog = Catalog::embedded();
+        let venus = catalog.bodies().iter().find(|b| b.name == "Venus").expect("Venus");
+        let air = venus.atmosphere.as_ref().expect("air");
+        let gas = exponential(air).next().expect("gas");
+        let [height_km, radius_km] = [gas.scale_height_km, venus.radii_km.max_element()];
+        // Ein(t) = sum of (-1)^(n + 1) t^n / (n n!) is the integral of 1 - exp(-t exp(-z)).
+        let ein = |t: f64| {
+            let mut term = 1.0;
+            (1..60).fold(0.0, |sum, n| {
+                let n = f64::from(n);
+                term *= -t / n;
+                sum - term / n
+            })
+        };
+        let alpha = 1.2_f64;
+        let full = DVec3::from_array(gas.scattering_per_km) * (2.0 * PI * radius_km * height_km).sqrt();
+        let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
+        let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
+        let scattered = 2.0 * ALL_ORDERS * PI * phase::rayleigh(-alpha.cos()) * equivalent_km / (disc * radius_km);
+        let ratio = light_part(venus, air, alpha, false) / scattered;
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+        // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the phase
+        // function. Along the limb the gas hides 57 % of what is behind it.
+        let at_limb = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
+        assert!((at_limb - 0.57).abs() < 0.02, "{at_limb}");
+        let continued =
+            2.0 * alpha.sin() * (equivalent_km / 3.0 / at_limb) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
+        let ratio = light_part(venus, air, alpha, true) / continued;
+        assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+    }
+}

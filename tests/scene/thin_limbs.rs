@@ -1,0 +1,118 @@
+//! The light of a disc does not depend on the size of its image: crescents thinner than a pixel, and rims of air far lower than a pixel.
+
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::FrameImages;
+use orrery::catalog::NaifId;
+use orrery::render::plan::{self, SamplingQuality};
+use orrery::scene::Scene;
+use orrery::scene::draw::BodyPart;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
+use orrery::time::Instant;
+
+/// A body seen so that its disc fills three quarters of the image, whatever its size.
+struct View {
+    target: NaifId,
+    from: Option<NaifId>,
+    time: &'static str,
+    effects: &'static str,
+}
+
+const MOON: View =
+    View { target: NaifId::MOON, from: Some(NaifId::EARTH), time: "2024-04-08T06:00:00Z", effects: "-planet-shine,-normal,-detail" };
+const VENUS: View = View { target: NaifId(299), from: Some(NaifId::EARTH), time: "2022-01-08T20:00:00Z", effects: "" };
+const FULL_EARTH: View = View { target: NaifId::EARTH, from: None, time: "2024-04-08T18:17:16Z", effects: "-clouds" };
+const CRESCENT_EARTH: View =
+    View { target: NaifId::EARTH, from: Some(NaifId::MOON), time: "2024-03-23T00:00:00Z", effects: "-clouds,-specular" };
+const MARS: View = View { target: NaifId(499), from: Some(NaifId(401)), time: "2020-01-01T04:00:00Z", effects: "" };
+
+impl View {
+    fn scene(&self, side: u32) -> Scene {
+        let request = ViewRequest {
+            position: self.from.map_or(Position::Over { towards: None, distance_radii: None }, Position::Centre),
+            effects: EffectOverrides::parse(self.effects).expect("effects"),
+            exposure: ExposureRequest::Stops(0.0),
+            purpose: Purpose::LINEAR,
+            width: side,
+            height: side,
+            ..ViewRequest::of(self.target, Instant::parse(self.time).expect("a time"))
+        };
+        let mut scene = SESSION.scene(&request).expect("a scene");
+        scene.draws.retain(|d| d.body == self.target);
+        assert!(!scene.draws.is_empty(), "{}", self.time);
+        scene
+    }
+
+    /// The greatest relative change of a channel's light in a small image, against that of a larger one.
+    fn worst_change(&self, sides: &[u32], large: u32) -> f64 {
+        let reference = light(&self.scene(large));
+        let change = |side: &u32| {
+            let ratio = light(&self.scene(*side)) / reference;
+            println!("{} {side}: {ratio}", self.time);
+            (ratio - 1.0).abs().max_element()
+        };
+        sides.iter().map(change).fold(0.0, f64::max)
+    }
+}
+
+/// Mean linear light of the image.
+fn light(scene: &Scene) -> DVec3 {
+    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 4 }).expect("a plan");
+    let pixels = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
+    let sum: DVec3 = pixels.iter().map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into())).sum();
+    sum / pixels.len() as f64
+}
+
+/// The same scene with one evaluation for each pixel at the limb.
+fn without_averages(scene: &Scene) -> Scene {
+    assert!(scene.draws.iter().any(|d| d.features.thin_limb), "no draw averages its limb");
+    let mut scene = scene.clone();
+    for draw in &mut scene.draws {
+        draw.features.thin_limb = false;
+    }
+    scene
+}
+
+#[test]
+fn a_thin_crescent_has_the_same_light_at_every_size() {
+    let change = MOON.worst_change(&[24, 32, 48, 64, 90, 128, 256], 512);
+    assert!(change < 0.08, "{change}");
+    // At 64 pixels the crescent is 0.2 pixels wide. One evaluation for each pixel finds a sixth of its light.
+    let scene = MOON.scene(64);
+    let found = light(&without_averages(&scene)) / light(&scene);
+    assert!(found.max_element() < 0.3, "{found}");
+}
+
+#[test]
+fn a_thin_rim_of_air_has_the_same_light_at_every_size() {
+    let change = VENUS.worst_change(&[64, 90, 128, 256, 512], 1024);
+    assert!(change < 0.08, "{change}");
+    let scene = VENUS.scene(64);
+    // One evaluation for each pixel shows a rim of 0.07 pixels as if it were a pixel high.
+    let found = light(&without_averages(&scene)) / light(&scene);
+    assert!(found.min_element() > 1.5, "{found}");
+    // The rim has a third or more of the light, so a scene without it would not have the same light at every size.
+    let mut bare = scene.clone();
+    bare.draws.retain(|d| d.part != BodyPart::Sky);
+    let found = light(&bare) / light(&scene);
+    assert!(bare.draws.len() < scene.draws.len() && found.max_element() < 0.75, "{found}");
+}
+
+#[test]
+fn discs_under_air_have_the_same_light_at_every_size() {
+    for (view, sides, bound) in [(FULL_EARTH, [32, 64, 128], 0.05), (CRESCENT_EARTH, [32, 64, 128], 0.04), (MARS, [48, 64, 128], 0.03)] {
+        let change = view.worst_change(&sides, 256);
+        assert!(change < bound, "{}: {change} against {bound}", view.time);
+        let scene = view.scene(64);
+        let mut bare = scene.clone();
+        bare.draws.retain(|d| d.part != BodyPart::Sky);
+        let rim = 1.0 - light(&bare) / light(&scene);
+        println!("{}: the rim has {rim} of the light", view.time);
+        assert!(bare.draws.len() < scene.draws.len() && rim.max_element() > 1e-3, "{}: {rim}", view.time);
+    }
+    // The air over the ground of Mars is drawn whatever the height of the rim: it has a fifth of the red light.
+    let ground = View { effects: "-atmosphere", ..MARS };
+    let with_air = light(&MARS.scene(48)) / light(&ground.scene(48));
+    assert!(with_air.x > 1.1, "{with_air}");
+}
