@@ -55,7 +55,7 @@ struct TransmissionFields {
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
-enum ShadowModel {
+enum BodyShadowModel {
     /// A point Sun behind a sphere.
     Sphere,
     #[serde(alias = "uniform")]
@@ -67,7 +67,7 @@ enum ShadowModel {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ShadowFields {
+struct BodyShadowFields {
     body: Option<String>,
     flattening: Option<f64>,
     point: [f64; 3],
@@ -75,7 +75,7 @@ struct ShadowFields {
     #[serde(default)]
     sun_angular_radius_deg: f64,
     #[serde(default)]
-    model: ShadowModel,
+    model: BodyShadowModel,
     u1: Option<f64>,
     u2: Option<f64>,
 }
@@ -138,7 +138,7 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
     answer: transmission,
 };
 
-pub(super) static SHADOW: QueryKind = QueryKind {
+pub(super) static BODY_SHADOW: QueryKind = QueryKind {
     name: "ring-shadow",
     description: "the fraction of the Sun's light that a planet blocks at a point of its ring; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
@@ -152,7 +152,7 @@ pub(super) static SHADOW: QueryKind = QueryKind {
         optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"ring-shadow","body":"saturn","point":[-1.5,0,0],"sun":[1,0,0.4],"sun_angular_radius_deg":0.028}"#,
-    answer: shadow,
+    answer: body_shadow,
 };
 
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
@@ -204,8 +204,8 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
 }
 
-fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: ShadowFields = fields(query)?;
+fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let f: BodyShadowFields = fields(query)?;
     let sun = unit_vector("sun", f.sun)?;
     let axes = match (f.flattening, &f.body) {
         (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
@@ -217,7 +217,7 @@ fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         _ => return Err("give either \"flattening\" or \"body\"".into()),
     };
     let (u1, u2) = match f.model {
-        ShadowModel::UniformDisc => (0.0, 0.0),
+        BodyShadowModel::UniformDisc => (0.0, 0.0),
         _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
     };
     check_limb_darkening(u1, u2)?;
@@ -228,8 +228,8 @@ fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         sun_limb_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
     };
-    let body_shadow = if f.model == ShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
+    let body_shadow = if f.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
+    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_body_shadow", &features, &uniforms, f.point)? }))
 }
