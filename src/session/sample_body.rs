@@ -75,7 +75,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let disc_light = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
-        across: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
+        perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
@@ -226,7 +226,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         overlays: overlays(key),
         ring: ring(key.features().surface),
         // As seen along the negative x axis: north is up, celestial east to the left.
-        limb: LimbUniforms { across: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
+        limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }

@@ -310,7 +310,7 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
     let limb = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
     let uniforms = EclipseUniforms {
         axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
-        across: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
+        perpendicular_axes: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
         limb,
         occluder_positions: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),

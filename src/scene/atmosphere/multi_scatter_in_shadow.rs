@@ -75,12 +75,12 @@ struct Shadow {
 impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
-        let across = position.truncate().truncate();
+        let offset_across = position.truncate().truncate();
         // The point where the axis meets the ground or passes nearest to it.
-        let along = (1.0 - across.length_squared()).max(0.0).sqrt();
+        let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
         let depth = position.z - along;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
-        let solar_radii_per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
+        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
         if !(depth > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }

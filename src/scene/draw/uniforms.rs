@@ -236,7 +236,7 @@ uniforms! {
         /// Unit vector to the Sun in body axes (xyz), and 1 / distance (w).
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
-        pub across: [Vec4; 2] = "eclipse_across",
+        pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
         /// Largest error of the sunlight in the coarse image of the air, as `AtmosphereUniforms::coarse_bound`; negative where it must not be interpolated at all.
         pub coarse_bound: Vec2,
         /// First row of the sunlight's part of that image, which the plan sets.
@@ -279,7 +279,7 @@ uniforms! {
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct LimbUniforms {
         /// See shaders/lib/draw.wesl.
-        pub across: [Vec4; 2] = "limb_across",
+        pub position_angle_axes: [Vec4; 2] = "limb_position_angle_axes",
         pub table: Option<Arc<LimbTable>>,
     }
 }

@@ -56,11 +56,14 @@ fn uniforms_along(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, 
     let transmittances = layers.as_ref().map_or(&[][..], |l| &l.transmittances);
     EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
-        across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
+        perpendicular_axes: [
+            narrow4(axis.perpendicular_axes[0], axis.cot_sun_radius),
+            narrow4(axis.perpendicular_axes[1], axis.cot_sun_radius / axis.sun_distance),
+        ],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         limb: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
-        occluder_positions: occluders.iter().map(|o| narrow4(o.across.extend(o.along), 0.0)).collect(),
+        occluder_positions: occluders.iter().map(|o| narrow4(o.offset_across.extend(o.along), 0.0)).collect(),
         occluder_outlines: occluders.iter().enumerate().map(|(index, occluder)| outline(index, occluder)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_transmittance: transmittances.iter().map(|t| narrow4(*t, 0.0)).collect(),
