@@ -18,7 +18,7 @@ use glam::{DVec2, DVec3};
 fn radius_towards(occluder: &Occluder<'_>, direction: DVec2) -> f64 {
     let along_axes = DVec2::new(direction.dot(occluder.long_axis), direction.dot(occluder.long_axis.perp()));
     let length = along_axes.length();
-    if length > 0.0 { length / (along_axes / occluder.semi).length() } else { occluder.semi.x }
+    if length > 0.0 { length / (along_axes / occluder.semi_axes).length() } else { occluder.semi_axes.x }
 }
 
 /// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening.
@@ -35,7 +35,7 @@ impl<'a> ApproximateShadow<'a> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
         let fraction = |o: &Occluder<'_>| air::bending_fraction(o.along, axis.sun_distance);
-        Some(Self { occluders, axis, layers: first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi.x, fraction(o))) })
+        Some(Self { occluders, axis, layers: first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi_axes.x, fraction(o))) })
     }
 
     /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
@@ -53,12 +53,12 @@ impl<'a> ApproximateShadow<'a> {
             let (separation, radius) = (offset.length() * scale, radius_towards(occluder, offset) * scale);
             // Rises linearly from outer contact to full overlap, where the areas decide. An outline longer than the Sun's disc, but narrower, hides
             // only a band of it.
-            let greatest = (occluder.semi * scale).min(DVec2::ONE).element_product();
+            let greatest = (occluder.semi_axes * scale).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * greatest;
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
                 // The layers are circles around the major semi-axis: the separation is that at which their limb is as far from the Sun as the outline's.
-                fraction += layers.light(separation + (occluder.semi.x * scale - radius), depth, scale);
+                fraction += layers.light(separation + (occluder.semi_axes.x * scale - radius), depth, scale);
             }
         }
         fraction.min(1.0)
@@ -122,9 +122,9 @@ mod tests {
 
         /// The occluder with its centre at an offset across the axis.
         fn occluder_at(&self, offset_across: DVec2) -> Occluder<'a> {
-            let (long_axis, semi) = outline(&self.axis, self.receiver_from_occluder, self.radii);
+            let (long_axis, semi_axes) = outline(&self.axis, self.receiver_from_occluder, self.radii);
             let along = self.along;
-            Occluder { body: self.occluder, offset_across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false }
+            Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false }
         }
 
         fn approximate(&self, occluder: Occluder<'_>, point: DVec3) -> f64 {
@@ -198,7 +198,7 @@ mod tests {
                     for offset_across in beside_limb.chain(farther_in).filter(|d| *d >= 0.0).map(offset_across) {
                         let expected = self.by_rays(offset_across, point);
                         let occluder = self.occluder_at(offset_across);
-                        let round = Occluder { semi: DVec2::splat(occluder.semi.x), ..occluder.clone() };
+                        let round = Occluder { semi_axes: DVec2::splat(occluder.semi_axes.x), ..occluder.clone() };
                         for (worst, occluder) in worst.iter_mut().zip([occluder, round]) {
                             *worst = worst.max((self.approximate(occluder, point) - expected).abs());
                         }
@@ -250,7 +250,7 @@ mod tests {
             let outline = passage.occluder_at(DVec2::ZERO);
             let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
             let mut seen = 0;
-            for (direction, radius) in [(outline.long_axis, outline.semi.x), (outline.long_axis.perp(), outline.semi.y)] {
+            for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
                     let offset_across = direction * (radius + reach * f64::from(k) / 9.0);
                     let expected = passage.mean_by_rays(offset_across);

@@ -101,7 +101,7 @@ pub struct Occluder<'a> {
     /// Unit vector along the outline's major axis.
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
-    pub(crate) semi: DVec2,
+    pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that it can block at any point of the receiver; 0 in a candidate.
     pub(crate) max_obscuration: f64,
     /// Whether some point of the receiver is in its umbra; false in a candidate.
@@ -269,26 +269,26 @@ impl<'a> Occluder<'a> {
             return None;
         }
         let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
-        let (long_axis, semi) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
-        Some(Self { body, offset_across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false })
+        let (long_axis, semi_axes) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
+        Some(Self { body, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false })
     }
 
     /// A copy with `max_obscuration` and `has_umbra` set for points within `max_radius` of the receiver's centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
         let max_obscuration = max_obscuration(radius, axis, sun, (self.along - max_radius).max(radius));
-        let has_umbra = self.offset_across.length() < max_radius + self.semi.x - self.along / axis.cot_sun_radius;
+        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_radius;
         Self { max_obscuration, has_umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra at the receiver.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
-        self.semi.x + (self.along + max_radius) / axis.cot_sun_radius
+        self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
     /// Area of the occluder's cross section. Umbra and penumbra together block at most the sunlight on an area of this size.
     fn shadow_area(&self) -> f64 {
-        std::f64::consts::PI * self.semi.x * self.semi.y
+        std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
 
     /// Distance by which the penumbra misses the receiver; 0 or less if it touches.
@@ -303,7 +303,7 @@ impl<'a> Occluder<'a> {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
                 + axis.along * self.along;
-            let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
+            let region = ShadowRegion::of(centre, self.semi_axes.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
@@ -430,11 +430,11 @@ mod tests {
                 if normal.dot(along) < 0.02 {
                     continue;
                 }
-                let semi = DVec2::splat(0.0126);
+                let semi_axes = DVec2::splat(0.0126);
                 let offset_across = axis.offset_across(point)
-                    + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi * random.between(0.0, 1.0);
+                    + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi_axes * random.between(0.0, 1.0);
                 let occluder =
-                    Occluder { body, offset_across, along: 8.7, long_axis: DVec2::X, semi, max_obscuration: 1.0, has_umbra: true };
+                    Occluder { body, offset_across, along: 8.7, long_axis: DVec2::X, semi_axes, max_obscuration: 1.0, has_umbra: true };
                 let is_visible = |ratios: DVec3| occluder.shadow_is_visible(&axis, extent, ratios);
                 let cos_emission = normal.dot((camera - point).normalize());
                 if cos_emission > 0.02 {

@@ -42,14 +42,14 @@ fn uniforms_along(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, 
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
             let fraction = air::bending_fraction(first.along, axis.sun_distance);
-            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), fraction)
+            air::layers(first.body, receiver.radius_km(), (first.semi_axes.x * first.semi_axes.y).sqrt(), fraction)
         }
         _ => None,
     };
     // The first occluder's air is treated as refracting layers, so its opaque outline extends to their top.
     let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
     let outline = |index: usize, occluder: &Occluder<'_>| {
-        let semi_axes = occluder.semi + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
+        let semi_axes = occluder.semi_axes + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
         narrow4(occluder.long_axis.extend(semi_axes.x), semi_axes.y)
     };
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
