@@ -224,8 +224,8 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let ring = RingUniforms {
         sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
-        sun_limb_u1: Vec3::splat(u1 as f32),
-        sun_limb_u2: Vec3::splat(u2 as f32),
+        sun_limb_darkening_u1: Vec3::splat(u1 as f32),
+        sun_limb_darkening_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
     };
     let body_shadow = if f.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };

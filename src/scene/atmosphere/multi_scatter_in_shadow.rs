@@ -87,7 +87,7 @@ impl Shadow {
         let occluder_radius = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
         let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
         let margin = MAX_DISTANCE_KM / km_per_solar_radius;
-        let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
+        let limb_darkening = eclipse.limb_darkening.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
             .collect();

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
     use crate::ephemeris::Ephemeris;
-    use crate::scene::eclipse::occluders::{limb_law, outline};
+    use crate::scene::eclipse::occluders::{limb_darkening, outline};
     use crate::time::Instant;
     use glam::DMat3;
     use std::f64::consts::TAU;
@@ -148,7 +148,7 @@ mod tests {
             const RAYS: u32 = 1500;
             let to_sun = self.axis.along * self.axis.sun_distance - point;
             let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
-            let (u1, u2) = limb_law(self.sun);
+            let (u1, u2) = limb_darkening(self.sun);
             let (mut total, mut visible) = (0.0, 0.0);
             for k in 0..RAYS {
                 // Steps of the golden angle spread the points evenly.

@@ -109,7 +109,7 @@ pub struct Occluder<'a> {
 }
 
 /// Limb-darkening coefficients of an emissive body, per channel; 0 for other bodies.
-pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
+pub fn limb_darkening(body: &Body) -> (DVec3, DVec3) {
     match body.photometry {
         Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
         _ => (DVec3::ZERO, DVec3::ZERO),
@@ -118,7 +118,7 @@ pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
 
 /// Ratio of the radiance of the Sun's disc centre to its mean, in the channel where it is largest; see catalogs/README.md for the coefficients.
 fn centre_over_mean(sun: &Body) -> f64 {
-    let (u1, u2) = limb_law(sun);
+    let (u1, u2) = limb_darkening(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
 

@@ -11,7 +11,7 @@ use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
 use crate::scene::draw::tables::{RingShine, RingTable};
 use crate::scene::draw::uniforms::RingUniforms;
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
@@ -385,7 +385,7 @@ impl<'a> RingView<'a> {
     }
 
     fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
-        let (u1, u2) = sun.map(limb_law).unwrap_or_default();
+        let (u1, u2) = sun.map(limb_darkening).unwrap_or_default();
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
@@ -401,8 +401,8 @@ impl<'a> RingView<'a> {
             side: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
             shadow_axes: camera::narrow(self.body.radii_km / self.body.radii_km.x),
-            sun_limb_u1: camera::narrow(u1),
-            sun_limb_u2: camera::narrow(u2),
+            sun_limb_darkening_u1: camera::narrow(u1),
+            sun_limb_darkening_u2: camera::narrow(u2),
             ..RingUniforms::default()
         }
     }

@@ -14,7 +14,7 @@ use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar}
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Detail, Draw, LimbTable, LimbUniforms, Shape, Surface};
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::limb_profiles::LimbProfiles;
@@ -80,7 +80,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
-    let (u1, u2) = limb_law(sun.body);
+    let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
