@@ -99,8 +99,8 @@ pub(super) fn source_digests(
 
 /// The properties that determine how a data layer is drawn; its content is covered by its digest.
 fn layer_text(layer: &DataLayer) -> String {
-    let DataLayer { name, file, body, size_px, colour, fade_days, look, digest, points: _, lines: _, image: _ } = layer;
-    format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
+    let DataLayer { name, file, body, size_px, colour, fade_days, style, digest, points: _, lines: _, image: _ } = layer;
+    format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {style:?} {digest}")
 }
 
 /// The calendar date and time in a provenance, without the TDB seconds.
