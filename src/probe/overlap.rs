@@ -108,8 +108,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let batch = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
-    let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
+    let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), 1);
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
+    let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
 }

@@ -112,10 +112,10 @@ fn evaluate(
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
+    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::without_bindings(module, 1) };
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     // The green channel; all channels are equal here.
-    answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
+    results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 
 fn sun_light(sun: DVec3) -> Vec<Light> {

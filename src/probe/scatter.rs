@@ -125,9 +125,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = radius_sq_minus_1;
-    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
-    let [radiance, transmittance] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
+    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
+    let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 
