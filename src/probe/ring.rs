@@ -156,15 +156,15 @@ pub(super) static BODY_SHADOW: QueryKind = QueryKind {
 };
 
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: TransmissionFields = fields(query)?;
-    let sun = unit_vector("sun", f.sun)?;
-    let tangent = sun_tangent(f.sun_angular_radius_deg)?;
-    let ring_shadow = match f.model {
+    let query: TransmissionFields = fields(query)?;
+    let sun = unit_vector("sun", query.sun)?;
+    let tangent = sun_tangent(query.sun_angular_radius_deg)?;
+    let ring_shadow = match query.model {
         TransmissionModel::PointSun => RingShadow::PointSun,
         TransmissionModel::Penumbra => RingShadow::Penumbra,
     };
     let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
-    let table = match (&f.profile, &f.body) {
+    let table = match (&query.profile, &query.body) {
         (Some(profile), None) => {
             if let Some(bad) =
                 profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
@@ -201,13 +201,13 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
+    Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, query.point)? }))
 }
 
 fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: BodyShadowFields = fields(query)?;
-    let sun = unit_vector("sun", f.sun)?;
-    let axes = match (f.flattening, &f.body) {
+    let query: BodyShadowFields = fields(query)?;
+    let sun = unit_vector("sun", query.sun)?;
+    let axes = match (query.flattening, &query.body) {
         (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
         (Some(flattening), None) => return Err(format!("field \"flattening\" {flattening}: from 0 to below 0.9").into()),
         (None, Some(name)) => {
@@ -216,20 +216,20 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         }
         _ => return Err("give either \"flattening\" or \"body\"".into()),
     };
-    let (u1, u2) = match f.model {
+    let (u1, u2) = match query.model {
         BodyShadowModel::UniformDisc => (0.0, 0.0),
-        _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
+        _ => (query.u1.unwrap_or(0.40), query.u2.unwrap_or(0.26)),
     };
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {
-        sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
+        sun_tangent: sun_tangent(query.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
         sun_limb_darkening_u1: Vec3::splat(u1 as f32),
         sun_limb_darkening_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
     };
-    let body_shadow = if f.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
+    let body_shadow = if query.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_body_shadow", &features, &uniforms, f.point)? }))
+    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_body_shadow", &features, &uniforms, query.point)? }))
 }

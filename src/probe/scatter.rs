@@ -92,20 +92,20 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(query)?;
-    let model = match f.model {
+    let query: Fields = fields(query)?;
+    let model = match query.model {
         ModelName::Vertex => AtmosphereModel::Vertex,
         ModelName::Pixel8 => AtmosphereModel::Pixel8,
         ModelName::Pixel16 => AtmosphereModel::Pixel16,
         ModelName::Pixel32 => AtmosphereModel::Pixel32,
         ModelName::Table => AtmosphereModel::Table,
     };
-    let (camera, direction, sun) = (DVec3::from_array(f.cam), unit_vector("dir", f.dir)?, unit_vector("sun", f.sun)?);
+    let (camera, direction, sun) = (DVec3::from_array(query.cam), unit_vector("dir", query.dir)?, unit_vector("sun", query.sun)?);
     let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
     if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
-    let atmosphere = &f.atmosphere;
+    let atmosphere = &query.atmosphere;
     check_atmosphere(atmosphere)?;
     let air = Air {
         model,
