@@ -285,7 +285,10 @@ pub(crate) fn limbs(
         };
         let on = match effects.override_of(Effect::RefractedLimb) {
             Some(on) => note(on, reason!("set-by-you")),
-            None => note(threshold.is_exceeded_by(max_radiance), reason!("eclipse-at-most", light = threshold.description(max_radiance))),
+            None => note(
+                threshold.is_exceeded_by_radiance(max_radiance),
+                reason!("eclipse-at-most", light = threshold.description(max_radiance)),
+            ),
         };
         if on {
             all.extend(refracted_limb(camera, p, sun, &layers, tint));

@@ -186,7 +186,7 @@ impl<'a> RingView<'a> {
                 greatest[k] = greatest[k].max(change);
             }
             let [hidden, added] = [0, 1].map(|k| greatest[k].min(sum[k]));
-            include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by(added)
+            include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by_radiance(added)
         });
         let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
         // Gaps are included: they are rings of zero optical depth over wider ones.
@@ -330,14 +330,14 @@ impl<'a> RingView<'a> {
         };
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * radiance;
-        if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by(upper_limit) {
+        if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {
             let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
         let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
-        (ThresholdCheck { on: self.threshold.is_exceeded_by(max_radiance), reason }, shine)
+        (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
 
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
