@@ -36,7 +36,7 @@ pub use body::{
     Overlay, OverlayProjection, Photometry, Ring, Rotation, ShapeModel, Species,
 };
 pub use data_layer::{
-    ColourMap, DataLayer, DataLine, DataPoint, ImageLook, ImageWcs, PlacedImage, Stretch, is_layer_file, layer_extensions,
+    ColourMap, DataLayer, DataLine, DataPoint, ImageStyle, ImageWcs, PlacedImage, Stretch, is_layer_file, layer_extensions,
 };
 pub use eclipse_radii::EclipseRadii;
 pub use instrument::{FieldOfView, Instrument};

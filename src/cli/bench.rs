@@ -96,7 +96,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|name| name == s.name));
-    let open_session = || Session::open(&common.sources_to_draw(), print_message).map(Session::counting_cpu);
+    let open_session = || Session::open(&common.sources_for_drawing(), print_message).map(Session::counting_cpu);
     let session = open_session()?;
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();

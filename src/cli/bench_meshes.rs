@@ -93,7 +93,7 @@ fn rounded(value: f64) -> f64 {
 fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
     let folder = tempfile::tempdir().map_err(|e| CliError::Failed(format!("a folder for shapes: {e}")))?;
     let triangles = write(folder.path(), bands)?;
-    let mut sources = common.sources_to_draw();
+    let mut sources = common.sources_for_drawing();
     sources.catalogs = Some(folder.path().to_owned());
     let session = Session::open(&sources, print_message)?.counting_cpu();
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };

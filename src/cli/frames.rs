@@ -95,10 +95,13 @@ fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance
             format!("{path} is of another request: {differ}; {overwrite_hint}{hint}")
         }
         ExistingImage::Damaged(why) => {
-            format!("{path} is of this request ({}) but damaged: {why}; {overwrite_hint}", provenance.short())
+            format!("{path} is of this request ({}) but damaged: {why}; {overwrite_hint}", provenance.target_time_and_size())
         }
         ExistingImage::Unknown(why) => {
-            format!("{path} exists, and its request is unknown ({why}); this one is {}; {overwrite_hint}", provenance.short())
+            format!(
+                "{path} exists, and its request is unknown ({why}); this one is {}; {overwrite_hint}",
+                provenance.target_time_and_size()
+            )
         }
     };
     Some(CliError::Failed(line))
@@ -121,7 +124,7 @@ pub(crate) fn existing_frames(
             let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
             return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
         }
-        let existing = provenance.existing(&path, size);
+        let existing = provenance.examine_existing_image(&path, size);
         if existing == ExistingImage::Same {
             existing_numbers.insert(number);
         } else if let (false, Some(conflict)) = (overwrite, conflict_error(&path, &existing, &provenance, starts_now)) {

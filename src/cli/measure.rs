@@ -65,7 +65,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         plot_kind(path)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
-    let session = Session::open(&common.sources_to_draw(), print_message)?;
+    let session = Session::open(&common.sources_for_drawing(), print_message)?;
     if let Some(body) = &args.body {
         return measure_one_view(&session, args, body, effort);
     }

@@ -33,7 +33,6 @@ mod frames;
 mod inputs;
 mod library;
 mod measure;
-mod moving_output;
 mod option_values;
 mod output;
 mod probe;
@@ -43,6 +42,7 @@ mod shader;
 mod shader_export;
 mod shader_report;
 mod stability;
+mod video_output;
 mod view;
 mod view_args;
 
@@ -88,7 +88,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test numerical stability on extreme views: f32 against f64, and image against image
+    /// Test numerical stability on extreme views: f32 against f64, and images of neighbouring views against each other
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
@@ -179,7 +179,7 @@ pub(crate) enum CliError {
 
 impl Common {
     /// The user's sources for verbs that draw frames, so that the GPU is opened early.
-    pub(crate) fn sources_to_draw(&self) -> Sources {
+    pub(crate) fn sources_for_drawing(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
 

@@ -1,9 +1,9 @@
 //! `orrery render`: draws an image or a sequence of frames into files or a video stream.
 use super::composition_args::CompositionArgs;
 use super::frames::{Output, existing_frames, shard, step_seconds};
-use super::moving_output::MovingOutput;
 use super::output::{print_message, print_result, progress, write_error};
 use super::render_views::Views;
+use super::video_output::VideoOutput;
 use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
 use crate::measure::error_bounds;
@@ -105,7 +105,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
-    let session = Session::open(&common.sources_to_draw(), print_message)?;
+    let session = Session::open(&common.sources_for_drawing(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
     let views = match tour_file {
@@ -134,7 +134,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     check_error_files(args, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut write_stages = Stages::default();
-    let mut moving = MovingOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
+    let mut video = VideoOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
     let bar = frame_progress(views.count());
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -159,7 +159,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
                 text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
                 write_image(path, &drawn.frame, &text)?;
             }
-            None => moving.add(&drawn.frame)?,
+            None => video.add(&drawn.frame)?,
         }
         write_stages.add(Stage::Write, start.elapsed());
         if let Some(cpu_time) = cpu_before.and_then(|before| process_cpu()?.checked_sub(before)) {
@@ -167,7 +167,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
-    moving.finish()?;
+    video.finish()?;
     bar.finish_and_clear();
     if !args.error.is_empty() {
         let bounds = error_bounds(&session, &error_bound_request)?;

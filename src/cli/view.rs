@@ -100,7 +100,7 @@ mod windowed {
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);
-        let session = Session::open(&common.sources_to_draw(), move |line| {
+        let session = Session::open(&common.sources_for_drawing(), move |line| {
             print_message(line);
             session_messages.lock().push(line.to_owned());
         })?;

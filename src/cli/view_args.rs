@@ -149,7 +149,7 @@ impl ViewArgs {
             }
             let from = self.from.as_ref().map(|name| body_of_option("--from", name)).transpose()?;
             request.position = self.position(catalog, target, from)?;
-            request.up = request.position.usual_up();
+            request.up = request.position.default_up();
         }
         if self.fov.is_some() {
             request.fov_deg = self.fov;

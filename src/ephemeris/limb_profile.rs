@@ -20,11 +20,11 @@ pub const LIMB_POINTS: usize = 8192;
 /// Heights of a silhouette.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbProfile {
-    /// Kilometres above the sphere, at equal steps of the position angle from the first vector of `across` towards the second.
+    /// Kilometres above the sphere, at equal steps of the position angle from the first vector of `position_angle_axes` towards the second.
     heights_km: Vec<f64>,
     /// Unit vectors perpendicular to the direction to the place, in the Moon's axes: towards the Moon's north as seen, and a quarter turn counterclockwise
     /// from it.
-    across: [DVec3; 2],
+    position_angle_axes: [DVec3; 2],
     /// Unit vector to the place.
     to_place: DVec3,
     sphere_km: f64,
@@ -36,15 +36,15 @@ impl LimbProfile {
         let distance_km = place_km.length();
         let to_place = place_km / distance_km;
         let north = (DVec3::Z - to_place * to_place.z).try_normalize().unwrap_or(DVec3::X);
-        let across = [north, to_place.cross(north)];
+        let position_angle_axes = [north, to_place.cross(north)];
         let heights_km = (0..LIMB_POINTS)
             .into_par_iter()
             .map(|k| {
                 let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
-                silhouette_height_km(map, distance_km, to_place, across[0] * cos + across[1] * sin)
+                silhouette_height_km(map, distance_km, to_place, position_angle_axes[0] * cos + position_angle_axes[1] * sin)
             })
             .collect();
-        Self { heights_km, across, to_place, sphere_km: map.sphere_km() }
+        Self { heights_km, position_angle_axes, to_place, sphere_km: map.sphere_km() }
     }
 
     /// Radius of the sphere from which heights are measured.
@@ -58,8 +58,8 @@ impl LimbProfile {
     }
 
     /// The unit vectors at position angles of 0 and 90 degrees, in the Moon's axes.
-    pub fn across(&self) -> [DVec3; 2] {
-        self.across
+    pub fn position_angle_axes(&self) -> [DVec3; 2] {
+        self.position_angle_axes
     }
 
     /// Unit vector to the place from which the profile is seen, in the Moon's axes.
@@ -84,7 +84,8 @@ impl LimbProfile {
     pub fn direction(&self, k: usize, distance_km: f64) -> DVec3 {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let sin_angle = ((self.sphere_km + self.heights_km[k]) / distance_km).min(1.0);
-        (self.across[0] * cos + self.across[1] * sin) * sin_angle - self.to_place * (1.0 - sin_angle * sin_angle).sqrt()
+        (self.position_angle_axes[0] * cos + self.position_angle_axes[1] * sin) * sin_angle
+            - self.to_place * (1.0 - sin_angle * sin_angle).sqrt()
     }
 }
 
@@ -185,8 +186,8 @@ mod tests {
             if seen {
                 // The highest point must lie in the east, whichever way the position angle counts.
                 let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
-                let east = profile.across[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()
-                    + profile.across[1] * (TAU * highest as f64 / LIMB_POINTS as f64).sin();
+                let east = profile.position_angle_axes[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()
+                    + profile.position_angle_axes[1] * (TAU * highest as f64 / LIMB_POINTS as f64).sin();
                 assert!(east.y > 0.999, "{east}");
             }
         }

@@ -66,10 +66,11 @@ impl<'a> Silhouette<'a> {
     /// Direction to point `k` of the silhouette. Position angles stay fixed while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
         let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
-        let across = self.profile.across().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());
+        let position_angle_axes =
+            self.profile.position_angle_axes().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let sin_angle = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
-        (across[0] * cos + across[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
+        (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
     /// How far the silhouette's nearest (or farthest) point lies outside the Sun's disc, radians, and the index of that point.

@@ -45,7 +45,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     measure_choice("quality", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// No stars (`--layers -stars`) against the star catalogue; the error is that of the image's summed green light.
+/// No stars (`--layers -stars`) against the star catalog; the error is that of the image's summed green light.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let side = effort.side_px();
@@ -58,7 +58,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let reference = green_sum(&renderers.light(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
-    for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalogue", Quality::ALL.to_vec())] {
+    for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
         let planned_view = view(has_stars)?;
         let error =
             100.0 * (green_sum(&renderers.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);

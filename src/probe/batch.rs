@@ -39,8 +39,8 @@ fn split(value: f64) -> (f32, f32) {
 }
 
 impl ProbeBatch {
-    /// A module without uniforms and textures.
-    pub fn plain(module: ModuleId, rows: u32) -> Self {
+    /// A module without uniforms, textures and samplers.
+    pub fn without_bindings(module: ModuleId, rows: u32) -> Self {
         Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
     }
 
@@ -48,7 +48,7 @@ impl ProbeBatch {
     ///
     /// # Errors
     /// One line: the module cannot be compiled, or needs other bindings.
-    pub fn answers(
+    pub fn results(
         &self,
         renderer: &SoftwareRenderer,
         library: &ShaderLibrary,

@@ -123,7 +123,7 @@ impl QueryKind {
 
 /// Every kind of query.
 pub static QUERIES: [&QueryKind; 7] =
-    [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::SHADOW, &pixel::KIND, &project::KIND];
+    [&sunlight::KIND, &overlap::KIND, &scatter::KIND, &ring::TRANSMISSION, &ring::BODY_SHADOW, &pixel::KIND, &project::KIND];
 
 /// Every kind with its fields and an example, as text.
 pub fn queries_text() -> String {

@@ -96,20 +96,20 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(query)?;
-    let [major, minor, distance] = f.outline()?;
+    let query: Fields = fields(query)?;
+    let [major, minor, distance] = query.outline()?;
     // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. Without coefficients this cannot be 0.
-    let (model, (u1, u2)) = match f.model {
-        Model::Linear => (EclipseModel::Linear, f.limb_darkening()),
+    let (model, (u1, u2)) = match query.model {
+        Model::Linear => (EclipseModel::Linear, query.limb_darkening()),
         Model::UniformDisc => (EclipseModel::UniformDisc, (0.0, 0.0)),
-        Model::LimbDarkened => (EclipseModel::LimbDarkened, f.limb_darkening()),
+        Model::LimbDarkened => (EclipseModel::LimbDarkened, query.limb_darkening()),
     };
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
-    let (sin, cos) = f.offset_angle_from_major_axis_deg.to_radians().sin_cos();
+    let (sin, cos) = query.offset_angle_from_major_axis_deg.to_radians().sin_cos();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let batch = ProbeBatch::plain(ModuleId::Probe("probe_disc_overlap", key), 1);
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
-    let blocked = answers.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
+    let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), 1);
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
+    let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
 }

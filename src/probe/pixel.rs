@@ -57,16 +57,16 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !query["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
-    let f: Fields = fields(query)?;
-    let mut request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
+    let query: Fields = fields(query)?;
+    let mut request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let (width, height) = (request.width, request.height);
-    if f.x >= width || f.y >= height {
-        return Err(format!("fields \"x\" {} and \"y\" {}: the image has {width}x{height} pixels, counted from 0", f.x, f.y).into());
+    if query.x >= width || query.y >= height {
+        return Err(format!("fields \"x\" {} and \"y\" {}: the image has {width}x{height} pixels, counted from 0", query.x, query.y).into());
     }
-    if let Some(effects) = &f.effects {
+    if let Some(effects) = &query.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
     }
-    let report = inspect_pixel(prober, &request, SAMPLING, [f.x, f.y])?;
+    let report = inspect_pixel(prober, &request, SAMPLING, [query.x, query.y])?;
     let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();
     let summarized = report.globe_or_nearest().map_or(Value::Null, draw_json);
     let mut answer = Map::new();

@@ -42,7 +42,7 @@ pub(super) static KIND: QueryKind = QueryKind {
         IMAGE_SIZE,
         optional("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
         alternative("body", "a body's name"),
-        alternative("star", "a number of the Hipparcos catalogue, as HIP 32349"),
+        alternative("star", "a number of the Hipparcos catalog, as HIP 32349"),
         alternative("ra_deg", "right ascension in degrees, ICRF, with dec_deg"),
         alternative("dec_deg", "declination in degrees, ICRF, with ra_deg"),
     ],
@@ -58,15 +58,15 @@ fn hip_number(text: &str) -> Option<u32> {
 }
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(query)?;
-    let request = view_request(prober, &f.view, f.time.as_deref(), f.size)?;
+    let query: Fields = fields(query)?;
+    let request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let names = Projection::ALL.map(Projection::name);
-    let requested = f.projection.as_deref().unwrap_or(names[0]);
+    let requested = query.projection.as_deref().unwrap_or(names[0]);
     let projection = Projection::by_name(requested)
         .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(requested, 40), suggestion_or_list(requested, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
-    let (direction, distance_km) = match (&f.body, &f.star, f.ra_deg, f.dec_deg) {
+    let (direction, distance_km) = match (&query.body, &query.star, query.ra_deg, query.dec_deg) {
         (Some(name), None, None, None) => {
             let id = prober.catalog().body_named(name).map_err(|e| format!("field `body`: {e}"))?.id;
             let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
@@ -77,7 +77,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
             let stars = prober.catalog().stars();
             let star = hip_number(name).and_then(|n| stars.hip(n));
             let star =
-                star.ok_or_else(|| format!("field `star`: no star `{}` in the catalogue; write HIP and a number", echo_within(name, 40)))?;
+                star.ok_or_else(|| format!("field `star`: no star `{}` in the catalog; write HIP and a number", echo_within(name, 40)))?;
             (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY)
         }
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {

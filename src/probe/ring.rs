@@ -55,7 +55,7 @@ struct TransmissionFields {
 
 #[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
-enum ShadowModel {
+enum BodyShadowModel {
     /// A point Sun behind a sphere.
     Sphere,
     #[serde(alias = "uniform")]
@@ -67,7 +67,7 @@ enum ShadowModel {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct ShadowFields {
+struct BodyShadowFields {
     body: Option<String>,
     flattening: Option<f64>,
     point: [f64; 3],
@@ -75,7 +75,7 @@ struct ShadowFields {
     #[serde(default)]
     sun_angular_radius_deg: f64,
     #[serde(default)]
-    model: ShadowModel,
+    model: BodyShadowModel,
     u1: Option<f64>,
     u2: Option<f64>,
 }
@@ -112,10 +112,10 @@ fn evaluate(
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::plain(module, 1) };
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
+    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::without_bindings(module, 1) };
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     // The green channel; all channels are equal here.
-    answers.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
+    results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 
 fn sun_light(sun: DVec3) -> Vec<Light> {
@@ -138,7 +138,7 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
     answer: transmission,
 };
 
-pub(super) static SHADOW: QueryKind = QueryKind {
+pub(super) static BODY_SHADOW: QueryKind = QueryKind {
     name: "ring-shadow",
     description: "the fraction of the Sun's light that a planet blocks at a point of its ring; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
@@ -152,19 +152,19 @@ pub(super) static SHADOW: QueryKind = QueryKind {
         optional("u2", "coefficient of (1 - mu)^2", "0.26"),
     ],
     example: r#"{"q":"ring-shadow","body":"saturn","point":[-1.5,0,0],"sun":[1,0,0.4],"sun_angular_radius_deg":0.028}"#,
-    answer: shadow,
+    answer: body_shadow,
 };
 
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: TransmissionFields = fields(query)?;
-    let sun = unit_vector("sun", f.sun)?;
-    let tangent = sun_tangent(f.sun_angular_radius_deg)?;
-    let ring_shadow = match f.model {
+    let query: TransmissionFields = fields(query)?;
+    let sun = unit_vector("sun", query.sun)?;
+    let tangent = sun_tangent(query.sun_angular_radius_deg)?;
+    let ring_shadow = match query.model {
         TransmissionModel::PointSun => RingShadow::PointSun,
         TransmissionModel::Penumbra => RingShadow::Penumbra,
     };
     let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
-    let table = match (&f.profile, &f.body) {
+    let table = match (&query.profile, &query.body) {
         (Some(profile), None) => {
             if let Some(bad) =
                 profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
@@ -201,13 +201,13 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, f.point)? }))
+    Ok(json!({ "transmission": evaluate(prober, "probe_ring_transmission", &features, &uniforms, query.point)? }))
 }
 
-fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: ShadowFields = fields(query)?;
-    let sun = unit_vector("sun", f.sun)?;
-    let axes = match (f.flattening, &f.body) {
+fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    let query: BodyShadowFields = fields(query)?;
+    let sun = unit_vector("sun", query.sun)?;
+    let axes = match (query.flattening, &query.body) {
         (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
         (Some(flattening), None) => return Err(format!("field \"flattening\" {flattening}: from 0 to below 0.9").into()),
         (None, Some(name)) => {
@@ -216,20 +216,20 @@ fn shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         }
         _ => return Err("give either \"flattening\" or \"body\"".into()),
     };
-    let (u1, u2) = match f.model {
-        ShadowModel::UniformDisc => (0.0, 0.0),
-        _ => (f.u1.unwrap_or(0.40), f.u2.unwrap_or(0.26)),
+    let (u1, u2) = match query.model {
+        BodyShadowModel::UniformDisc => (0.0, 0.0),
+        _ => (query.u1.unwrap_or(0.40), query.u2.unwrap_or(0.26)),
     };
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {
-        sun_tangent: sun_tangent(f.sun_angular_radius_deg)?,
+        sun_tangent: sun_tangent(query.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
-        sun_limb_u1: Vec3::splat(u1 as f32),
-        sun_limb_u2: Vec3::splat(u2 as f32),
+        sun_limb_darkening_u1: Vec3::splat(u1 as f32),
+        sun_limb_darkening_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
     };
-    let body_shadow = if f.model == ShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
+    let body_shadow = if query.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_ring_shadow", &features, &uniforms, f.point)? }))
+    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_body_shadow", &features, &uniforms, query.point)? }))
 }

@@ -92,20 +92,20 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(query)?;
-    let model = match f.model {
+    let query: Fields = fields(query)?;
+    let model = match query.model {
         ModelName::Vertex => AtmosphereModel::Vertex,
         ModelName::Pixel8 => AtmosphereModel::Pixel8,
         ModelName::Pixel16 => AtmosphereModel::Pixel16,
         ModelName::Pixel32 => AtmosphereModel::Pixel32,
         ModelName::Table => AtmosphereModel::Table,
     };
-    let (camera, direction, sun) = (DVec3::from_array(f.cam), unit_vector("dir", f.dir)?, unit_vector("sun", f.sun)?);
+    let (camera, direction, sun) = (DVec3::from_array(query.cam), unit_vector("dir", query.dir)?, unit_vector("sun", query.sun)?);
     let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
     if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
-    let atmosphere = &f.atmosphere;
+    let atmosphere = &query.atmosphere;
     check_atmosphere(atmosphere)?;
     let air = Air {
         model,
@@ -125,9 +125,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = radius_sq_minus_1;
-    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 2) };
-    let answers = batch.answers(prober.renderer, prober.library(), &[numbers])?;
-    let [radiance, transmittance] = answers.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
+    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
+    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
+    let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 

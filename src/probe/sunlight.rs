@@ -87,20 +87,20 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let f: Fields = fields(query)?;
-    let body = prober.catalog().body_named(&f.body).map_err(|e| format!("field \"body\": {e}"))?;
+    let query: Fields = fields(query)?;
+    let body = prober.catalog().body_named(&query.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());
     }
-    let time = Instant::parse(&f.time).map_err(|e| format!("field \"time\": {e}"))?;
-    if !(-90.0..=90.0).contains(&f.lat) || !(-360.0..=360.0).contains(&f.lon) {
+    let time = Instant::parse(&query.time).map_err(|e| format!("field \"time\": {e}"))?;
+    if !(-90.0..=90.0).contains(&query.lat) || !(-360.0..=360.0).contains(&query.lon) {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }
-    check_limb_darkening(f.u1, f.u2)?;
-    let (point_km, _) = ground_point_km(body.radii_km, f.lat, f.lon, 0.0);
+    check_limb_darkening(query.u1, query.u2)?;
+    let (point_km, _) = ground_point_km(body.radii_km, query.lat, query.lon, 0.0);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
-    let sky = EclipsedSky::over(prober, &receiver, f.model.model_choice())?;
-    let same_law_in_all_channels = Photometry::Emissive { u1: [f.u1; 3], u2: [f.u2; 3] };
+    let sky = EclipsedSky::over(prober, &receiver, query.model.model_choice())?;
+    let same_law_in_all_channels = Photometry::Emissive { u1: [query.u1; 3], u2: [query.u2; 3] };
     let point = point_km / body.radii_km.x;
     let sunlight =
         |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[point], law)?.first().copied().ok_or(ProbeError::from("no answer"));
@@ -166,6 +166,7 @@ pub fn sunlight_from_uniforms(
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
     let numbers = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(numbers).collect();
-    let answers = ProbeBatch { uniform_bytes, ..ProbeBatch::plain(module, 1) }.answers(prober.renderer, prober.library(), &queries)?;
-    answers.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()
+    let results =
+        ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 1) }.results(prober.renderer, prober.library(), &queries)?;
+    results.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()
 }

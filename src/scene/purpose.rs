@@ -47,7 +47,7 @@ impl Threshold {
     }
 
     /// Whether this radiance, added to black, is large enough to be kept.
-    pub(crate) fn is_exceeded_by(self, radiance: f64) -> bool {
+    pub(crate) fn is_exceeded_by_radiance(self, radiance: f64) -> bool {
         match self.purpose {
             Purpose::Display => radiance > VISIBLE_LIGHT * self.white,
             Purpose::Linear { .. } => radiance > 0.0,
@@ -122,13 +122,13 @@ mod tests {
     fn the_threshold_follows_the_purpose() {
         let faint = 1e-5;
         let display = |white| Threshold::of(Purpose::Display, white);
-        assert!(!display(1.0).is_exceeded_by(faint) && display(1e-3).is_exceeded_by(faint));
+        assert!(!display(1.0).is_exceeded_by_radiance(faint) && display(1e-3).is_exceeded_by_radiance(faint));
         assert!(display(1.0).is_exceeded_by_change(0.01) && !display(1.0).is_exceeded_by_change(1e-3));
         for white in [1e-6, 1.0, 1e6] {
             let linear = Threshold::of(Purpose::Linear { floor: 1e-4 }, white);
             assert!(
-                linear.is_exceeded_by(faint)
-                    && !linear.is_exceeded_by(0.0)
+                linear.is_exceeded_by_radiance(faint)
+                    && !linear.is_exceeded_by_radiance(0.0)
                     && linear.is_exceeded_by_change(1e-3)
                     && !linear.is_exceeded_by_change(1e-5)
             );

@@ -315,7 +315,7 @@ impl Gpu {
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [
                 Some(renderer.render(&plan, &modules, FrameImages::Display).err()),
-                window.map(|w| renderer.prepare_windows(&w, &modules).err()),
+                window.map(|w| renderer.warm_up_window_pipelines(&w, &modules).err()),
             ];
             match errors.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),

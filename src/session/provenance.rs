@@ -99,8 +99,8 @@ pub(super) fn source_digests(
 
 /// The properties that determine how a data layer is drawn; its content is covered by its digest.
 fn layer_text(layer: &DataLayer) -> String {
-    let DataLayer { name, file, body, size_px, colour, fade_days, look, digest, points: _, lines: _, image: _ } = layer;
-    format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {look:?} {digest}")
+    let DataLayer { name, file, body, size_px, colour, fade_days, style, digest, points: _, lines: _, image: _ } = layer;
+    format!("{name} {file} {body:?} {size_px} {colour:?} {fade_days:?} {style:?} {digest}")
 }
 
 /// The calendar date and time in a provenance, without the TDB seconds.
@@ -198,7 +198,7 @@ impl Provenance {
     }
 
     /// Target, time and size, by which a user recognises the image.
-    pub fn short(&self) -> String {
+    pub fn target_time_and_size(&self) -> String {
         let value = |name: &str| self.0.get(name).map_or("", String::as_str);
         format!("target {}, time {}, size {}", echo_within(value("target"), 60), calendar_time(self), value("size"))
     }
@@ -231,7 +231,7 @@ impl Provenance {
     }
 
     /// Examines the file at the path to which this image of the given size is to be written.
-    pub fn existing(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
+    pub fn examine_existing_image(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
         let metadata = match path.metadata() {
             // A missing or invalid folder is reported when the image is written.
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingImage::None,

@@ -75,10 +75,10 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     let disc_light = std::f32::consts::PI * (1.0 - 0.4 / 3.0 - 0.2 / 6.0);
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
-        across: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
+        perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        limb: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
+        limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
         occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
         air_edges: edges.collect(),
@@ -120,8 +120,8 @@ fn ring(surface: Surface) -> RingUniforms {
         side: 0.0,
         sun_tangent: 0.0005,
         shadow_axes: Vec3::new(1.0, 1.0, 0.95),
-        sun_limb_u1: Vec3::splat(0.4),
-        sun_limb_u2: Vec3::splat(0.2),
+        sun_limb_darkening_u1: Vec3::splat(0.4),
+        sun_limb_darkening_u2: Vec3::splat(0.2),
         shine: None,
         shine_axes: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
     }
@@ -205,8 +205,8 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         eclipse: eclipse(key),
         lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,
-        limb_u1: Vec3::splat(0.4),
-        limb_u2: Vec3::splat(0.2),
+        limb_darkening_u1: Vec3::splat(0.4),
+        limb_darkening_u2: Vec3::splat(0.2),
         map_latitude_stretch: 1.0,
         night_radiance: Vec3::splat(0.2),
         specular_strength: 1.0,
@@ -226,7 +226,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         overlays: overlays(key),
         ring: ring(key.features().surface),
         // As seen along the negative x axis: north is up, celestial east to the left.
-        limb: LimbUniforms { across: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
+        limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }

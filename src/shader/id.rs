@@ -73,7 +73,7 @@ pub const SIMPLE_MODULES: [&str; 25] = [
 ];
 
 /// Probes: modules that evaluate one formula for given inputs, from the entry fragment `entry/<name>.wesl` with the features of a key.
-pub const PROBES: [&str; 5] = ["probe_disc_overlap", "probe_ring_shadow", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
+pub const PROBES: [&str; 5] = ["probe_body_shadow", "probe_disc_overlap", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
 /// Each probe with the keys that are recorded and tested: a selection of the models that the probe evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
@@ -83,7 +83,7 @@ pub fn probe_samples() -> Vec<ModuleId> {
     let overlap_keys = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
     let mut all = modules("probe_disc_overlap", &overlap_keys.each_ref().map(String::as_str));
     all.extend(modules("probe_sunlight", &["lambert.sun1.eclipse1-limb-darkened.sphere", "lambert.sun1.eclipse4-refracted.sphere"]));
-    all.extend(modules("probe_ring_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
+    all.extend(modules("probe_body_shadow", &["ring.sun1.bodyshadow-sphere.sphere", "ring.sun1.bodyshadow-ellipsoid-penumbra.sphere"]));
     all.extend(modules(
         "probe_ring_transmission",
         &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"],

@@ -307,11 +307,11 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
     let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
     let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
-    let limb = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
+    let limb_darkening = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
     let uniforms = EclipseUniforms {
         axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
-        across: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
-        limb,
+        perpendicular_axes: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
+        limb_darkening,
         occluder_positions: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
         ..EclipseUniforms::default()

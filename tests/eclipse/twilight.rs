@@ -105,8 +105,11 @@ fn light_in_the_umbra_agrees_with_photons() {
         let occluder_radius = ((1.0 + umbra_radius_km / solar_radius_km) * moon_distance / cot_sun_radius) as f32;
         let eclipse = EclipseUniforms {
             axis: Vec4::new(0.0, 0.0, 1.0, (1.0 / sun_distance) as f32),
-            across: [Vec4::new(1.0, 0.0, 0.0, cot_sun_radius as f32), Vec4::new(0.0, 1.0, 0.0, (cot_sun_radius / sun_distance) as f32)],
-            limb: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
+            perpendicular_axes: [
+                Vec4::new(1.0, 0.0, 0.0, cot_sun_radius as f32),
+                Vec4::new(0.0, 1.0, 0.0, (cot_sun_radius / sun_distance) as f32),
+            ],
+            limb_darkening: [Vec3::splat(1.0 / std::f32::consts::PI).extend(0.0), Vec4::ZERO, Vec4::ZERO],
             occluder_positions: vec![Vec4::new(0.0, 0.0, moon_distance as f32 + 1.0, 0.0)],
             occluder_outlines: vec![Vec4::new(1.0, 0.0, occluder_radius, occluder_radius)],
             ..EclipseUniforms::default()

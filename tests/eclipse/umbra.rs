@@ -65,8 +65,8 @@ fn uniforms(occluders: &[Outline], model: EclipseModel) -> (Eclipse, EclipseUnif
     });
     let uniforms = EclipseUniforms {
         axis: v(0.0, 0.0, 1.0, 1e-7),
-        across: [v(1.0, 0.0, 0.0, 100.0), v(0.0, 1.0, 0.0, 1e-5)],
-        limb: [0, 1, 2].map(|term| v(factors[0][term], factors[1][term], factors[2][term], 0.0)),
+        perpendicular_axes: [v(1.0, 0.0, 0.0, 100.0), v(0.0, 1.0, 0.0, 1e-5)],
+        limb_darkening: [0, 1, 2].map(|term| v(factors[0][term], factors[1][term], factors[2][term], 0.0)),
         occluder_positions: occluders.iter().map(|c| v(c.centre.x, c.centre.y, 100.0, 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|c| v(c.axis.x, c.axis.y, c.semi_axes.x, c.semi_axes.y)).collect(),
         ..EclipseUniforms::default()

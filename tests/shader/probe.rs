@@ -16,7 +16,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 fn each_query_gets_its_own_answer() {
     // probe_disc_overlap by the linear model: the semi-axes of an occluding disc and its distance from the Sun's centre, in solar radii.
     let module = probe_samples().into_iter().next().expect("a probe");
-    let batch = ProbeBatch::plain(module, 1);
+    let batch = ProbeBatch::without_bindings(module, 1);
     // The answer changes from query to query, so exchanged or blended answers are detected.
     let queries: Vec<_> = (0..1000)
         .map(|k| {
@@ -26,9 +26,9 @@ fn each_query_gets_its_own_answer() {
         })
         .collect();
     for (precision, tolerance) in [(Precision::F32, 2e-7), (Precision::F64, 6e-8)] {
-        let answers = batch.answers(&renderer(precision), SESSION.library(), &queries).expect("answers");
-        assert_eq!(answers.len(), queries.len());
-        for (rows, query) in answers.iter().zip(&queries) {
+        let results = batch.results(&renderer(precision), SESSION.library(), &queries).expect("results");
+        assert_eq!(results.len(), queries.len());
+        for (rows, query) in results.iter().zip(&queries) {
             let expected = 1.0 - query[2] / 2.0;
             assert!((f64::from(rows[0][0]) - expected).abs() < tolerance, "{precision:?}: {} for {expected}", rows[0][0]);
         }

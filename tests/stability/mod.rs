@@ -61,11 +61,11 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
 fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
     let by_cosine = session_with_edits(&[(
         "lib/eclipse/occluders.wesl",
-        "    s.semi = select(shape.zw * scale",
-        "    let towards = normalize(vec3f(s.centre / draw.eclipse_across[0].w, 1.0));
+        "    s.semi_axes = select(shape.zw * scale",
+        "    let towards = normalize(vec3f(s.centre / draw.eclipse_perpendicular_axes[0].w, 1.0));
     let angle = acos(min(dot(towards, vec3f(0.0, 0.0, 1.0)), 1.0));
-    s.centre = normalize(s.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_across[0].w;
-    s.semi = select(shape.zw * scale",
+    s.centre = normalize(s.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_perpendicular_axes[0].w;
+    s.semi_axes = select(shape.zw * scale",
     )]);
     let report = swept(&by_cosine, "shadows", InjectedFaults::default());
     assert!(report.has_failed());

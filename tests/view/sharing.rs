@@ -179,12 +179,10 @@ fn saved_images_have_their_provenance() {
         let view = &window.state().viewer.view;
         let request = view.request(session().catalog(), session().ephemeris(), 24, 16).expect("a request");
         let request = ViewRequest { purpose, ..request };
-        assert_eq!(session().provenance(&request).existing(&path, (24, 16)), ExistingImage::Same, "{name}");
+        assert_eq!(session().provenance(&request).examine_existing_image(&path, (24, 16)), ExistingImage::Same, "{name}");
         let wider = ViewRequest { fov_deg: Some(46.0), ..request };
-        assert!(
-            matches!(session().provenance(&wider).existing(&path, (24, 16)), ExistingImage::Other(why) if why.contains("fov")),
-            "{name}"
-        );
+        let existing = session().provenance(&wider).examine_existing_image(&path, (24, 16));
+        assert!(matches!(existing, ExistingImage::Other(why) if why.contains("fov")), "{name}");
     }
 }
 

@@ -111,7 +111,7 @@ fn a_prepared_device_has_the_pipelines_of_any_window() {
     let window = plan_of(&painter, &primitives);
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
-    own_gpu.prepare_windows(&smallest, SESSION.library()).expect("prepared");
+    own_gpu.warm_up_window_pipelines(&smallest, SESSION.library()).expect("prepared");
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(true), "a frame of the window would wait for the shader compiler");
     own_gpu.forget_modules();
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");

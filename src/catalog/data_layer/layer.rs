@@ -1,7 +1,7 @@
 //! The content of a data layer: points, lines, or an image.
 
 use super::fits::PlacedImage;
-use super::image_look::ImageLook;
+use super::image_style::ImageStyle;
 use crate::catalog::NaifId;
 use crate::time::Instant;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub struct DataLayer {
     /// Days over which an item fades after its time; `None`: it does not fade.
     pub fade_days: Option<f64>,
     /// How the values of an image are converted to colours.
-    pub look: ImageLook,
+    pub style: ImageStyle,
     /// Points from the file.
     pub points: Arc<Vec<DataPoint>>,
     /// Lines from the file.

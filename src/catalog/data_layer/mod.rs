@@ -9,7 +9,7 @@ mod columns;
 mod csv;
 mod fits;
 mod geojson;
-mod image_look;
+mod image_style;
 mod kml;
 mod layer;
 mod votable;
@@ -20,7 +20,7 @@ use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
 pub use fits::{ImageWcs, PlacedImage};
-pub use image_look::{ColourMap, ImageLook, Stretch};
+pub use image_style::{ColourMap, ImageStyle, Stretch};
 pub(super) use layer::TotalSize;
 use layer::{Content, hex_colour};
 pub use layer::{DataLayer, DataLine, DataPoint};
@@ -89,15 +89,15 @@ pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>,
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let mut layer = DataLayer::new(name?.value, file?.value);
-    let default_look = layer.look;
+    let default_style = layer.style;
     layer.size_px = size_px.map_or(layer.size_px, |l| l.value);
     layer.colour = colour.and_then(|c| hex_colour(&c.value)).unwrap_or(layer.colour);
     layer.fade_days = fade_days.map(|l| l.value);
-    layer.look = ImageLook {
-        stretch: stretch.unwrap_or(default_look.stretch),
-        percentiles: percentiles.map_or(default_look.percentiles, |p| p.value),
-        colour_map: colour_map.unwrap_or(default_look.colour_map),
-        opacity: opacity.map_or(default_look.opacity, |o| o.value),
+    layer.style = ImageStyle {
+        stretch: stretch.unwrap_or(default_style.stretch),
+        percentiles: percentiles.map_or(default_style.percentiles, |p| p.value),
+        colour_map: colour_map.unwrap_or(default_style.colour_map),
+        opacity: opacity.map_or(default_style.opacity, |o| o.value),
     };
     Some((body, layer))
 }
@@ -112,7 +112,7 @@ impl DataLayer {
             size_px: 5.0,
             colour: [255, 140, 60],
             fade_days: None,
-            look: ImageLook::default(),
+            style: ImageStyle::default(),
             points: Arc::default(),
             lines: Arc::default(),
             image: None,
@@ -129,7 +129,7 @@ impl DataLayer {
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let format = format(&self.file);
         if format == Some(Format::Fits) {
-            let image = fits::read(bytes, self.body.is_some(), &self.look);
+            let image = fits::read(bytes, self.body.is_some(), &self.style);
             self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("(card) {why}"))))?));
             return Ok(self);
         }
@@ -167,7 +167,7 @@ impl DataLayer {
             name: self.name.clone(),
             file: self.image_name(),
             gain: [1.0; 3],
-            opacity: self.look.opacity,
+            opacity: self.style.opacity,
             projection: OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg },
         })
     }

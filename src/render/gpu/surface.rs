@@ -54,7 +54,7 @@ impl GpuRenderer {
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub fn prepare_windows(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(), GpuError> {
+    pub fn warm_up_window_pipelines(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(), GpuError> {
         if self.is_ready_for_windows(plan) == Some(true) {
             return Ok(());
         }
@@ -87,7 +87,7 @@ impl GpuRenderer {
     }
 
     /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now (a hidden window) or
-    /// [`GpuRenderer::prepare_windows`] is running. `before_present` is called right before presenting: some window systems need the notification.
+    /// [`GpuRenderer::warm_up_window_pipelines`] is running. `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`]; after an error the caller must drop the surface.

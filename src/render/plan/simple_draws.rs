@@ -268,7 +268,7 @@ pub(super) fn refracted_limb(
             w.f32("depth", limb.depth)?;
             w.vec4("sun_direction", limb.sun_direction)?;
             w.vec4_array("sun_basis", &limb.sun_basis)?;
-            w.vec4_array("sun_limb", &limb.sun_limb)?;
+            w.vec4_array("sun_limb_darkening", &limb.sun_limb_darkening)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
             w.f32("hides", f32::from(u8::from(occludes)))

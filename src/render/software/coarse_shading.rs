@@ -7,7 +7,7 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::draw_job::{DrawJob, QUADS, Quad};
+use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
@@ -236,7 +236,7 @@ impl InterpolatedLight {
         if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.set([r, g, b]) {
             return false;
         }
-        let first_block = usize::from(first.index) / QUADS;
+        let first_block = usize::from(first.index) / QUADS_PER_BATCH;
         for block in 0..PART_BLOCKS {
             tile.target.add_light(first_block + block, self.block(block));
         }
@@ -273,7 +273,7 @@ pub(super) fn shade_coarsely<R: Real>(
         if !covers_rectangle(triangle, part) {
             continue;
         }
-        let first = Quad { index: (first_block * QUADS) as u16, coverage: 0, source_triangle: triangle.source_triangle };
+        let first = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
         if light.draw(job, run, first, tile) {
             drawn |= ((1 << PART_BLOCKS) - 1) << first_block;
         }

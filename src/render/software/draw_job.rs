@@ -8,7 +8,7 @@ use super::texel_marks::TexelMarks;
 use crate::render::plan::{Blend, Extent, ShadingRate};
 
 /// Number of quads in a batch.
-pub(super) const QUADS: usize = LANES / 4;
+pub(super) const QUADS_PER_BATCH: usize = LANES / 4;
 
 /// Two by two pixels that a triangle covers partly or completely.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,7 @@ pub(super) struct Quad {
 /// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (exclusive).
 pub(crate) struct DrawExtent {
     /// The pixels inside the draw's outline and, for the sky, outside the ground's.
-    pub outlines: Extent,
+    pub silhouette_bounds: Extent,
     /// The draw leaves out each pixel whose four nearest texels are marked.
     pub marks: Option<TexelMarks>,
 }
@@ -32,12 +32,12 @@ pub(crate) struct DrawExtent {
 impl DrawExtent {
     /// Whether the draw changes no pixel of a rectangle.
     pub(super) fn misses(&self, pixels: [u32; 4]) -> bool {
-        self.outlines.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
+        self.silhouette_bounds.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
     }
 
     /// Whether the draw may change every pixel of a rectangle.
     pub(super) fn covers(&self, pixels: [u32; 4]) -> bool {
-        self.outlines.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
+        self.silhouette_bounds.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
     }
 }
 
@@ -60,7 +60,7 @@ impl<R: Real> DrawJob<'_, R> {
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
             && self.blend == Blend::Add
-            && self.fragment_plan.draws_all_covered()
+            && self.fragment_plan.draws_every_covered_pixel()
             && self.extent.is_none()
             && self.instructions_per_read.is_none()
     }

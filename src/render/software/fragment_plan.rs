@@ -72,7 +72,7 @@ impl FragmentPlan {
     }
 
     /// Whether every covered pixel is drawn, because the draw neither discards, nor tests or writes depth.
-    pub(crate) fn draws_all_covered(&self) -> bool {
+    pub(crate) fn draws_every_covered_pixel(&self) -> bool {
         self.early_depth_test && !self.uses_depth()
     }
 

@@ -7,7 +7,7 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::draw_job::{DrawJob, QUADS, Quad};
+use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::fragment_plan::FragmentInputSource;
 use super::math::Real;
 use super::raster::coverage::{TilePixels, quad_position};
@@ -46,7 +46,7 @@ impl Span<'_> {
             return self.fill(lanes, at_origin);
         }
         let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
-        if self.to - self.from == QUADS {
+        if self.to - self.from == QUADS_PER_BATCH {
             // One loop over all lanes is fully vectorised.
             for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
                 *lane = at_origin + dx * *x + dy * *y;
@@ -63,7 +63,7 @@ impl Span<'_> {
 
     #[inline(always)]
     fn fill<R: Real>(&self, lanes: &mut [R; LANES], value: R) {
-        if self.to - self.from == QUADS {
+        if self.to - self.from == QUADS_PER_BATCH {
             return lanes.fill(value);
         }
         self.lanes(lanes).fill([value; QUAD_LANES]);
@@ -72,7 +72,7 @@ impl Span<'_> {
     /// Sets lane = combine(lane, other) for the lanes of this span.
     #[inline(always)]
     fn combine<R: Real>(&self, lanes: &mut [R; LANES], other: &[R; LANES], combine: impl Fn(R, R) -> R) {
-        if self.to - self.from == QUADS {
+        if self.to - self.from == QUADS_PER_BATCH {
             for i in 0..LANES {
                 lanes[i] = combine(lanes[i], other[i]);
             }
@@ -89,7 +89,7 @@ impl Span<'_> {
 
 /// Fills the lanes of the quads in `range` with one coordinate of their pixels minus `offset`.
 #[inline(always)]
-fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS], range: Range<usize>, offset: f32) {
+fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS_PER_BATCH], range: Range<usize>, offset: f32) {
     let pixels = pixels.as_chunks::<QUAD_LANES>().0;
     for (lanes, quad) in lanes.as_chunks_mut::<QUAD_LANES>().0[range.clone()].iter_mut().zip(&quads[range]) {
         // Copied before the lanes are written, so that the compiler uses vectors.
@@ -115,13 +115,13 @@ impl<'a> Span<'a> {
 pub(super) fn fill_quads<R: Real>(
     job: &DrawJob<'_, R>,
     run: &mut dyn LaneRun<R>,
-    quads: &[Quad; QUADS],
+    quads: &[Quad; QUADS_PER_BATCH],
     pixels: &TilePixels,
     tile: [u32; 2],
 ) {
     // Pixel centres relative to the first quad of their span.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
-    let mut spans = SmallVec::<[Span<'_>; QUADS]>::new();
+    let mut spans = SmallVec::<[Span<'_>; QUADS_PER_BATCH]>::new();
     let mut from = 0;
     while let Some(first) = quads.get(from) {
         let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
@@ -137,7 +137,7 @@ pub(super) fn fill_quads<R: Real>(
 /// As [`fill_quads`] for the lanes of one triangle. `points`: their positions relative to the corner of the quad `first`.
 #[inline(always)]
 pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, points: [&[f32]; 2], tile: [u32; 2]) {
-    let spans = [Span::new(job, [0, QUADS], first, tile)];
+    let spans = [Span::new(job, [0, QUADS_PER_BATCH], first, tile)];
     let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
     let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {

@@ -147,7 +147,7 @@ pub(crate) fn execute_fused<R: Real>(
     let (first_jobs, mut first_timings) = prepare_pass(first, first_stages)?;
     let (mut overlay, mut second_timings) = prepare_pass(second, second_stages)?;
     let is_full_screen = |job: &DrawJob<'_, R>| match &job.geometry.triangles[..] {
-        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_plan.draws_all_covered(),
+        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_plan.draws_every_covered_pixel(),
         _ => false,
     };
     if !overlay.jobs.first().is_some_and(is_full_screen) {
@@ -223,7 +223,7 @@ fn prepare_draw<'a, R: Real>(
         fragment_plan,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
+        extent: draw.extent.map(|silhouette_bounds| DrawExtent { silhouette_bounds, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
 }

@@ -5,7 +5,7 @@
 //! tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
-use super::draw_job::{DrawJob, QUADS, Quad};
+use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_plan::FragmentPlan;
 use super::lane_inputs;
@@ -49,7 +49,7 @@ static DEFAULT_COMPONENTS: [[f32; LANES]; 2] = [[0.0; LANES], [1.0; LANES]];
 /// Quads that are collected until the batch is full.
 #[derive(Clone, Debug)]
 pub(crate) struct Batch {
-    quads: [Quad; QUADS],
+    quads: [Quad; QUADS_PER_BATCH],
     count: usize,
     /// Colour of the last run, converted to f32; used only if the lanes are f64.
     f32_colour: [[f32; LANES]; 4],
@@ -59,7 +59,7 @@ pub(crate) struct Batch {
 impl Batch {
     pub(crate) fn new() -> Self {
         Self {
-            quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS],
+            quads: [Quad { index: 0, coverage: 0, source_triangle: 0 }; QUADS_PER_BATCH],
             count: 0,
             f32_colour: [[0.0; LANES]; 4],
             interpolated_light: Box::new(InterpolatedLight::new()),
@@ -119,7 +119,7 @@ struct CrossedBlock {
 
 /// Left, top, right and bottom edge of the block whose first quad has this index, on the screen.
 fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
-    let [x, y] = block_position(first / QUADS);
+    let [x, y] = block_position(first / QUADS_PER_BATCH);
     [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
 }
 
@@ -149,27 +149,27 @@ impl TileShader<'_> {
             // The block visited last, of those that an edge of the triangle crosses.
             let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
-                if drawn_blocks >> (first / QUADS) & 1 == 1 {
+                if drawn_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
-                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS) {
+                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
                         return;
                     }
                     if !extent.covers(block) {
-                        edge_blocks |= 1 << (first / QUADS);
+                        edge_blocks |= 1 << (first / QUADS_PER_BATCH);
                         return;
                     }
                 }
-                if count == QUADS && batch.count == 0 && early_depth.is_none() {
+                if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
                     self.shade_block(job, first, triangle.source_triangle, run, batch);
                     return;
                 }
                 // Quads of blocks that an edge of the triangle crosses.
-                let mut extent = job.extent.as_ref().filter(|_| count != QUADS);
+                let mut extent = job.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(of_draw) = extent {
-                    let first_of_block = first / QUADS * QUADS;
+                    let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
                     let block = match crossed.take().filter(|block| block.first == first_of_block) {
                         Some(block) => block,
                         None => {
@@ -196,7 +196,7 @@ impl TileShader<'_> {
             });
             let Some(extent) = job.extent.as_ref().filter(|_| edge_blocks != 0) else { continue };
             for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
-                for index in block * QUADS..(block + 1) * QUADS {
+                for index in block * QUADS_PER_BATCH..(block + 1) * QUADS_PER_BATCH {
                     if extent.misses(quad_on_screen([tile_x, tile_y], index)) {
                         continue;
                     }
@@ -216,7 +216,7 @@ impl TileShader<'_> {
     fn gather<R: Real>(&mut self, job: &DrawJob<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         batch.quads[batch.count] = quad;
         batch.count += 1;
-        if batch.count == QUADS {
+        if batch.count == QUADS_PER_BATCH {
             self.flush(job, run, batch, None);
         }
     }
@@ -280,7 +280,7 @@ impl TileShader<'_> {
         for (k, quad) in batch.quads.iter_mut().enumerate() {
             *quad = Quad { index: (first + k) as u16, coverage, source_triangle };
         }
-        batch.count = QUADS;
+        batch.count = QUADS_PER_BATCH;
         self.flush(job, run, batch, Some(first));
     }
 

@@ -124,7 +124,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
-        if occluder.across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
+        if occluder.offset_across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
         occluder_names.push(occluder.body.name.clone());

@@ -26,7 +26,7 @@ const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
 /// Radius of the smallest penumbra on the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
-    let tan_sun_radius = 1.0 / f64::from(eclipse.across[0].w);
+    let tan_sun_radius = 1.0 / f64::from(eclipse.perpendicular_axes[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
     let radius = |position: Vec4, outline: Vec4| f64::from(outline.w) + (f64::from(position.z) - 1.0).max(0.0) * tan_sun_radius;
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
@@ -89,7 +89,7 @@ mod tests {
     /// One occluder, its distance and radius in the body's radii. The Sun's angular radius is 1 / 215 radian.
     fn eclipse(distance: f32, radius: f32) -> EclipseUniforms {
         EclipseUniforms {
-            across: [Vec4::new(1.0, 0.0, 0.0, 215.0), Vec4::Y],
+            perpendicular_axes: [Vec4::new(1.0, 0.0, 0.0, 215.0), Vec4::Y],
             occluder_positions: vec![Vec4::new(0.0, 0.0, distance, 0.0)],
             occluder_outlines: vec![Vec4::new(1.0, 0.0, radius, radius)],
             ..EclipseUniforms::default()

@@ -59,7 +59,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
     let threshold = inputs.threshold();
     let by_threshold =
-        || (threshold.is_exceeded_by(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
+        || (threshold.is_exceeded_by_radiance(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
     if !decisions.log.map(Effect::Clouds, Some(&clouds.map), by_threshold) {
         return None;
     }

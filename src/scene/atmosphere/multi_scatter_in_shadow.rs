@@ -75,19 +75,19 @@ struct Shadow {
 impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
-        let across = position.truncate().truncate();
+        let offset_across = position.truncate().truncate();
         // The point where the axis meets the ground or passes nearest to it.
-        let along = (1.0 - across.length_squared()).max(0.0).sqrt();
+        let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
         let depth = position.z - along;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
-        let solar_radii_per_radius = f64::from(eclipse.across[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
+        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
         if !(depth > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
         let occluder_radius = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
         let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
         let margin = MAX_DISTANCE_KM / km_per_solar_radius;
-        let limb_darkening = eclipse.limb.map(|l| l.truncate().as_dvec3());
+        let limb_darkening = eclipse.limb_darkening.map(|l| l.truncate().as_dvec3());
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
             .collect();

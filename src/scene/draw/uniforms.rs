@@ -122,8 +122,8 @@ uniforms! {
         /// Lunar weight L of lunar-lambert, or Oren-Nayar's sigma² (rad²).
         pub photometric_parameter: f32 = "photometric_parameter",
         /// Limb darkening per channel (emissive surfaces only).
-        pub limb_u1: Vec3 = "limb_u1",
-        pub limb_u2: Vec3 = "limb_u2",
+        pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
+        pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
         /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
         pub map_latitude_stretch: f32 = "map_latitude_stretch",
         /// Radiance of a white texel of the night map.
@@ -236,13 +236,13 @@ uniforms! {
         /// Unit vector to the Sun in body axes (xyz), and 1 / distance (w).
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
-        pub across: [Vec4; 2] = "eclipse_across",
+        pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
         /// Largest error of the sunlight in the coarse image of the air, as `AtmosphereUniforms::coarse_bound`; negative where it must not be interpolated at all.
         pub coarse_bound: Vec2,
         /// First row of the sunlight's part of that image, which the plan sets.
         pub coarse_row: f32 = "eclipse_coarse_row",
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
-        pub limb: [Vec4; 3] = "eclipse_limb",
+        pub limb_darkening: [Vec4; 3] = "eclipse_limb_darkening",
         /// Per occluder: its centre across the axis (xy) and along it (z).
         pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
@@ -279,7 +279,7 @@ uniforms! {
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct LimbUniforms {
         /// See shaders/lib/draw.wesl.
-        pub across: [Vec4; 2] = "limb_across",
+        pub position_angle_axes: [Vec4; 2] = "limb_position_angle_axes",
         pub table: Option<Arc<LimbTable>>,
     }
 }
@@ -329,8 +329,8 @@ uniforms! {
         pub sun_tangent: f32 = "sun_tangent",
         /// The globe's semi-axes over its equatorial radius.
         pub shadow_axes: Vec3 = "shadow_axes",
-        pub sun_limb_u1: Vec3 = "sun_limb_u1",
-        pub sun_limb_u2: Vec3 = "sun_limb_u2",
+        pub sun_limb_darkening_u1: Vec3 = "sun_limb_darkening_u1",
+        pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
         /// Unit vector towards the Sun, projected on the ring's plane (xy), reciprocal of the height from which no ring is visible (z), factor on the light (w).

@@ -18,7 +18,7 @@ use glam::{DVec2, DVec3};
 fn radius_towards(occluder: &Occluder<'_>, direction: DVec2) -> f64 {
     let along_axes = DVec2::new(direction.dot(occluder.long_axis), direction.dot(occluder.long_axis.perp()));
     let length = along_axes.length();
-    if length > 0.0 { length / (along_axes / occluder.semi).length() } else { occluder.semi.x }
+    if length > 0.0 { length / (along_axes / occluder.semi_axes).length() } else { occluder.semi_axes.x }
 }
 
 /// Approximate fraction of sunlight that occluders leave at points of a receiver, for discs without limb darkening.
@@ -35,12 +35,12 @@ impl<'a> ApproximateShadow<'a> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
         let fraction = |o: &Occluder<'_>| air::bending_fraction(o.along, axis.sun_distance);
-        Some(Self { occluders, axis, layers: first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi.x, fraction(o))) })
+        Some(Self { occluders, axis, layers: first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi_axes.x, fraction(o))) })
     }
 
     /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
-        let (across, along) = (self.axis.across(point), point.dot(self.axis.along));
+        let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.along));
         let mut fraction = 1.0_f64;
         for (index, occluder) in self.occluders.iter().enumerate() {
             let depth = occluder.along - along;
@@ -49,16 +49,16 @@ impl<'a> ApproximateShadow<'a> {
             }
             // Solar radii per unit of length at the occluder's distance.
             let scale = self.axis.cot_sun_radius / depth;
-            let offset = occluder.across - across;
+            let offset = occluder.offset_across - offset_across;
             let (separation, radius) = (offset.length() * scale, radius_towards(occluder, offset) * scale);
             // Rises linearly from outer contact to full overlap, where the areas decide. An outline longer than the Sun's disc, but narrower, hides
             // only a band of it.
-            let greatest = (occluder.semi * scale).min(DVec2::ONE).element_product();
+            let greatest = (occluder.semi_axes * scale).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * greatest;
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
                 // The layers are circles around the major semi-axis: the separation is that at which their limb is as far from the Sun as the outline's.
-                fraction += layers.light(separation + (occluder.semi.x * scale - radius), depth, scale);
+                fraction += layers.light(separation + (occluder.semi_axes.x * scale - radius), depth, scale);
             }
         }
         fraction.min(1.0)
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
     use crate::ephemeris::Ephemeris;
-    use crate::scene::eclipse::occluders::{limb_law, outline};
+    use crate::scene::eclipse::occluders::{limb_darkening, outline};
     use crate::time::Instant;
     use glam::DMat3;
     use std::f64::consts::TAU;
@@ -121,10 +121,10 @@ mod tests {
         }
 
         /// The occluder with its centre at an offset across the axis.
-        fn occluder_at(&self, across: DVec2) -> Occluder<'a> {
-            let (long_axis, semi) = outline(&self.axis, self.receiver_from_occluder, self.radii);
+        fn occluder_at(&self, offset_across: DVec2) -> Occluder<'a> {
+            let (long_axis, semi_axes) = outline(&self.axis, self.receiver_from_occluder, self.radii);
             let along = self.along;
-            Occluder { body: self.occluder, across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false }
+            Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false }
         }
 
         fn approximate(&self, occluder: Occluder<'_>, point: DVec3) -> f64 {
@@ -134,19 +134,21 @@ mod tests {
         }
 
         /// Whether a ray in `direction` from a point misses the ellipsoid, whose centre is at an offset across the axis.
-        fn misses(&self, across: DVec2, point: DVec3, direction: DVec3) -> bool {
-            let centre = self.axis.across[0] * across.x + self.axis.across[1] * across.y + self.axis.along * self.along;
+        fn misses(&self, offset_across: DVec2, point: DVec3, direction: DVec3) -> bool {
+            let centre = self.axis.perpendicular_axes[0] * offset_across.x
+                + self.axis.perpendicular_axes[1] * offset_across.y
+                + self.axis.along * self.along;
             let in_unit_sphere = |v: DVec3| (self.receiver_from_occluder.transpose() * v) / self.radii;
             let (origin, ray) = (in_unit_sphere(point - centre), in_unit_sphere(direction).normalize());
             origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
         }
 
         /// The same fraction by rays to points of the Sun's disc, weighted by its limb darkening in green.
-        fn by_rays(&self, across: DVec2, point: DVec3) -> f64 {
+        fn by_rays(&self, offset_across: DVec2, point: DVec3) -> f64 {
             const RAYS: u32 = 1500;
             let to_sun = self.axis.along * self.axis.sun_distance - point;
             let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
-            let (u1, u2) = limb_law(self.sun);
+            let (u1, u2) = limb_darkening(self.sun);
             let (mut total, mut visible) = (0.0, 0.0);
             for k in 0..RAYS {
                 // Steps of the golden angle spread the points evenly.
@@ -155,21 +157,22 @@ mod tests {
                 let darkening = 1.0 - (1.0 - radius * radius).sqrt();
                 let light = 1.0 - u1.y * darkening - u2.y * darkening * darkening;
                 total += light;
-                let direction = to_sun + self.axis.across[0] * on_disc.x + self.axis.across[1] * on_disc.y;
-                visible += if self.misses(across, point, direction) { light } else { 0.0 };
+                let direction = to_sun + self.axis.perpendicular_axes[0] * on_disc.x + self.axis.perpendicular_axes[1] * on_disc.y;
+                visible += if self.misses(offset_across, point, direction) { light } else { 0.0 };
             }
             visible / total
         }
 
         /// Mean over the receiver's lit side as the Sun sees it, by rays.
-        fn mean_by_rays(&self, across: DVec2) -> f64 {
+        fn mean_by_rays(&self, offset_across: DVec2) -> f64 {
             const POINTS: u32 = 100;
             let (mut sum, mut weights) = (0.0, 0.0);
             for k in 0..POINTS {
                 let radius_sq = (f64::from(k) + 0.5) / f64::from(POINTS);
                 let (on_disc, cosine) = (DVec2::from_angle(f64::from(k) * 2.399_963) * radius_sq.sqrt(), (1.0 - radius_sq).sqrt());
-                let point = self.axis.across[0] * on_disc.x + self.axis.across[1] * on_disc.y + self.axis.along * cosine;
-                sum += cosine * self.by_rays(across, point);
+                let point =
+                    self.axis.perpendicular_axes[0] * on_disc.x + self.axis.perpendicular_axes[1] * on_disc.y + self.axis.along * cosine;
+                sum += cosine * self.by_rays(offset_across, point);
                 weights += cosine;
             }
             sum / weights
@@ -179,23 +182,23 @@ mod tests {
         /// Sun was hidden, partly hidden and visible.
         fn worst(&self) -> ([f64; 2], [u32; 3]) {
             let (mut worst, mut seen) = ([0.0_f64; 2], [0; 3]);
-            for point in [DVec3::ZERO, self.axis.along * 0.8 + self.axis.across[0] * 0.6] {
+            for point in [DVec3::ZERO, self.axis.along * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
                 let solar_radius = (self.along - point.dot(self.axis.along)) / self.axis.cot_sun_radius;
                 for direction in (0..12).map(|k| DVec2::from_angle(TAU * f64::from(k) / 12.0)) {
-                    let across = |distance: f64| self.axis.across(point) + direction * distance;
+                    let offset_across = |distance: f64| self.axis.offset_across(point) + direction * distance;
                     // The distance at which the limb hides the Sun's centre, by bisection.
                     let (mut inside, mut outside) = (0.0, 2.0 * self.radii.max_element());
                     for _ in 0..50 {
                         let middle = 0.5 * (inside + outside);
                         let to_sun = self.axis.along * self.axis.sun_distance - point;
-                        if self.misses(across(middle), point, to_sun) { outside = middle } else { inside = middle }
+                        if self.misses(offset_across(middle), point, to_sun) { outside = middle } else { inside = middle }
                     }
                     let beside_limb = (-16..=16).map(|k| inside + 0.1 * f64::from(k) * solar_radius);
                     let farther_in = (0..8).map(|k| inside * f64::from(k) / 8.0);
-                    for across in beside_limb.chain(farther_in).filter(|d| *d >= 0.0).map(across) {
-                        let expected = self.by_rays(across, point);
-                        let occluder = self.occluder_at(across);
-                        let round = Occluder { semi: DVec2::splat(occluder.semi.x), ..occluder.clone() };
+                    for offset_across in beside_limb.chain(farther_in).filter(|d| *d >= 0.0).map(offset_across) {
+                        let expected = self.by_rays(offset_across, point);
+                        let occluder = self.occluder_at(offset_across);
+                        let round = Occluder { semi_axes: DVec2::splat(occluder.semi_axes.x), ..occluder.clone() };
                         for (worst, occluder) in worst.iter_mut().zip([occluder, round]) {
                             *worst = worst.max((self.approximate(occluder, point) - expected).abs());
                         }
@@ -247,11 +250,11 @@ mod tests {
             let outline = passage.occluder_at(DVec2::ZERO);
             let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
             let mut seen = 0;
-            for (direction, radius) in [(outline.long_axis, outline.semi.x), (outline.long_axis.perp(), outline.semi.y)] {
+            for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
-                    let across = direction * (radius + reach * f64::from(k) / 9.0);
-                    let expected = passage.mean_by_rays(across);
-                    let occluders = [passage.occluder_at(across)];
+                    let offset_across = direction * (radius + reach * f64::from(k) / 9.0);
+                    let expected = passage.mean_by_rays(offset_across);
+                    let occluders = [passage.occluder_at(offset_across)];
                     let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun);
                     let error = -2.5 * (shadow.expect("an occluder").mean(passage.axis.along) / expected).log10();
                     println!("{ids:?}: {expected:.4} of the light, off by {error:.3} magnitudes");

@@ -13,7 +13,7 @@ pub mod uniforms;
 
 pub use air::LAYERS as REFRACTING_LAYERS;
 pub use occluders::{
-    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_law, max_occluders, model,
+    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_darkening, max_occluders, model,
     select_occluders,
 };
 pub use shadow_region::ReceiverShape;

@@ -60,7 +60,7 @@ impl<'a> Receiver<'a> {
 pub(crate) struct Axis {
     /// Unit vector to the Sun, then two unit vectors perpendicular to it.
     pub(crate) along: DVec3,
-    pub(crate) across: [DVec3; 2],
+    pub(crate) perpendicular_axes: [DVec3; 2],
     pub(crate) sun_distance: f64,
     /// Cotangent of the Sun's angular radius.
     pub(crate) cot_sun_radius: f64,
@@ -78,12 +78,12 @@ impl Axis {
         let along = to_sun / sun_distance;
         let (x, y) = along.any_orthonormal_pair();
         let cot_sun_radius = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
-        Some(Self { along, across: [x, y], sun_distance, cot_sun_radius })
+        Some(Self { along, perpendicular_axes: [x, y], sun_distance, cot_sun_radius })
     }
 
     /// Coordinates of a vector across the axis.
-    pub(crate) fn across(&self, v: DVec3) -> DVec2 {
-        DVec2::new(v.dot(self.across[0]), v.dot(self.across[1]))
+    pub(crate) fn offset_across(&self, v: DVec3) -> DVec2 {
+        DVec2::new(v.dot(self.perpendicular_axes[0]), v.dot(self.perpendicular_axes[1]))
     }
 }
 
@@ -96,12 +96,12 @@ const STRAIGHT_PATH_S: f64 = 10.0;
 pub struct Occluder<'a> {
     pub body: &'a Body,
     /// Position of its centre: coordinates across the axis, and distance along the axis.
-    pub(crate) across: DVec2,
+    pub(crate) offset_across: DVec2,
     pub(crate) along: f64,
     /// Unit vector along the outline's major axis.
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
-    pub(crate) semi: DVec2,
+    pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that it can block at any point of the receiver; 0 in a candidate.
     pub(crate) max_obscuration: f64,
     /// Whether some point of the receiver is in its umbra; false in a candidate.
@@ -109,7 +109,7 @@ pub struct Occluder<'a> {
 }
 
 /// Limb-darkening coefficients of an emissive body, per channel; 0 for other bodies.
-pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
+pub fn limb_darkening(body: &Body) -> (DVec3, DVec3) {
     match body.photometry {
         Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
         _ => (DVec3::ZERO, DVec3::ZERO),
@@ -118,7 +118,7 @@ pub fn limb_law(body: &Body) -> (DVec3, DVec3) {
 
 /// Ratio of the radiance of the Sun's disc centre to its mean, in the channel where it is largest; see catalogs/README.md for the coefficients.
 fn centre_over_mean(sun: &Body) -> f64 {
-    let (u1, u2) = limb_law(sun);
+    let (u1, u2) = limb_darkening(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
 
@@ -264,44 +264,46 @@ impl<'a> Occluder<'a> {
             ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
         };
         let centre = receiver.apparent_offset(position_km - receiver.position_km);
-        let (along, across) = (centre.dot(axis.along), axis.across(centre));
+        let (along, offset_across) = (centre.dot(axis.along), axis.offset_across(centre));
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
         let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
-        let (long_axis, semi) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
-        Some(Self { body, across, along, long_axis, semi, max_obscuration: 0.0, has_umbra: false })
+        let (long_axis, semi_axes) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
+        Some(Self { body, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false })
     }
 
     /// A copy with `max_obscuration` and `has_umbra` set for points within `max_radius` of the receiver's centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, unit_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / unit_km;
         let max_obscuration = max_obscuration(radius, axis, sun, (self.along - max_radius).max(radius));
-        let has_umbra = self.across.length() < max_radius + self.semi.x - self.along / axis.cot_sun_radius;
+        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_radius;
         Self { max_obscuration, has_umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra at the receiver.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
-        self.semi.x + (self.along + max_radius) / axis.cot_sun_radius
+        self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
     /// Area of the occluder's cross section. Umbra and penumbra together block at most the sunlight on an area of this size.
     fn shadow_area(&self) -> f64 {
-        std::f64::consts::PI * self.semi.x * self.semi.y
+        std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
 
     /// Distance by which the penumbra misses the receiver; 0 or less if it touches.
     fn penumbra_gap(&self, axis: &Axis, max_radius: f64) -> f64 {
-        self.across.length() - max_radius - self.penumbra_radius(axis, max_radius)
+        self.offset_across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
     /// `axis_ratios`: the receiver's semi-axes divided by its equatorial radius.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
-            let centre = axis.across[0] * self.across.x + axis.across[1] * self.across.y + axis.along * self.along;
-            let region = ShadowRegion::of(centre, self.semi.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
+            let centre = axis.perpendicular_axes[0] * self.offset_across.x
+                + axis.perpendicular_axes[1] * self.offset_across.y
+                + axis.along * self.along;
+            let region = ShadowRegion::of(centre, self.semi_axes.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
@@ -327,21 +329,21 @@ impl<'a> Occluder<'a> {
         let horizon = 1.0 / distance - 0.03 - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
         let sunward = (axis.along / axis_ratios).normalize();
         // The lit point at an offset across the axis, or the nearest one of the outline, in the frame in which the receiver is the unit sphere.
-        let lit_point = |across: DVec2| {
-            let point = (axis.across[0] * across.x + axis.across[1] * across.y) / axis_ratios;
+        let lit_point = |offset_across: DVec2| {
+            let point = (axis.perpendicular_axes[0] * offset_across.x + axis.perpendicular_axes[1] * offset_across.y) / axis_ratios;
             let foot = (point - sunward * point.dot(sunward)).clamp_length_max(1.0);
             foot + sunward * (1.0 - foot.length_squared()).max(0.0).sqrt()
         };
-        let is_visible = |across: DVec2| {
-            let point = lit_point(across);
-            let inside = (axis.across(point * axis_ratios) - self.across).length() <= radius * 1.001;
+        let is_visible = |offset_across: DVec2| {
+            let point = lit_point(offset_across);
+            let inside = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
             inside && towards.dot(point) > horizon
         };
         let around = (0..96).any(|k| {
             let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
-            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.across + on_ring * (radius * fraction)))
+            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.offset_across + on_ring * (radius * fraction)))
         });
-        around || is_visible(axis.across(towards * axis_ratios))
+        around || is_visible(axis.offset_across(towards * axis_ratios))
     }
 }
 
@@ -350,7 +352,7 @@ impl<'a> Occluder<'a> {
 pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) -> (DVec2, DVec2) {
     // The squared half width along a unit vector n is n M n, where M sums the outer products of the projected semi-axes.
     let m = [0, 1, 2].map(|k| {
-        let a = axis.across(receiver_from_occluder.col(k)) * radii[k];
+        let a = axis.offset_across(receiver_from_occluder.col(k)) * radii[k];
         DMat2::from_cols(a * a.x, a * a.y)
     });
     let m = m[0] + m[1] + m[2];
@@ -419,7 +421,7 @@ mod tests {
             for _ in 0..20_000 {
                 let along = random.direction();
                 let (x, y) = along.any_orthonormal_pair();
-                let axis = Axis { along, across: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
+                let axis = Axis { along, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
                 let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
                 let extent =
                     ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel: 0.0 };
@@ -428,10 +430,11 @@ mod tests {
                 if normal.dot(along) < 0.02 {
                     continue;
                 }
-                let semi = DVec2::splat(0.0126);
-                let across =
-                    axis.across(point) + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi * random.between(0.0, 1.0);
-                let occluder = Occluder { body, across, along: 8.7, long_axis: DVec2::X, semi, max_obscuration: 1.0, has_umbra: true };
+                let semi_axes = DVec2::splat(0.0126);
+                let offset_across = axis.offset_across(point)
+                    + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi_axes * random.between(0.0, 1.0);
+                let occluder =
+                    Occluder { body, offset_across, along: 8.7, long_axis: DVec2::X, semi_axes, max_obscuration: 1.0, has_umbra: true };
                 let is_visible = |ratios: DVec3| occluder.shadow_is_visible(&axis, extent, ratios);
                 let cos_emission = normal.dot((camera - point).normalize());
                 if cos_emission > 0.02 {

@@ -14,7 +14,7 @@ use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRay
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::air::{self, RefractingLayers};
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::photometry;
@@ -41,7 +41,7 @@ pub struct RefractedLimb {
     /// Two unit vectors perpendicular to the Sun's direction.
     pub sun_basis: [Vec4; 2],
     /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
-    pub sun_limb: [Vec4; 3],
+    pub sun_limb_darkening: [Vec4; 3],
     /// For each edge of a layer: height over the limb, then shift of the Sun's image in solar radii.
     pub air_edges: Vec<Vec4>,
     /// For each layer two values: the mean transmittance, then its change from the lower edge to the upper.
@@ -64,7 +64,7 @@ fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
 
 /// Radiance of the Sun's disc as coefficients of 1, mu, mu², per channel.
 fn sun_radiance(sun: &Body) -> [DVec3; 3] {
-    let (u1, u2) = limb_law(sun);
+    let (u1, u2) = limb_darkening(sun);
     let centre = sun.colour.as_dvec3() * photometry::albedo_normalisation(sun) * photometry::sun_disc_radiance();
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
@@ -219,7 +219,7 @@ fn refracted_limb(
         depth: narrow_scalar(depth.min(1.0)),
         sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_radius)),
         sun_basis: [x, y].map(|v| narrow(v).extend(0.0)),
-        sun_limb: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
+        sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
         air_transmittance: transmittances.map(|v| narrow(v).extend(0.0)).collect(),
     })
@@ -285,7 +285,10 @@ pub(crate) fn limbs(
         };
         let on = match effects.override_of(Effect::RefractedLimb) {
             Some(on) => note(on, reason!("set-by-you")),
-            None => note(threshold.is_exceeded_by(max_radiance), reason!("eclipse-at-most", light = threshold.description(max_radiance))),
+            None => note(
+                threshold.is_exceeded_by_radiance(max_radiance),
+                reason!("eclipse-at-most", light = threshold.description(max_radiance)),
+            ),
         };
         if on {
             all.extend(refracted_limb(camera, p, sun, &layers, tint));

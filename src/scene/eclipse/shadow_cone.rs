@@ -31,10 +31,10 @@ pub(crate) struct GroundLine {
 pub(crate) struct ShadowCone {
     axis: Axis,
     /// The occluder's centre: coordinates across the axis and along it.
-    across: DVec2,
+    offset_across: DVec2,
     along: f64,
     long_axis: DVec2,
-    semi: DVec2,
+    semi_axes: DVec2,
     /// Semi-axes of the lit body divided by its equatorial radius.
     axis_ratios: DVec3,
 }
@@ -62,28 +62,28 @@ pub(crate) fn under_unit_sphere(point: DVec3, along: DVec3) -> (DVec3, f64) {
 
 impl ShadowCone {
     pub(crate) fn of(axis: Axis, occluder: &Occluder<'_>, receiver: &Receiver<'_>) -> Self {
-        let Occluder { across, along, long_axis, semi, .. } = *occluder;
-        Self { axis, across, along, long_axis, semi, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
+        let Occluder { offset_across, along, long_axis, semi_axes, .. } = *occluder;
+        Self { axis, offset_across, along, long_axis, semi_axes, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
     }
 
     /// The shadow that the lit body itself casts behind it.
     pub(crate) fn own_shadow(axis: Axis, receiver: &Receiver<'_>) -> Self {
         let axis_ratios = receiver.body.radii_km / receiver.radius_km();
-        let (long_axis, semi) = outline(&axis, DMat3::IDENTITY, axis_ratios);
-        Self { axis, across: DVec2::ZERO, along: 0.0, long_axis, semi, axis_ratios }
+        let (long_axis, semi_axes) = outline(&axis, DMat3::IDENTITY, axis_ratios);
+        Self { axis, offset_across: DVec2::ZERO, along: 0.0, long_axis, semi_axes, axis_ratios }
     }
 
-    fn in_body_axes(&self, across: DVec2, along: f64) -> DVec3 {
-        self.axis.across[0] * across.x + self.axis.across[1] * across.y + self.axis.along * along
+    fn in_body_axes(&self, offset_across: DVec2, along: f64) -> DVec3 {
+        self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.along * along
     }
 
     /// The generating line that touches the outline at an angle about the axis, counted from the lit body's north.
     pub(crate) fn line_at(&self, kind: ConeKind, angle: f64) -> ConeLine {
-        let north = self.axis.across(DVec3::Z).try_normalize().unwrap_or(DVec2::X);
+        let north = self.axis.offset_across(DVec3::Z).try_normalize().unwrap_or(DVec2::X);
         let (sin, cos) = (angle + self.long_axis.angle_to(north)).sin_cos();
         let turned = |v: DVec2| self.long_axis * v.x + self.long_axis.perp() * v.y;
-        let outline_point = self.across + turned(self.semi * DVec2::new(cos, sin));
-        let outwards = turned(DVec2::new(self.semi.y * cos, self.semi.x * sin)).normalize_or_zero();
+        let outline_point = self.offset_across + turned(self.semi_axes * DVec2::new(cos, sin));
+        let outwards = turned(DVec2::new(self.semi_axes.y * cos, self.semi_axes.x * sin)).normalize_or_zero();
         let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
         let on_sun = match kind {
             ConeKind::Umbra => outwards * sun_radius,
@@ -95,20 +95,20 @@ impl ShadowCone {
 
     /// The line through the centres of the Sun and the occluder.
     pub(crate) fn axis_line(&self) -> ConeLine {
-        let from = self.in_body_axes(self.across, self.along);
+        let from = self.in_body_axes(self.offset_across, self.along);
         ConeLine { from, along: (from - self.axis.along * self.axis.sun_distance).normalize() }
     }
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
     pub(crate) fn umbra_length(&self) -> f64 {
-        let (radius, sun_radius) = (0.5 * (self.semi.x + self.semi.y), self.axis.sun_distance / self.axis.cot_sun_radius);
+        let (radius, sun_radius) = (0.5 * (self.semi_axes.x + self.semi_axes.y), self.axis.sun_distance / self.axis.cot_sun_radius);
         if sun_radius > radius { radius * (self.axis.sun_distance - self.along) / (sun_radius - radius) } else { f64::INFINITY }
     }
 
     /// Radius of a cone at the distance of the lit body's centre.
     pub(crate) fn radius(&self, kind: ConeKind) -> f64 {
         let widening = self.along / self.axis.cot_sun_radius;
-        if kind == ConeKind::Penumbra { self.semi.x + widening } else { (self.semi.x - widening).abs() }
+        if kind == ConeKind::Penumbra { self.semi_axes.x + widening } else { (self.semi_axes.x - widening).abs() }
     }
 
     /// Whether the lit body's centre is beyond the umbra's apex.
@@ -213,11 +213,11 @@ mod tests {
                     for k in 0..24 {
                         let line = cone.line_at(kind, TAU * f64::from(k) / 24.0);
                         assert!((distance(line, sun) / sun_radius - 1.0).abs() < 1e-4, "{receiver} {kind:?} {k}");
-                        let from_occluder = distance(line, cone.in_body_axes(cone.across, cone.along));
-                        let semi_axes = cone.semi.y * 0.9999..=cone.semi.x * 1.0001;
+                        let from_occluder = distance(line, cone.in_body_axes(cone.offset_across, cone.along));
+                        let semi_axes = cone.semi_axes.y * 0.9999..=cone.semi_axes.x * 1.0001;
                         assert!(semi_axes.contains(&from_occluder), "{receiver} {kind:?} {k}: {from_occluder}");
                         // The sign tells which limb of the Sun the line touches.
-                        let outwards = line.from - cone.in_body_axes(cone.across, cone.along);
+                        let outwards = line.from - cone.in_body_axes(cone.offset_across, cone.along);
                         assert_eq!(line.along.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
                     }
                 }

@@ -8,7 +8,7 @@ use crate::scene::camera;
 use crate::scene::draw::features::EclipseModel;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::air;
-use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_law};
+use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_darkening};
 use glam::{DVec2, DVec3, Vec2};
 
 /// Uniforms of the occluders for a model.
@@ -19,7 +19,7 @@ pub(crate) fn uniforms_of_occluders(
     sun: &Body,
 ) -> EclipseUniforms {
     match Axis::of(receiver, sun) {
-        Some(axis) => uniforms_along(&axis, occluders, model, receiver, sun),
+        Some(axis) => uniforms_for_axis(&axis, occluders, model, receiver, sun),
         None => EclipseUniforms::default(),
     }
 }
@@ -33,34 +33,37 @@ fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
 
 /// The layout of each `Vec4` is that of [`EclipseUniforms`]. Three fields are set later, if the draw needs them: `coarse_row` by the plan, `coarse_bound` by
 /// `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
-fn uniforms_along(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
+fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {
-        EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_law(sun),
+        EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_darkening(sun),
         _ => (DVec3::ZERO, DVec3::ZERO),
     };
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
             let fraction = air::bending_fraction(first.along, axis.sun_distance);
-            air::layers(first.body, receiver.radius_km(), (first.semi.x * first.semi.y).sqrt(), fraction)
+            air::layers(first.body, receiver.radius_km(), (first.semi_axes.x * first.semi_axes.y).sqrt(), fraction)
         }
         _ => None,
     };
     // The first occluder's air is treated as refracting layers, so its opaque outline extends to their top.
     let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
     let outline = |index: usize, occluder: &Occluder<'_>| {
-        let semi_axes = occluder.semi + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
+        let semi_axes = occluder.semi_axes + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
         narrow4(occluder.long_axis.extend(semi_axes.x), semi_axes.y)
     };
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
     let transmittances = layers.as_ref().map_or(&[][..], |l| &l.transmittances);
     EclipseUniforms {
         axis: narrow4(axis.along, 1.0 / axis.sun_distance),
-        across: [narrow4(axis.across[0], axis.cot_sun_radius), narrow4(axis.across[1], axis.cot_sun_radius / axis.sun_distance)],
+        perpendicular_axes: [
+            narrow4(axis.perpendicular_axes[0], axis.cot_sun_radius),
+            narrow4(axis.perpendicular_axes[1], axis.cot_sun_radius / axis.sun_distance),
+        ],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        limb: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
-        occluder_positions: occluders.iter().map(|o| narrow4(o.across.extend(o.along), 0.0)).collect(),
+        limb_darkening: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
+        occluder_positions: occluders.iter().map(|o| narrow4(o.offset_across.extend(o.along), 0.0)).collect(),
         occluder_outlines: occluders.iter().enumerate().map(|(index, occluder)| outline(index, occluder)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_transmittance: transmittances.iter().map(|t| narrow4(*t, 0.0)).collect(),

@@ -5,7 +5,7 @@ use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera::{self, AnchorForm, ClipRect};
 use crate::scene::draw::features::MapSet;
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
 use crate::scene::light::lights::{self, LightOn};
@@ -47,7 +47,7 @@ pub(crate) fn uniforms_of_fraction(
         (false, true) => body.colour.as_dvec3(),
         (false, false) => body.colour.as_dvec3() * body.geometric_albedo,
     };
-    let (u1, u2) = limb_law(body);
+    let (u1, u2) = limb_darkening(body);
     let photometric_parameter = match body.photometry {
         Photometry::LunarLambert { lunar_weight } => lunar_weight,
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
@@ -72,8 +72,8 @@ pub(crate) fn uniforms_of_fraction(
         albedo: camera::narrow(reflectance * placed.radiance_scale() * fraction),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
-        limb_u1: camera::narrow(u1),
-        limb_u2: camera::narrow(u2),
+        limb_darkening_u1: camera::narrow(u1),
+        limb_darkening_u2: camera::narrow(u2),
         map_latitude_stretch: camera::narrow_scalar(body.map_latitude_stretch()),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),

@@ -155,7 +155,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         frame.air.filter(|a| a.body.id != placed.body.id).map_or(DVec3::ONE, |a| a.transmittance(placed.placement.centre_km));
     let flux = point::flux(frame.camera, placed) * (1.0 - disc_fraction) * transmittance;
     // Eclipses are evaluated only for a point that would be visible without them.
-    let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by(flux.max_element());
+    let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
     let flux =
         if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px) } else { flux };
     let reason = reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
@@ -164,7 +164,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         return None;
     }
     let brightest = flux.max_element();
-    if !frame.threshold.is_exceeded_by(brightest) {
+    if !frame.threshold.is_exceeded_by_radiance(brightest) {
         log.record("point-visible", false, frame.threshold.description(brightest));
         return None;
     }

@@ -161,7 +161,7 @@ pub(crate) fn corona(
         0.0
     };
     // A relative change of the glare below `VISIBLE_CHANGE` is invisible, so the corona must also exceed this fraction of the glare.
-    let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by(limb - VISIBLE_CHANGE * glare);
+    let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by_radiance(limb - VISIBLE_CHANGE * glare);
     let reason = if sun_px < MIN_SUN_PX {
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
     } else {

@@ -136,7 +136,7 @@ pub(crate) fn glare(
     let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
     let at_limb = strength.max_element() / core_angle_sq;
-    let on = threshold.is_exceeded_by(at_limb);
+    let on = threshold.is_exceeded_by_radiance(at_limb);
     let reason =
         if visible_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(at_limb)) } else { reason!("glare-hidden") };
     let in_camera = camera.in_axes(towards);

@@ -18,7 +18,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     let is_forced = inputs.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
-        lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by(radiance));
+        lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by_radiance(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
         Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.description(radiance)),

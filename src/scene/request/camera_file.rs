@@ -164,7 +164,7 @@ impl CameraFile {
             _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
         }
         match &self.up {
-            None => request.up = request.position.usual_up(),
+            None => request.up = request.position.default_up(),
             Some(UpFile::Named(name)) => request.up = up_by_name(name)?,
             Some(UpFile::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
         }

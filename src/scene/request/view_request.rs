@@ -60,7 +60,7 @@ pub enum Position {
 
 impl Position {
     /// The default up direction: on the ground the zenith, so that the horizon is level, else north.
-    pub fn usual_up(&self) -> Up {
+    pub fn default_up(&self) -> Up {
         match self {
             Self::Ground { .. } => Up::Zenith,
             Self::Over { .. } | Self::Centre(_) | Self::Offset { .. } => Up::North,
@@ -104,7 +104,7 @@ pub enum Up {
 }
 
 /// Difference of exposure that counts as invisible: it changes mid grey by 0.8 of a level of 255.
-pub const SETTLED_STOPS: f64 = 0.02;
+pub const INVISIBLE_EXPOSURE_CHANGE_STOPS: f64 = 0.02;
 
 /// How the exposure is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -130,7 +130,7 @@ impl ExposureRequest {
             Self::Auto => metered_stops,
             Self::Stops(stops) => stops,
             // A transition ends when the difference is invisible, so that an image at rest has exactly the metered exposure, whatever the start.
-            Self::Transition { from_stops, .. } if (metered_stops - from_stops).abs() <= SETTLED_STOPS => metered_stops,
+            Self::Transition { from_stops, .. } if (metered_stops - from_stops).abs() <= INVISIBLE_EXPOSURE_CHANGE_STOPS => metered_stops,
             Self::Transition { from_stops, progress } => from_stops + (metered_stops - from_stops) * progress.clamp(0.0, 1.0),
         }
     }

@@ -11,7 +11,7 @@ use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::features::{BodyShadow, PixelView, RingShadow};
 use crate::scene::draw::tables::{RingShine, RingTable};
 use crate::scene::draw::uniforms::RingUniforms;
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
 use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
@@ -186,7 +186,7 @@ impl<'a> RingView<'a> {
                 greatest[k] = greatest[k].max(change);
             }
             let [hidden, added] = [0, 1].map(|k| greatest[k].min(sum[k]));
-            include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by(added)
+            include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by_radiance(added)
         });
         let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
         // Gaps are included: they are rings of zero optical depth over wider ones.
@@ -330,14 +330,14 @@ impl<'a> RingView<'a> {
         };
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * radiance;
-        if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by(upper_limit) {
+        if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {
             let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
         let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
-        (ThresholdCheck { on: self.threshold.is_exceeded_by(max_radiance), reason }, shine)
+        (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
 
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
@@ -385,7 +385,7 @@ impl<'a> RingView<'a> {
     }
 
     fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
-        let (u1, u2) = sun.map(limb_law).unwrap_or_default();
+        let (u1, u2) = sun.map(limb_darkening).unwrap_or_default();
         let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
@@ -401,8 +401,8 @@ impl<'a> RingView<'a> {
             side: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
             shadow_axes: camera::narrow(self.body.radii_km / self.body.radii_km.x),
-            sun_limb_u1: camera::narrow(u1),
-            sun_limb_u2: camera::narrow(u2),
+            sun_limb_darkening_u1: camera::narrow(u1),
+            sun_limb_darkening_u2: camera::narrow(u2),
             ..RingUniforms::default()
         }
     }

@@ -92,7 +92,7 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
                 up: narrow(from_icrf * (camera.up * camera.tan_half_fov.y)),
                 span_px: narrow2(span_px),
                 map_level: narrow_scalar((size / span_px).max_element().log2().max(0.0)),
-                opacity: narrow_scalar(layer.look.opacity),
+                opacity: narrow_scalar(layer.style.opacity),
             });
         }
     }

@@ -21,7 +21,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
     let light = threshold.description(max_change);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
-    decisions.chosen.ellipsoid = available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by(max_change), reason);
+    decisions.chosen.ellipsoid =
+        available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by_radiance(max_change), reason);
     if !available.ellipsoid {
         log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
@@ -43,7 +44,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
         let brightest = night_lights::brightest(body);
-        (threshold.is_exceeded_by(brightest), reason!("city-lights", light = threshold.description(brightest)))
+        (threshold.is_exceeded_by_radiance(brightest), reason!("city-lights", light = threshold.description(brightest)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);
@@ -72,7 +73,10 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let shines = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| shines);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
-    (threshold.is_exceeded_by(glint), reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))))
+    (
+        threshold.is_exceeded_by_radiance(glint),
+        reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))),
+    )
 }
 
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.

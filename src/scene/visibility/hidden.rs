@@ -11,7 +11,7 @@ use crate::message::reason;
 use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Draw, Point, Shape, Surface};
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::lunar_limb;
@@ -120,7 +120,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
     let limbs: Vec<Limb> = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
-    let (u1, u2) = limb_law(farther.body);
+    let (u1, u2) = limb_darkening(farther.body);
     let (mut total, mut visible) = (DVec3::ZERO, DVec3::ZERO);
     let mut breaks = Vec::new();
     for k in 0..CHORDS {

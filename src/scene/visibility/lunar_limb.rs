@@ -14,7 +14,7 @@ use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar}
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Detail, Draw, LimbTable, LimbUniforms, Shape, Surface};
-use crate::scene::eclipse::occluders::limb_law;
+use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::limb_profiles::LimbProfiles;
@@ -58,7 +58,7 @@ struct ApparentLimb<'p> {
 
 impl<'p> ApparentLimb<'p> {
     fn of(profile: &'p LimbProfile, moon: &Placement) -> Self {
-        let position_angle_axes = profile.across().map(|a| moon.body_from_icrf.transpose() * a);
+        let position_angle_axes = profile.position_angle_axes().map(|a| moon.body_from_icrf.transpose() * a);
         Self { profile, position_angle_axes, distance_km: moon.centre_km.length() }
     }
 
@@ -80,7 +80,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
-    let (u1, u2) = limb_law(sun.body);
+    let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
@@ -145,8 +145,8 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let radius_km = moon.body.radii_km.x;
     let height = |k: usize| (profile.sphere_km() + profile.heights_km()[k % LIMB_POINTS]) / radius_km - 1.0;
     let texels = (0..LIMB_POINTS).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).map(narrow_scalar).collect();
-    let across = profile.across().map(|a| narrow(a).extend(0.0));
-    draw.uniforms.limb = LimbUniforms { across, table: Some(Arc::new(LimbTable { texels })) };
+    let position_angle_axes = profile.position_angle_axes().map(|a| narrow(a).extend(0.0));
+    draw.uniforms.limb = LimbUniforms { position_angle_axes, table: Some(Arc::new(LimbTable { texels })) };
     let peak_radius_ratio = (profile.sphere_km() + max_km.max(0.0)) / radius_km;
     let placement_with_peaks = Placement { radii_km: moon.placement.radii_km * peak_radius_ratio.max(1.0), ..moon.placement };
     if let Some(rect) = Outline::of(camera, &placement_with_peaks).rect(camera) {
@@ -185,5 +185,6 @@ pub(crate) fn apply_to_sun(
         narrow(DVec3::from_array(rays.map(|ray| apparent_limb.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w))
     };
     draw.features.limb_heights = true;
-    draw.uniforms.limb = LimbUniforms { across: [limb_row(0, radius_px), limb_row(1, row as f64)], table: moon_draw.table.clone() };
+    draw.uniforms.limb =
+        LimbUniforms { position_angle_axes: [limb_row(0, radius_px), limb_row(1, row as f64)], table: moon_draw.table.clone() };
 }

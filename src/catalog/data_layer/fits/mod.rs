@@ -1,13 +1,13 @@
 //! Images in FITS files: the first image with two axes, in the primary HDU or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a body's, and its look. Out: [`PlacedImage`], or the number of the wrong card and the reason. Always: values are BSCALE
+//! In: bytes, whether the image is a body's, and its style. Out: [`PlacedImage`], or the number of the wrong card and the reason. Always: values are BSCALE
 //! x + BZERO; BLANK and values that are not finite are transparent; sizes are checked before data are read. Rejected: cubes of several planes and
 //! compressed images (fpack).
 
 mod header;
 mod wcs;
 
-use super::image_look::{ImageLook, colours};
+use super::image_style::{ImageStyle, colours};
 use header::{BLOCK, Header, WrongCard};
 pub use wcs::ImageWcs;
 
@@ -108,7 +108,7 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
 }
 
 /// The image of a file.
-pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<PlacedImage, WrongCard> {
+pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<PlacedImage, WrongCard> {
     let hdu = image_hdu(bytes)?;
     let header = &hdu.header;
     let [width, height] = [header.integer("NAXIS1", 1..=MAX_SIDE)?, header.integer("NAXIS2", 1..=MAX_SIDE)?];
@@ -123,7 +123,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<Plac
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
     let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
     let values = scaled_values(&hdu)?;
-    let colours = colours(&values, look).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
+    let colours = colours(&values, style).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
     let row_bytes = 4 * size[0] as usize;
     let mut rgba: Vec<u8> = colours.chunks_exact(row_bytes).rev().flatten().copied().collect();
     if matches!(wcs, ImageWcs::PlateCarree { mirrored: true, .. }) {
@@ -137,7 +137,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, look: &ImageLook) -> Result<Plac
 
 #[cfg(test)]
 mod tests {
-    use super::super::image_look::Stretch;
+    use super::super::image_style::Stretch;
     use super::*;
 
     const TAN: &[(&str, &str)] = &[
@@ -172,8 +172,8 @@ mod tests {
         bytes
     }
 
-    fn full_range() -> ImageLook {
-        ImageLook { percentiles: [0.0, 100.0], ..ImageLook::default() }
+    fn full_range() -> ImageStyle {
+        ImageStyle { percentiles: [0.0, 100.0], ..ImageStyle::default() }
     }
 
     fn red(image: &PlacedImage) -> Vec<u8> {
@@ -200,7 +200,7 @@ mod tests {
         let image = read(&file(&[scaled, SIZE, TAN], &data), false, &full_range()).expect("scaled");
         // The values are 10, blank, 0, -10.
         assert_eq!(image.rgba, [128, 128, 128, 255, 0, 0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 0]);
-        let sqrt = ImageLook { stretch: Stretch::Sqrt, ..full_range() };
+        let sqrt = ImageStyle { stretch: Stretch::Sqrt, ..full_range() };
         let data = [0_u8, 51, 102, 255];
         let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), false, &sqrt).expect("stretched");
         assert_eq!(red(&image)[3], 114);

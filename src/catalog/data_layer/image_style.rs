@@ -4,7 +4,7 @@
 
 /// How the values of an image are converted to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImageLook {
+pub struct ImageStyle {
     /// The curve from black to white.
     pub stretch: Stretch,
     /// Percentiles of the finite values that are drawn black and white.
@@ -15,7 +15,7 @@ pub struct ImageLook {
     pub opacity: f64,
 }
 
-impl Default for ImageLook {
+impl Default for ImageStyle {
     fn default() -> Self {
         Self { stretch: Stretch::Linear, percentiles: [0.5, 99.5], colour_map: ColourMap::Grey, opacity: 1.0 }
     }
@@ -93,16 +93,16 @@ fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
 }
 
 /// The colours of an image, four bytes per value; `None` if no value is finite.
-pub(super) fn colours(values: &[f32], look: &ImageLook) -> Option<Vec<u8>> {
-    let [low, high] = limits(values, look.percentiles)?;
+pub(super) fn colours(values: &[f32], style: &ImageStyle) -> Option<Vec<u8>> {
+    let [low, high] = limits(values, style.percentiles)?;
     // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
-    let table: Vec<[u8; 3]> = (0..=1023).map(|k| look.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
+    let table: Vec<[u8; 3]> = (0..=1023).map(|k| style.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
     let colour = |v: &f32| {
         if !v.is_finite() {
             return [0; 4];
         }
-        let [r, g, b] = table[(1023.0 * look.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
+        let [r, g, b] = table[(1023.0 * style.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
         [r, g, b, 255]
     };
     Some(values.iter().flat_map(colour).collect())
@@ -148,11 +148,11 @@ mod tests {
         values.extend([f32::NAN, f32::INFINITY]);
         assert_eq!(limits(&values, [1.0, 99.0]), Some([10.0, 990.0]));
         assert_eq!(limits(&[f32::NAN], [0.0, 100.0]), None);
-        let look = ImageLook { percentiles: [0.0, 100.0], ..ImageLook::default() };
+        let style = ImageStyle { percentiles: [0.0, 100.0], ..ImageStyle::default() };
         assert_eq!(
-            colours(&[0.0, 5.0, 10.0, f32::NAN], &look),
+            colours(&[0.0, 5.0, 10.0, f32::NAN], &style),
             Some(vec![0, 0, 0, 255, 128, 128, 128, 255, 255, 255, 255, 255, 0, 0, 0, 0])
         );
-        assert_eq!(colours(&[3.0; 2], &look), Some(vec![0, 0, 0, 255, 0, 0, 0, 255]));
+        assert_eq!(colours(&[3.0; 2], &style), Some(vec![0, 0, 0, 255, 0, 0, 0, 255]));
     }
 }

@@ -13,7 +13,7 @@ use crate::wording::echo;
 use std::io::Write;
 use std::path::PathBuf;
 
-pub(crate) enum MovingOutput {
+pub(crate) enum VideoOutput {
     /// Each frame has its own file, which is written elsewhere.
     None,
     /// A y4m stream.
@@ -48,7 +48,7 @@ fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
     Ok(handle?.into())
 }
 
-impl MovingOutput {
+impl VideoOutput {
     /// Prepares the output.
     ///
     /// # Errors
