@@ -192,8 +192,9 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 /// degrees above the horizon in the west, outside the image.
 fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
-    // Twice the size, so that the disc is large enough for the coarse image of the air (`air-pass`), as it is in a window.
-    let globe = ViewRequest { width: 2 * globe.width, height: 2 * globe.height, ..globe };
+    // Three times the size, so that the disc is large enough for the coarse image of the air (`air-pass`) and for a rim that is not averaged over pixels
+    // (`air-rim`), as it is in a window.
+    let globe = ViewRequest { width: 3 * globe.width, height: 3 * globe.height, ..globe };
     let radii_km = renderers.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
     let northwards = |latitude_deg: f64, height_km: f64, altitude_deg: f64| {
         let (_, zenith) = ground_point_km(radii_km, latitude_deg, LONGITUDE_OF_LOW_SUN_DEG, height_km);

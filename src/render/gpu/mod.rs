@@ -16,6 +16,7 @@ mod resolve;
 mod surface;
 mod targets;
 mod uploads;
+mod x11;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
 pub use renderer::{FrameGuard, GpuRenderer, GpuTimings};

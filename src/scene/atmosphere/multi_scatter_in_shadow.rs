@@ -17,6 +17,7 @@ use crate::scene::atmosphere::extinction::{self, extinction, scattering};
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
+use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Rows of [`crate::scene::atmosphere::multi_scatter_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of the last row apply to
@@ -119,21 +120,34 @@ impl Shadow {
         self.occluder_radius + self.first_column + (self.last_column - self.first_column) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
-    /// Interpolates a row of square roots at a distance from the occluder's centre, and squares the result.
-    fn interpolate_squared(&self, row: &[DVec3], distance: f64) -> DVec3 {
+    /// Where a distance from the occluder's centre lies between the columns.
+    fn column_position(&self, distance: f64) -> ColumnPosition {
         let x = ((distance - self.occluder_radius - self.first_column) / (self.last_column - self.first_column)).clamp(0.0, 1.0).sqrt()
             * (COLUMNS - 1) as f64;
-        let k = (x as usize).min(COLUMNS - 2);
-        let root = row[k].lerp(row[k + 1], x - k as f64);
-        root * root
+        let below = (x as usize).min(COLUMNS - 2);
+        ColumnPosition { below, up: x - below as f64 }
     }
 
-    /// Mean over all azimuths of a quantity at a distance of `path_km` over the ground from a place. `distance`: the place's distance from the occluder's
-    /// centre; `quantity`: as a function of such a distance.
-    fn azimuth_mean(&self, distance: f64, path_km: f64, quantity: impl Fn(f64) -> DVec3) -> DVec3 {
+    /// For each azimuth, the distance from the occluder's centre of what is `path_km` over the ground away from a place. `distance`: the place's own.
+    fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
         let distance_over_ground = path_km / self.km_per_solar_radius;
-        let at_azimuth = |(from, to): &(DVec2, DVec2)| quantity((*from * distance + *to * distance_over_ground).length());
-        self.azimuths.iter().map(at_azimuth).sum::<DVec3>() / AZIMUTHS as f64
+        self.azimuths.map(|(from, to)| (from * distance + to * distance_over_ground).length())
+    }
+}
+
+/// A position between two neighbouring columns.
+#[derive(Clone, Copy)]
+struct ColumnPosition {
+    below: usize,
+    /// 0 at the column `below`, 1 at the next.
+    up: f64,
+}
+
+impl ColumnPosition {
+    /// Interpolates a row of square roots, and squares the result.
+    fn interpolate_squared(self, row: &[DVec3; COLUMNS]) -> DVec3 {
+        let root = row[self.below].lerp(row[self.below + 1], self.up);
+        root * root
     }
 }
 
@@ -189,10 +203,37 @@ impl Sources {
         self.light.iter().copied().sum()
     }
 
+    /// The bins that hold light: their light, and the distance of its sources in km.
+    fn lit_bins(&self) -> impl Iterator<Item = (DVec3, f64)> {
+        let bins = self.light.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
+        bins.map(|(light, path_sum_km)| (*light, path_sum_km / light.y.max(1e-300)))
+    }
+
     /// The light that arrives at a distance from the occluder's centre if each source is scaled by `factor` at its own distance from that centre.
     fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
-        let bins = self.light.iter().zip(&self.path_sums_km).filter(|(light, _)| light.max_element() > 0.0);
-        bins.map(|(light, path_sum_km)| *light * shadow.azimuth_mean(distance, path_sum_km / light.y.max(1e-300), &factor)).sum()
+        let mean = |path_km| shadow.distances_around(distance, path_km).map(&factor).iter().sum::<DVec3>() / AZIMUTHS as f64;
+        self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
+    }
+
+    /// What [`Spread::arriving`] needs for each column.
+    fn spread(&self, shadow: &Shadow) -> Vec<Spread> {
+        let positions = |distance, path_km| shadow.distances_around(distance, path_km).map(|d| shadow.column_position(d));
+        let at = |distance| Spread { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
+        (0..COLUMNS).map(|c| at(shadow.distance(c))).collect()
+    }
+}
+
+/// The sources of the light that arrives at one column, by their positions between the columns. Every order of scattering spreads the light by the same
+/// positions, so they are computed once.
+struct Spread {
+    bins: Vec<(DVec3, [ColumnPosition; AZIMUTHS])>,
+}
+
+impl Spread {
+    /// The light that arrives if each source is scaled by a row of square roots at its own position.
+    fn arriving(&self, row: &[DVec3; COLUMNS]) -> DVec3 {
+        let mean = |around: &[ColumnPosition; AZIMUTHS]| around.iter().map(|p| p.interpolate_squared(row)).sum::<DVec3>() / AZIMUTHS as f64;
+        self.bins.iter().map(|(light, around)| *light * mean(around)).sum()
     }
 }
 
@@ -296,35 +337,41 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 
 /// The [`FACTORS_PER_OCCLUDER`] square roots of one occluder.
 fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
-    let root = |v: DVec3| v.map(|x| x.clamp(0.0, 1.0).sqrt());
-    let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).map(|row| air.sources(row, shadow.sun_cosine)).collect();
-    let mut rows = Vec::new();
-    for (second, rescattered) in &heights {
-        let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
-        let second_order: Vec<DVec3> = (0..COLUMNS)
-            .map(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second.total().max(DVec3::splat(1e-300)))
-            .collect();
-        let mut row: Vec<DVec3> = second_order.iter().map(|v| root(*v)).collect();
-        for _ in 0..ORDERS {
-            let next = |c: usize| {
-                let spread = rescattered.arriving(shadow, shadow.distance(c), |d| shadow.interpolate_squared(&row, d))
-                    / rescattered.total().max(DVec3::splat(1e-300));
-                root(second_order[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
-            };
-            row = (0..COLUMNS).map(next).collect();
-        }
-        rows.extend(row);
-    }
+    let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air.sources(row, shadow.sun_cosine)).collect();
+    let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
     let ground = ground_row(air, shadow, &heights, &rows);
-    rows.extend(ground.into_iter().map(root));
+    let mut all: Vec<DVec3> = rows.into_iter().flatten().chain(ground.into_iter().map(square_root)).collect();
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
-        rows[last] = DVec3::ONE;
+        all[last] = DVec3::ONE;
     }
-    rows
+    all
 }
 
-/// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at all heights.
-fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[DVec3]) -> Vec<DVec3> {
+fn square_root(v: DVec3) -> DVec3 {
+    v.map(|x| x.clamp(0.0, 1.0).sqrt())
+}
+
+/// The square roots of one height: of the second order, and then with each further order.
+fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec3; COLUMNS] {
+    let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
+    let second_total = second.total().max(DVec3::splat(1e-300));
+    let second_order: [DVec3; COLUMNS] =
+        std::array::from_fn(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second_total);
+    let spread = rescattered.spread(shadow);
+    let rescattered_total = rescattered.total().max(DVec3::splat(1e-300));
+    let mut row = second_order.map(square_root);
+    for _ in 0..ORDERS {
+        let next = |c: usize| {
+            let spread = spread[c].arriving(&row) / rescattered_total;
+            square_root(second_order[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
+        };
+        row = std::array::from_fn(next);
+    }
+    row
+}
+
+/// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
+fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()
@@ -347,10 +394,9 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {
         let distance = shadow.distance(c);
-        let row = |r: usize| &rows[r * COLUMNS..(r + 1) * COLUMNS];
-        let further_at = |r: usize| further[r].arriving(shadow, distance, |d| shadow.interpolate_squared(row(r), d));
+        let further_at = |r: usize| further[r].arriving(shadow, distance, |d| shadow.column_position(d).interpolate_squared(&rows[r]));
         let light = single.arriving(shadow, distance, |d| shadow.visible_sun(d)) + (0..HEIGHTS).map(further_at).sum::<DVec3>();
         light / total.max(DVec3::splat(1e-300))
     };
-    (0..COLUMNS).map(remaining).collect()
+    (0..COLUMNS).into_par_iter().map(remaining).collect()
 }

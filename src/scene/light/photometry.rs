@@ -77,23 +77,19 @@ fn lommel_seeliger_phase(alpha: f64) -> f64 {
 /// (96 x 48 points; four times as many change it by less than 1e-3).
 fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
-    let to_sun = DVec3::new(alpha.cos(), alpha.sin(), 0.0);
+    let model = Photometry::OrenNayar { roughness_deg };
     let (nlon, nlat) = (96, 48);
-    // The lit and visible part has luminance longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0.
+    // The lit and visible part has luminance longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0, the Sun at alpha.
     let (from, to) = (alpha - PI / 2.0, PI / 2.0);
+    // Both hemispheres reflect the same.
+    let cos_latitudes: Vec<f64> = (0..nlat / 2).map(|j| (PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5)).cos()).collect();
     let mut sum = 0.0;
     for i in 0..nlon {
         let lon = from + (to - from) * (f64::from(i) + 0.5) / f64::from(nlon);
-        for j in 0..nlat {
-            let lat = PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5);
-            let n = DVec3::new(lon.cos() * lat.cos(), lon.sin() * lat.cos(), lat.sin());
-            let (mu0, mu) = (n.dot(to_sun), n.x);
-            let (sun_tangential, viewer_tangential) = (to_sun - n * mu0, DVec3::X - n * mu);
-            let cos_azimuth = sun_tangential.normalize_or_zero().dot(viewer_tangential.normalize_or_zero());
-            let (sin_incidence, sin_emission) = (sun_tangential.length(), viewer_tangential.length());
-            // sin(greater angle) tan(lesser angle)
-            let sin_tan = sin_incidence * sin_emission / mu0.max(mu).max(1e-12);
-            sum += mu0 * (a + b * cos_azimuth.max(0.0) * sin_tan) * mu * lat.cos();
+        let (cos_sun, cos_viewer) = ((lon - alpha).cos(), lon.cos());
+        for cos_latitude in &cos_latitudes {
+            let (mu0, mu) = (cos_latitude * cos_sun, cos_latitude * cos_viewer);
+            sum += 2.0 * reflectance(&model, mu0, mu, alpha.cos()) * mu * cos_latitude;
         }
     }
     let integral = sum * (to - from) / f64::from(nlon) * PI / f64::from(nlat);
