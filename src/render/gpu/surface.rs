@@ -39,7 +39,7 @@ impl GpuRenderer {
     /// The renderer's adapter cannot present to this window.
     pub(crate) fn create_surface(&self, window: impl WindowHandle) -> Result<GpuSurface, GpuError> {
         let unusable = |why: String| GpuError::Adapter { adapter: self.facts().to_string(), why };
-        if self.facts().name.contains("NVIDIA") && super::x11::lacks_glx(&window) {
+        if super::x11::may_crash(self.facts(), &window) {
             return Err(unusable("this driver needs the GLX extension, which the X display lacks".into()));
         }
         let surface = self.instance.create_surface(window).map_err(|e| unusable(super::one_line(&e.to_string())))?;

@@ -347,6 +347,7 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     all
 }
 
+/// Square roots of fractions, which rounding may have moved beyond 0 or 1.
 fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
