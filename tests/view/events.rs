@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
-use orrery::session::{Session, SessionError};
+use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
@@ -15,7 +15,7 @@ use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 use orrery::view::window::cpu_painter::Painter;
-use orrery::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView, Task};
+use orrery::view::worker::render_worker::{FailedJob, RenderJob, RenderWorker, RenderedView, Task};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
@@ -223,7 +223,7 @@ impl RenderWorker for QueuingWorker {
         session()
     }
     fn submit(&self, _: RenderJob) {}
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         None
     }
     fn run(&self, task: Task) {

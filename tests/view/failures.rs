@@ -1,17 +1,23 @@
-//! If the first image cannot be drawn, the window and the messages for standard error give the reason, and the window keeps running.
+//! If the first image cannot be drawn, the window and the messages for standard error give the reason, and the window keeps running. If a later
+//! one fails, the exposure still reaches its metered value.
 
-use super::interface::{harness_of, settle};
+use super::interface::{CpuTestRenderer, harness_of, interface, session, settle};
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
-use orrery::session::{Session, Sources};
+use orrery::session::{Session, SessionError, Sources};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::initial_view::initial_view;
 use orrery::view::app::settings::Settings;
+use orrery::view::app::view_state::CameraPose;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::language::Language;
 use orrery::view::panels::Interface;
+use orrery::view::window::cpu_painter::Painter;
+use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
 type Messages = Arc<Mutex<Vec<String>>>;
@@ -77,4 +83,66 @@ fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     assert!(
         harness.state().shown().is_some() && harness.state().message_line().is_empty() && messages.lock().expect("no panic").is_empty()
     );
+}
+
+/// Draws immediately; while `fails` is set, there is an error in place of each image.
+struct FailingWorker {
+    inner: InlineWorker<'static>,
+    fails: Arc<AtomicBool>,
+}
+
+impl RenderWorker for FailingWorker {
+    fn session(&self) -> &Session {
+        self.inner.session()
+    }
+    fn submit(&self, job: RenderJob) {
+        self.inner.submit(job);
+    }
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
+        let image = self.inner.take()?;
+        if !self.fails.load(Ordering::Relaxed) {
+            return Some(image);
+        }
+        let why = SessionError::File { path: "map.jpg".to_owned(), why: "cannot be read".to_owned() };
+        Some(image.and_then(|image| Err(FailedJob { why, exposure_ticket: image.job.exposure_ticket })))
+    }
+    fn run(&self, task: Task) {
+        self.inner.run(task);
+    }
+}
+
+#[test]
+fn the_exposure_adapts_although_an_image_fails() {
+    let fails = Arc::<AtomicBool>::default();
+    let worker = FailingWorker { inner: InlineWorker::new(session()), fails: Arc::clone(&fails) };
+    let mut harness = Harness::builder()
+        .with_size([700.0, 400.0])
+        .with_max_steps(40)
+        .renderer(CpuTestRenderer(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
+    settle(&mut harness);
+    let run_frame = |harness: &mut Harness<'static, Interface>| {
+        let next = harness.input_mut().time.unwrap_or(0.0) + 0.02;
+        harness.input_mut().time = Some(next);
+        harness.run_steps(1);
+    };
+    let has_metered_exposure = |harness: &Harness<'static, Interface>| {
+        let exposure = &harness.state().shown().expect("an image").scene.exposure;
+        exposure.stops == exposure.metered_stops
+    };
+    assert!(has_metered_exposure(&harness));
+    // To the night side of the Moon and back to the day side.
+    for _ in 0..2 {
+        let CameraPose::Orbit { azimuth_deg, .. } = &mut harness.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+        *azimuth_deg += 180.0;
+        run_frame(&mut harness);
+    }
+    run_frame(&mut harness);
+    assert!(!has_metered_exposure(&harness), "a fiftieth of a second after the night");
+    fails.store(true, Ordering::Relaxed);
+    run_frame(&mut harness);
+    assert!(harness.state().message_line().contains("map.jpg"), "{}", harness.state().message_line());
+    fails.store(false, Ordering::Relaxed);
+    settle(&mut harness);
+    assert!(has_metered_exposure(&harness) && harness.state().message_line().is_empty());
 }

@@ -3,10 +3,10 @@
 use crate::view::interface::{CpuTestRenderer, interface, session, settle};
 use egui_kittest::Harness;
 use orrery::catalog::NaifId;
-use orrery::session::{Session, SessionError};
+use orrery::session::Session;
 use orrery::view::panels::Interface;
 use orrery::view::window::cpu_painter::Painter;
-use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
+use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::sync::{Arc, Mutex};
 
 type Sizes = Arc<Mutex<Vec<[u32; 2]>>>;
@@ -36,7 +36,7 @@ impl RenderWorker for RecordingWorker {
             self.inner.submit(job);
         }
     }
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         self.inner.take()
     }
     fn run(&self, task: Task) {

@@ -9,10 +9,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
-use orrery::session::{Session, SessionError};
+use orrery::session::Session;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::Painter;
-use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
+use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -39,7 +39,7 @@ impl RenderWorker for PausableWorker {
             self.inline.submit(job);
         }
     }
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         self.inline.take()
     }
     fn run(&self, task: Task) {

@@ -7,16 +7,17 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Quality, ViewRequest};
-use orrery::session::{RequestedOutput, Session, SessionError, Sources};
+use orrery::session::{RequestedOutput, Session, Sources};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
+use orrery::view::app::exposure_adaptation::ExposureTicket;
 use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
-use orrery::view::worker::render_worker::{InlineWorker, RenderJob, RenderWorker, RenderedView, Task, ThreadedWorker};
+use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task, ThreadedWorker};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -302,6 +303,7 @@ fn an_image_does_not_wait_for_a_query() {
             sampling: SamplingQuality::of(request.quality),
             request: request.clone(),
             output: RequestedOutput::Frame(FrameImages::Display),
+            exposure_ticket: ExposureTicket::default(),
         });
         let timeout = std::time::Duration::from_secs(120);
         // The window is woken when this image arrives, and not before.
@@ -329,7 +331,7 @@ impl RenderWorker for CountingWorker {
         self.1.fetch_add(1, Ordering::Relaxed);
         self.0.submit(job);
     }
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         self.0.take()
     }
     fn run(&self, task: Task) {

@@ -1,12 +1,19 @@
 //! Automatic exposure of the window: it approaches the metered value smoothly.
 //!
-//! In: metered exposures of drawn images, real time, the view. Out: the exposure of the next request. Always: the difference in stops decays as
-//! exp(-t / `TIME_CONSTANT_S`) in real time, at any frame rate. The exposure takes the metered value at once for the first image, after a cut
-//! (another target or camera position without a flight), and after manual exposure. This module reads no clock. Saved images do not adapt: their
-//! automatic exposure is the metered value.
+//! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
+//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`) in the real time t of the requests, whatever the frame rate and the
+//! number of requests on their way. The first image has the metered exposure, and so have the first after a cut and the first after manual
+//! exposure. A cut is another target, camera body or kind of camera pose, but not a change into or out of a free pose, because flights use it;
+//! another quantity shown by the pixels is a cut, too. This module reads no clock. Saved images do not adapt: their automatic exposure is the
+//! metered value.
+//!
+//! A new metered value is known only once an image shows it. It then counts from the request of the last image before it: while images follow one
+//! another, at most the interval between two requests too early. Only the first two images may be ahead by the latency of an image, because they
+//! were requested before. After a rest of several time constants, the first images of a change have the metered exposure.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
+use crate::scene::draw::PixelView;
 use crate::scene::request::ExposureRequest;
 use crate::view::app::view_state::{CameraPose, ViewState};
 use std::mem::{Discriminant, discriminant};
@@ -14,73 +21,135 @@ use std::mem::{Discriminant, discriminant};
 /// Time constant of the adaptation, chosen by trial. A camera's automatic exposure and the eye's neural adaptation take about half a second; the
 /// eye's photochemical adaptation takes minutes, which is too long to wait for.
 pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
+/// Number of consecutive failed images after which no further image is requested for the adaptation alone. The cause of a failure usually lasts.
+const MAX_FAILURES: u32 = 3;
 
-/// Target, body of the camera, and kind of pose. A change is a cut, unless the pose before or after it is free, as in a flight.
-type ViewIdentity = (NaifId, NaifId, Discriminant<CameraPose>);
+/// A change is a cut; see the head of this file.
+#[derive(Clone, Copy, PartialEq)]
+struct ViewIdentity {
+    target: NaifId,
+    camera_body: NaifId,
+    pose_kind: Discriminant<CameraPose>,
+    has_free_pose: bool,
+    pixels: PixelView,
+}
 
-/// The exposure of the last image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Adapted {
-    stops: f64,
-    metered_stops: f64,
+impl ViewIdentity {
+    fn of(view: &ViewState) -> Self {
+        Self {
+            target: view.target,
+            camera_body: view.eye.body(),
+            pose_kind: discriminant(&view.eye),
+            has_free_pose: matches!(view.eye, CameraPose::Free { .. }),
+            pixels: view.pixels,
+        }
+    }
+
+    fn is_cut_from(&self, last: &Self) -> bool {
+        self.pixels != last.pixels || (self != last && !self.has_free_pose && !last.has_free_pose)
+    }
+}
+
+/// Which request an image belongs to. It travels with the job, and returns with its image or with the reason why there is none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExposureTicket {
+    /// Requests are numbered from 1. The default, 0, belongs to no request, and its image is ignored.
+    number: u64,
     /// Real time of the request, seconds.
-    at_s: f64,
+    requested_s: f64,
+}
+
+/// The state of the adaptation at the request of the last finished image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LastExposure {
+    stops: f64,
+    /// The image had the metered exposure.
+    is_metered: bool,
+    /// Real time of the request, seconds.
+    requested_s: f64,
+}
+
+impl LastExposure {
+    /// The exposure to request at a later time.
+    fn request_at(&self, now_s: f64) -> ExposureRequest {
+        // 1 - exp(-t / T)
+        let progress = -(-(now_s - self.requested_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
+        ExposureRequest::Transition { from_stops: self.stops, progress }
+    }
 }
 
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
     identity: Option<ViewIdentity>,
-    /// `None` before the first image.
-    adapted: Option<Adapted>,
-    /// Real time of the last request, seconds.
-    requested_s: f64,
-    /// The last requested image is still pending.
-    is_pending: bool,
+    /// `None`: the next request is for the metered exposure.
+    last: Option<LastExposure>,
+    /// Number of the newest request.
+    newest: u64,
+    /// Images of requests up to this number are ignored: they show a view before the last cut, or have a manual exposure.
+    ignored: u64,
+    /// Number of the newest request whose image is finished or has failed. Some requests are never answered, because a newer one replaces
+    /// them before they are started, but the newest one always is.
+    answered: u64,
+    /// Failed images since the last finished one.
+    failure_count: u32,
 }
 
 impl ExposureAdaptation {
-    /// Resets the adaptation after a cut to another view, and while the exposure is manual.
-    fn reset_on_cut(&mut self, view: &ViewState) {
-        let identity = (view.target, view.eye.body(), discriminant(&view.eye));
-        let is_free = |(_, camera_body, pose): &ViewIdentity| {
-            *pose
-                == discriminant(&CameraPose::Free {
-                    body: *camera_body,
-                    offset_km: Default::default(),
-                    forward: Default::default(),
-                    up: Default::default(),
-                })
-        };
-        let cut = self.identity.replace(identity).is_some_and(|last| last != identity && !is_free(&last) && !is_free(&identity));
-        if cut || view.exposure_stops.is_some() {
-            self.adapted = None;
+    /// Resets the adaptation if the newest request is the first after a cut, or if the exposure is manual. Images that were requested before
+    /// may still arrive: they are ignored, as are images with manual exposure.
+    fn reset_if_cut_or_manual(&mut self, view: &ViewState) {
+        let identity = ViewIdentity::of(view);
+        let is_cut = self.identity.replace(identity).is_none_or(|last| identity.is_cut_from(&last));
+        if view.exposure_stops.is_some() {
+            (self.last, self.ignored) = (None, self.newest);
+        } else if is_cut {
+            (self.last, self.ignored) = (None, self.newest - 1);
         }
     }
 
-    /// The exposure to request for the next image of a view.
-    pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> ExposureRequest {
-        self.reset_on_cut(view);
-        (self.requested_s, self.is_pending) = (now_s, true);
-        match (view.exposure_stops, self.adapted) {
+    /// The exposure to request for the next image of a view, and the ticket to hand back with the image.
+    pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> (ExposureRequest, ExposureTicket) {
+        self.newest += 1;
+        self.reset_if_cut_or_manual(view);
+        let exposure = match (view.exposure_stops, self.last) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
-            (None, Some(from)) => {
-                let progress = -(-(now_s - from.at_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
-                ExposureRequest::Transition { from_stops: from.stops, progress }
-            }
+            (None, Some(last)) => last.request_at(now_s),
+        };
+        (exposure, ExposureTicket { number: self.newest, requested_s: now_s })
+    }
+
+    /// Records the exposure of a finished image.
+    pub(crate) fn record(&mut self, exposure: &Exposure, ticket: ExposureTicket) {
+        self.answered = self.answered.max(ticket.number);
+        if ticket.number <= self.ignored {
+            return;
+        }
+        self.failure_count = 0;
+        let is_metered = exposure.stops == exposure.metered_stops;
+        let stops = match self.last {
+            // The image before this one may not have been finished when this one was requested; then this image started from an earlier one.
+            // The adaptation passes through all images. Otherwise images that were requested by turns would adapt by themselves, and the
+            // brightness would alternate between theirs.
+            Some(last) if !is_metered => last.request_at(ticket.requested_s).stops_of(exposure.metered_stops),
+            _ => exposure.stops,
+        };
+        self.last = Some(LastExposure { stops, is_metered, requested_s: ticket.requested_s });
+    }
+
+    /// Records that a requested image could not be drawn.
+    pub(crate) fn record_failure(&mut self, ticket: ExposureTicket) {
+        self.answered = self.answered.max(ticket.number);
+        if ticket.number > self.ignored {
+            self.failure_count = self.failure_count.saturating_add(1);
         }
     }
 
-    /// Records the exposure of a finished image. `requested`: the exposure that was requested for it.
-    pub(crate) fn record(&mut self, exposure: &Exposure, requested: ExposureRequest) {
-        self.is_pending = false;
-        let adapted = Adapted { stops: exposure.stops, metered_stops: exposure.metered_stops, at_s: self.requested_s };
-        self.adapted = (!matches!(requested, ExposureRequest::Stops(_))).then_some(adapted);
-    }
-
-    /// Whether another image of the same view would be closer to the metered exposure.
-    pub(crate) fn is_adapting(&self) -> bool {
-        !self.is_pending && self.adapted.is_some_and(|a| a.stops != a.metered_stops)
+    /// Whether to request another image of an unchanged view, because the last one had not reached the metered exposure. False while a
+    /// requested image is pending, and after repeated failures.
+    pub(crate) fn needs_another_image(&self) -> bool {
+        let is_pending = self.answered < self.newest;
+        !is_pending && self.failure_count < MAX_FAILURES && self.last.is_some_and(|last| !last.is_metered)
     }
 }
 
@@ -91,8 +160,17 @@ mod tests {
     use crate::time::Instant;
     use glam::DVec3;
 
+    /// Frames of the interface per second.
+    const FRAME_RATE_HZ: f64 = 60.0;
+    /// 1 - 1/e: the part of a step that is covered after one time constant.
+    const COVERED: f64 = 1.0 - 1.0 / std::f64::consts::E;
+
     fn view(target: NaifId) -> ViewState {
         ViewState::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
+    }
+
+    fn in_free_pose(view: ViewState) -> ViewState {
+        ViewState { eye: CameraPose::Free { body: view.target, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..view }
     }
 
     /// The exposure of a scene with the given metering, for a request.
@@ -100,51 +178,177 @@ mod tests {
         Exposure { stops: requested.stops_of(metered_stops), metered_stops, reason: Reason::default() }
     }
 
+    /// Requests an image and finishes it at once. Returns its stops.
+    fn draw_at_once(adaptation: &mut ExposureAdaptation, view: &ViewState, now_s: f64, metered_stops: f64) -> f64 {
+        let (requested, ticket) = adaptation.next_exposure(view, now_s);
+        let exposure = exposure_of(requested, metered_stops);
+        adaptation.record(&exposure, ticket);
+        exposure.stops
+    }
+
+    /// An adaptation that has shown a view of the Earth at 0 stops, and has just begun to approach 10 stops.
+    fn adapting() -> ExposureAdaptation {
+        let mut adaptation = ExposureAdaptation::default();
+        draw_at_once(&mut adaptation, &view(NaifId::EARTH), 0.0, 0.0);
+        draw_at_once(&mut adaptation, &view(NaifId::EARTH), 0.01, 10.0);
+        assert!(adaptation.needs_another_image());
+        adaptation
+    }
+
     /// From 0 to 10 stops: at each frame rate, one time constant covers 1 - 1/e of the difference, and the exposure ends at exactly 10.
     #[test]
     fn stops_approach_with_the_time_constant_at_any_frame_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
             let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
-            let mut step = |now_s: f64, metered: f64| {
-                let requested = adaptation.next_exposure(&view, now_s);
-                let exposure = exposure_of(requested, metered);
-                adaptation.record(&exposure, requested);
-                (exposure.stops, adaptation.is_adapting())
+            let mut step = |now_s: f64, metered_stops: f64| {
+                let stops = draw_at_once(&mut adaptation, &view, now_s, metered_stops);
+                (stops, adaptation.needs_another_image())
             };
-            assert_eq!(step(0.0, 0.0), (0.0, false), "the first image jumps");
+            assert_eq!(step(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
             let (mut last, mut at_constant) = (0.0, f64::NAN);
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
-                let (stops, is_adapting) = step(now_s, 10.0);
+                let (stops, needs_another_image) = step(now_s, 10.0);
                 assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
-                assert_eq!(is_adapting, stops != 10.0);
+                assert_eq!(needs_another_image, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
                     at_constant = stops;
                 }
                 last = stops;
             }
-            assert!((at_constant - 10.0 * (1.0 - (-1.0_f64).exp())).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
+            assert!((at_constant - 10.0 * COVERED).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
             assert_eq!(last, 10.0, "the exposure ends at the metered value");
         }
     }
 
-    /// A new target without a flight is a cut; a flight is not. Manual stops apply at once.
+    /// Time of the request, and stops, of each image of six seconds in which the view moves, so that each frame of the interface requests an
+    /// image. As in the window, the worker draws one image, for `image_s`, while the newest other request waits. The metered value is 0 stops
+    /// before `step_s`, then 10. `has_own_time`: each image is recorded with the time of its own request, not with that of the newest one.
+    fn images_of_a_step(image_s: f64, step_s: f64, has_own_time: bool) -> Vec<(f64, f64)> {
+        type Job = (ExposureRequest, ExposureTicket);
+        let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
+        let (mut drawing, mut waiting): (Option<(Job, f64)>, Option<Job>) = (None, None);
+        let mut newest_s = 0.0;
+        let mut images = Vec::new();
+        for frame in 0..360 {
+            let now_s = f64::from(frame) / FRAME_RATE_HZ;
+            if let Some(((requested, ticket), end_s)) = drawing.filter(|(_, end_s)| *end_s <= now_s) {
+                drawing = waiting.take().map(|job| (job, end_s + image_s));
+                let exposure = exposure_of(requested, if ticket.requested_s < step_s { 0.0 } else { 10.0 });
+                images.push((ticket.requested_s, exposure.stops));
+                adaptation.record(&exposure, if has_own_time { ticket } else { ExposureTicket { requested_s: newest_s, ..ticket } });
+            }
+            newest_s = now_s;
+            let job = adaptation.next_exposure(&view, now_s);
+            if drawing.is_none() {
+                drawing = Some((job, now_s + image_s));
+            } else {
+                waiting = Some(job);
+            }
+        }
+        images
+    }
+
+    /// Images of 50 and 100 ms, two requests on their way: from the second image after a step on, the difference is exp(-t / T) of the step, with
+    /// t since the request of the last image before the step. Requests of successive images are at most an image and a frame apart, so the first
+    /// image with 1 - 1/e of the step is requested after T, with at most this error.
+    #[test]
+    fn stops_approach_with_the_time_constant_while_images_overlap() {
+        for image_s in [0.05, 0.1] {
+            for step_s in [1.0, 1.03, 1.06, 1.09] {
+                let images = images_of_a_step(image_s, step_s, true);
+                let interval_s = image_s + 1.0 / FRAME_RATE_HZ + 1e-9;
+                assert!(images.windows(2).all(|pair| pair[1].0 - pair[0].0 <= interval_s));
+                let first_after = images.iter().position(|(requested_s, _)| *requested_s >= step_s).expect("images after the step");
+                let largest_error = |images: &[(f64, f64)]| {
+                    let start_s = images[first_after - 1].0;
+                    let error = |(requested_s, stops): &(f64, f64)| {
+                        let expected = 10.0 * (1.0 - (-(requested_s - start_s) / TIME_CONSTANT_S).exp());
+                        // The last difference is invisible and left out.
+                        if *stops == 10.0 && expected > 9.97 { 0.0 } else { (stops - expected).abs() }
+                    };
+                    images[first_after + 1..].iter().map(error).fold(0.0, f64::max)
+                };
+                assert!(largest_error(&images) < 1e-9, "{} stops", largest_error(&images));
+                let is_monotonic = images[first_after - 1..].windows(2).all(|pair| pair[1].1 >= pair[0].1 - 1e-9);
+                assert!(is_monotonic, "the brightness alternates: {images:?}");
+                let covered = images.iter().find(|(_, stops)| *stops >= 10.0 * COVERED).expect("an image near the metered exposure");
+                let time_s = covered.0 - step_s;
+                assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
+                // Negative control.
+                let error = largest_error(&images_of_a_step(image_s, step_s, false));
+                assert!(error > 0.5, "{error} stops with the time of the newest request");
+            }
+        }
+    }
+
+    /// A new target without a flight is a cut, and so are other pixel values; a flight is not. Manual stops apply at once.
     #[test]
     fn exposure_jumps_after_a_cut_and_adapts_during_a_flight() {
-        let free = ViewState {
-            eye: CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z },
-            ..view(NaifId::MOON)
-        };
-        let manual = ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) };
         let after = |next: &ViewState| {
-            let (mut adaptation, first) = (ExposureAdaptation::default(), view(NaifId::EARTH));
-            let requested = adaptation.next_exposure(&first, 0.0);
-            adaptation.record(&exposure_of(requested, 0.0), requested);
-            adaptation.next_exposure(next, 0.1)
+            let mut adaptation = ExposureAdaptation::default();
+            draw_at_once(&mut adaptation, &view(NaifId::EARTH), 0.0, 0.0);
+            adaptation.next_exposure(next, 0.1).0
         };
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
-        assert!(matches!(after(&free), ExposureRequest::Transition { from_stops: 0.0, .. }));
+        assert!(matches!(after(&in_free_pose(view(NaifId::MOON))), ExposureRequest::Transition { from_stops: 0.0, .. }));
         assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Transition { .. }));
-        assert_eq!(after(&manual), ExposureRequest::Stops(3.0));
+        assert_eq!(after(&ViewState { pixels: PixelView::Depth, ..in_free_pose(view(NaifId::EARTH)) }), ExposureRequest::Auto);
+        assert_eq!(after(&ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) }), ExposureRequest::Stops(3.0));
+    }
+
+    /// An image of the old view that is finished after a cut does not become the start of an adaptation.
+    #[test]
+    fn a_late_image_of_an_old_view_is_ignored() {
+        let (mut adaptation, moon) = (adapting(), view(NaifId::MOON));
+        let (requested, late_ticket) = adaptation.next_exposure(&view(NaifId::EARTH), 0.1);
+        let (_, moon_ticket) = adaptation.next_exposure(&moon, 0.15);
+        adaptation.record(&exposure_of(requested, 10.0), late_ticket);
+        assert!(!adaptation.needs_another_image());
+        assert_eq!(adaptation.next_exposure(&moon, 0.2).0, ExposureRequest::Auto);
+        adaptation.record(&exposure_of(ExposureRequest::Auto, 3.0), moon_ticket);
+        assert!(matches!(adaptation.next_exposure(&moon, 0.25).0, ExposureRequest::Transition { from_stops: 3.0, .. }));
+    }
+
+    /// The same for manual exposure that the user leaves before its image is finished.
+    #[test]
+    fn a_late_image_from_before_manual_exposure_is_ignored() {
+        let (mut adaptation, auto) = (adapting(), view(NaifId::EARTH));
+        let manual = ViewState { exposure_stops: Some(3.0), ..auto.clone() };
+        let (requested, late_ticket) = adaptation.next_exposure(&auto, 0.1);
+        let (manual_request, manual_ticket) = adaptation.next_exposure(&manual, 0.15);
+        adaptation.record(&exposure_of(requested, 10.0), late_ticket);
+        assert_eq!(adaptation.next_exposure(&auto, 0.2).0, ExposureRequest::Auto);
+        adaptation.record(&exposure_of(manual_request, 10.0), manual_ticket);
+        assert_eq!(adaptation.next_exposure(&auto, 0.25).0, ExposureRequest::Auto);
+    }
+
+    /// Of three requests the second one is replaced by the third while it waits, so it is never answered.
+    #[test]
+    fn another_image_is_needed_once_the_newest_request_is_answered() {
+        let (mut adaptation, view) = (adapting(), view(NaifId::EARTH));
+        let [first, _, third] = [0.02, 0.04, 0.06].map(|now_s| adaptation.next_exposure(&view, now_s));
+        adaptation.record(&exposure_of(first.0, 10.0), first.1);
+        assert!(!adaptation.needs_another_image(), "the third request is pending");
+        adaptation.record(&exposure_of(third.0, 10.0), third.1);
+        assert!(adaptation.needs_another_image());
+    }
+
+    /// The adaptation continues after a failed image, but an image that fails each time is not requested forever.
+    #[test]
+    fn a_failed_image_does_not_stop_the_adaptation() {
+        let (mut adaptation, view) = (adapting(), view(NaifId::EARTH));
+        let [older, newest] = [0.02, 0.04].map(|now_s| adaptation.next_exposure(&view, now_s).1);
+        adaptation.record_failure(older);
+        assert!(!adaptation.needs_another_image(), "the newest request is pending");
+        adaptation.record_failure(newest);
+        assert!(adaptation.needs_another_image());
+        for _ in 2..MAX_FAILURES {
+            let (_, ticket) = adaptation.next_exposure(&view, 0.06);
+            adaptation.record_failure(ticket);
+        }
+        assert!(!adaptation.needs_another_image(), "the image fails each time");
+        draw_at_once(&mut adaptation, &view, 0.08, 10.0);
+        assert!(adaptation.needs_another_image());
     }
 }

@@ -11,6 +11,7 @@ use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RequestedOutput, Session};
+use crate::view::app::exposure_adaptation::ExposureTicket;
 use crate::view::app::view_state::ViewStateError;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
@@ -127,7 +128,10 @@ impl Interface {
     pub(super) fn receive(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker) {
         match worker.take() {
             None => {}
-            Some(Err(why)) => self.fail(&why, worker),
+            Some(Err(failed)) => {
+                self.adaptation.record_failure(failed.exposure_ticket);
+                self.fail(&failed.why, worker);
+            }
             Some(Ok(mut rendered)) => {
                 self.failure_reason = None;
                 let pixel_count = u64::from(rendered.width) * u64::from(rendered.height);
@@ -145,7 +149,7 @@ impl Interface {
                     }
                 }
                 self.performance.record(&rendered, self.viewport.last_frame_s);
-                self.adaptation.record(&rendered.scene.exposure, rendered.job.request.exposure);
+                self.adaptation.record(&rendered.scene.exposure, rendered.job.exposure_ticket);
                 // An exposure in transition is replaced by automatic exposure, so that requests derived from this image do not inherit it.
                 if let ExposureRequest::Transition { .. } = rendered.job.request.exposure {
                     rendered.job.request.exposure = ExposureRequest::Auto;
@@ -189,7 +193,14 @@ impl Interface {
         request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         let output = if self.presents_on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Frame(FrameImages::Display) };
-        Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, output })
+        Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, output, exposure_ticket: ExposureTicket::default() })
+    }
+
+    /// Sends a job for the current view to the worker, at the exposure that the adaptation has reached.
+    fn submit(&mut self, job: RenderJob, worker: &dyn RenderWorker, now_s: f64) {
+        self.viewport.requested = Some(job.clone());
+        let (exposure, exposure_ticket) = self.adaptation.next_exposure(&self.viewer.view, now_s);
+        worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, exposure_ticket, ..job });
     }
 
     /// Requests the first image before there is a window, so that it is drawn while the window opens. Its size is computed from the
@@ -200,8 +211,8 @@ impl Interface {
         let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.
         if let Ok(job) = self.image_job(worker.session(), [width, height], Some(Quality::Draft)) {
-            self.viewport.requested = Some(job.clone());
-            worker.submit(job);
+            // The time of the interface starts at about 0.
+            self.submit(job, worker, 0.0);
         }
     }
 
@@ -248,11 +259,9 @@ impl Interface {
             .as_ref()
             .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time))
             && !self.is_first_image_coming(&job);
-        if is_stale || self.adaptation.is_adapting() {
-            self.viewport.requested = Some(job.clone());
+        if is_stale || self.adaptation.needs_another_image() {
             self.viewport.requested_s = now_s;
-            let exposure = self.adaptation.next_exposure(&self.viewer.view, now_s);
-            worker.submit(RenderJob { request: ViewRequest { exposure, ..job.request }, ..job });
+            self.submit(job, worker, now_s);
         }
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         // Times until the interface needs its next frame.

@@ -10,6 +10,7 @@ use crate::scene::Scene;
 use crate::scene::request::ViewRequest;
 use crate::session::{DrawnBy, RequestedOutput, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
+use crate::view::app::exposure_adaptation::ExposureTicket;
 use crate::view::language;
 use parking_lot::{Condvar, Mutex, MutexGuard};
 use std::collections::VecDeque;
@@ -23,6 +24,8 @@ pub struct RenderJob {
     pub sampling: SamplingQuality,
     /// The image may stay on the GPU if the same GPU presents the window.
     pub output: RequestedOutput,
+    /// Returned with the image, or with the reason why there is none.
+    pub exposure_ticket: ExposureTicket,
 }
 
 /// The result of a job.
@@ -48,6 +51,13 @@ pub struct RenderedView {
     pub library: Statistics,
 }
 
+/// Why a job has no image.
+pub struct FailedJob {
+    pub why: SessionError,
+    /// That of the job.
+    pub exposure_ticket: ExposureTicket,
+}
+
 /// Work that needs the session.
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
@@ -57,7 +67,7 @@ pub trait RenderWorker {
     /// Requests an image, and drops an older job that was not started yet.
     fn submit(&self, job: RenderJob);
     /// Takes the newest finished image, or the reason why it failed; `None` until another one is finished.
-    fn take(&self) -> Option<Result<RenderedView, SessionError>>;
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>>;
     /// Queues a task; it runs when the query thread is free.
     fn run(&self, task: Task);
 }
@@ -132,7 +142,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
 /// Runs each job and task immediately on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
-    done: Mutex<Option<Result<RenderedView, SessionError>>>,
+    done: Mutex<Option<Result<RenderedView, FailedJob>>>,
 }
 
 impl<'a> InlineWorker<'a> {
@@ -146,9 +156,10 @@ impl RenderWorker for InlineWorker<'_> {
         self.session
     }
     fn submit(&self, job: RenderJob) {
-        *locked(&self.done) = Some(draw(self.session, job));
+        let exposure_ticket = job.exposure_ticket;
+        *locked(&self.done) = Some(draw(self.session, job).map_err(|why| FailedJob { why, exposure_ticket }));
     }
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         locked(&self.done).take()
     }
     fn run(&self, task: Task) {
@@ -166,7 +177,7 @@ struct Work {
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
     /// The newest finished image that was not taken yet.
-    done: Option<Result<RenderedView, SessionError>>,
+    done: Option<Result<RenderedView, FailedJob>>,
     /// An image is being rendered.
     is_drawing: bool,
     closed: bool,
@@ -202,7 +213,10 @@ impl<'a> ThreadedWorker<'a> {
         let mut idle_since = WallInstant::now();
         while let Some(job) = self.next(Work::start_image) {
             let waited_ms = idle_since.elapsed().as_secs_f64() * 1e3;
-            let rendered = draw(self.session, job).map(|rendered| RenderedView { waited_ms, ..rendered });
+            let exposure_ticket = job.exposure_ticket;
+            let rendered = draw(self.session, job)
+                .map(|rendered| RenderedView { waited_ms, ..rendered })
+                .map_err(|why| FailedJob { why, exposure_ticket });
             idle_since = WallInstant::now();
             {
                 let mut work = locked(&self.work);
@@ -263,7 +277,7 @@ impl RenderWorker for ThreadedWorker<'_> {
         locked(&self.work).job = Some(job);
         self.changed.notify_all();
     }
-    fn take(&self) -> Option<Result<RenderedView, SessionError>> {
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
         locked(&self.work).done.take()
     }
     fn run(&self, task: Task) {
