@@ -1,7 +1,7 @@
 //! Branches, loops, switches and discard on the tape against the semantics of WGSL, lane by lane.
 
 use super::lower::{ALL, check, check_uniform, compile, lane_x, lane_y, run_with};
-use orrery::render::software::exec::NoTextures;
+use orrery::render::software::exec::{Executor, NoTextures};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::tape::{Instr, Op};
 
@@ -244,4 +244,75 @@ fn discard_removes_lanes_and_nothing_else() {
             }
         }
     }
+}
+
+/// Sums over n iterations, for even and odd n: values that one iteration hands to the next, also exchanged ones, one that a lane keeps after it
+/// has left the loop, and one in an inner loop.
+#[test]
+fn loop_variables_pass_any_number_of_iterations() {
+    let block = "struct U { n: i32, } @group(0) @binding(0) var<uniform> u: U;
+         fn left(x: f32) -> vec2f {
+             var sum = 0.0;
+             for (var i = 0; i < u.n; i++) { sum += x * f32(i); if (sum > 40.0) { return vec2f(sum, -1.0); } }
+             return vec2f(sum, 1.0);
+         }";
+    let body = "var sum = 0.0; var squares = 1.0; var a = p.x; var b = 1.0;
+         for (var i = 0; i < u.n; i++) { let old = a; a = b; b = old * 0.5; sum += p.y * f32(i); squares += sum * sum; }
+         var inner = 0.0;
+         for (var i = 0; i < 3; i++) { for (var j = 0; j < u.n; j++) { inner += f32(i * j) + p.x; } inner *= 0.5; }
+         let of_left = left(abs(p.x));
+         return vec4f(sum + squares, a + 10.0 * b, inner, of_left.x * of_left.y);";
+    for n in 0_i32..8 {
+        check_uniform(block, body, &n.to_le_bytes(), 1e-5, |x, y| {
+            let (mut sum, mut squares, mut a, mut b) = (0.0, 1.0, x, 1.0);
+            let (mut inner, mut of_left) = (0.0, 0.0);
+            for i in 0..n {
+                (a, b) = (b, a * 0.5);
+                sum += y * f64::from(i);
+                squares += sum * sum;
+            }
+            for i in 0..3 {
+                inner += (0..n).map(|j| f64::from(i * j) + x).sum::<f64>();
+                inner *= 0.5;
+            }
+            for i in 0..n {
+                of_left += x.abs() * f64::from(i);
+                if of_left > 40.0 {
+                    of_left = -of_left;
+                    break;
+                }
+            }
+            [sum + squares, a + 10.0 * b, inner, of_left]
+        });
+    }
+}
+
+/// An iteration runs no copies, although the stored program ends its loops with them.
+#[test]
+fn iterations_run_without_copies_of_loop_variables() {
+    let program = compile(
+        "struct U { n: i32, } @group(0) @binding(0) var<uniform> u: U;
+         @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {
+             var sum = 0.0; var squares = 0.0;
+             for (var i = 0; i < u.n; i++) { sum += exp(p.x * f32(i)); squares += sum * sum; }
+             return vec4f(sum, squares, 0.0, 1.0);
+         }",
+    );
+    let back = program.lane_tape.iter().enumerate().find_map(|(at, instr)| match instr {
+        Instr::Jump { target } if (*target as usize) < at => Some(*target as usize..at),
+        _ => None,
+    });
+    let iteration = &program.lane_tape[back.expect("a loop")];
+    let count = |is_counted: fn(&Instr) -> bool| iteration.iter().filter(|i| is_counted(i)).count() as u32;
+    let copies = count(|i| matches!(i, Instr::Lane { op: Op::Copy, .. }));
+    let kernels = count(|i| matches!(i, Instr::Lane { .. } | Instr::FusedKernel { .. }));
+    assert_eq!(copies, 2, "{iteration:?}");
+    let instructions = |n: i32| {
+        let mut executor = Executor::<f32>::with_class(&program, KernelClass::detect()).expect("binds");
+        (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 0.5));
+        executor.run(&program.prepare_for::<f32>(&n.to_le_bytes(), KernelClass::detect()), ALL, &NoTextures);
+        executor.counts().instructions
+    };
+    assert_eq!(instructions(12) - instructions(2), 10 * (kernels - copies));
+    assert_eq!(instructions(3) - instructions(2), kernels, "an odd number of iterations ends with the copies");
 }

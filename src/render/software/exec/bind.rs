@@ -4,6 +4,7 @@
 //! Not here: running the program.
 
 use super::LANES;
+use super::double_loops::double_loops;
 use super::uniform_words::UniformElements;
 use crate::render::software::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use crate::render::software::math::Real;
@@ -166,7 +167,7 @@ impl<R: Real> BoundProgram<R> {
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
-        bind(program, class, unbound)
+        bind(&double_loops(program), class, unbound)
     }
 
     /// Whether the program reads input `k`.

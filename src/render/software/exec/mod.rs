@@ -5,6 +5,7 @@
 //! kernels once ([`BoundProgram`]), and a batch allocates nothing.
 
 mod bind;
+mod double_loops;
 mod textures;
 mod uniform_words;
 
@@ -264,10 +265,17 @@ impl<R: Real> Executor<R> {
     /// Not inlined, for the reason given at `run_kernels`.
     #[inline(never)]
     fn run_scalars(&mut self, steps: &[ScalarStep<R>]) {
-        let registers = self.registers_mut();
+        let registers = self.registers_mut().as_mut_ptr();
         for step in steps {
-            let [a, b, c] = step.args;
-            registers[step.dst as usize] = (step.run)(registers[a as usize], registers[b as usize], registers[c as usize]);
+            let [a, b, c] = step.args.map(|r| r as usize);
+            // SAFETY: Program::check has verified every register against the count from which the arena was allocated.
+            unsafe {
+                registers.add(step.dst as usize).write((step.run)(
+                    registers.add(a).read(),
+                    registers.add(b).read(),
+                    registers.add(c).read(),
+                ))
+            };
         }
     }
 

@@ -30,6 +30,8 @@ pub(crate) struct SsaBuilder {
     draw_available: HashMap<Computation, SsaValue>,
     /// The operands of each `select` between lanes, by its result.
     selects: HashMap<SsaValue, [SsaValue; 3]>,
+    /// The operand of each `BNot`, by its result.
+    negated: HashMap<SsaValue, SsaValue>,
     /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
     /// be used outside it.
     available: Vec<HashMap<Computation, SsaValue>>,
@@ -149,8 +151,14 @@ impl SsaBuilder {
             return v;
         }
         let dst = self.fresh_for(&args);
-        if let (Op::Select, SsaValue::Lane(_), &[cond, yes, no]) = (op, dst, &args[..]) {
-            self.selects.insert(dst, [cond, yes, no]);
+        match (op, &args[..]) {
+            (Op::Select, &[cond, yes, no]) if matches!(dst, SsaValue::Lane(_)) => {
+                self.selects.insert(dst, [cond, yes, no]);
+            }
+            (Op::BNot, &[a]) => {
+                self.negated.insert(dst, a);
+            }
+            _ => {}
         }
         self.emit(dst, Some(key), SsaStep::Op { dst, op, args })
     }
@@ -238,6 +246,15 @@ impl SsaBuilder {
                 if a == b {
                     return Some(a);
                 }
+                if let Some(&opposite) = self.negated.get(&c) {
+                    return Some(self.select(opposite, b, a));
+                }
+                // An inner select with the same condition: both sides of a branch, of which one returned early.
+                let side = |v, k: usize| self.selects.get(&v).filter(|inner| inner[0] == c).map(|inner| inner[k]);
+                let (yes, no) = (side(a, 1).unwrap_or(a), side(b, 2).unwrap_or(b));
+                if (yes, no) != (a, b) {
+                    return Some(self.select(c, yes, no));
+                }
                 // select(c, select(inner, new, old), old) needs one select: dead-code elimination removes the inner one if nothing else reads it. Where `c`
                 // does not hold, `inner` may have any bits.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
@@ -263,14 +280,7 @@ impl SsaBuilder {
                     _ => None,
                 }
             }
-            (Op::BNot, &[a]) => {
-                let negated_operand = |s: &SsaStep| match s {
-                    SsaStep::Op { dst, op: Op::BNot, args } if *dst == a => Some(args[0]),
-                    _ => None,
-                };
-                // `a` has this one writer, because only targets of `Assign` are written more than once. The search is bounded to limit its cost.
-                self.code.iter().rev().take(64).chain(self.draw.iter().rev().take(64)).find_map(negated_operand)
-            }
+            (Op::BNot, &[a]) => self.negated.get(&a).copied(),
             _ => None,
         }
     }

@@ -1,0 +1,270 @@
+//! Doubles the body of each innermost loop, so that its variables need no copies.
+//!
+//! In: a checked program. Out: a program with the same results. At the end of a loop's body, copies move the next value of each loop variable to
+//! the variable's place. In the second body the two places are exchanged, so both bodies run without these copies; only a jump out of the second
+//! body makes them. Always: a variable keeps its copy if another value may be read from its place or from that of its next value. Not here: the
+//! stored program, which has one body.
+
+use crate::render::software::program::Program;
+use crate::render::software::tape::{Instr, Op, Operand};
+use std::borrow::Cow;
+
+/// A loop variable without copies.
+#[derive(Clone, Copy)]
+struct Pair {
+    variable: Operand,
+    next: Operand,
+}
+
+/// An innermost loop: the instructions `head..=back`, of which `copies..back` copy loop variables and the last jumps to `head`.
+struct InnerLoop {
+    head: usize,
+    copies: usize,
+    back: usize,
+}
+
+/// The program with doubled loops; unchanged if no loop can do without a copy.
+pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
+    let tape = &program.lane_tape;
+    let loops: Vec<(InnerLoop, Vec<Pair>)> = (0..tape.len())
+        .filter_map(|at| {
+            let found = inner_loop(tape, at)?;
+            let pairs = pairs_of(program, &found);
+            (!pairs.is_empty()).then_some((found, pairs))
+        })
+        .collect();
+    if loops.is_empty() {
+        return Cow::Borrowed(program);
+    }
+    // New index of each instruction, of which those of a doubled loop are its first body's; the end of the tape is the last entry.
+    let mut new_index = Vec::with_capacity(tape.len() + 1);
+    let mut doubled = Vec::with_capacity(tape.len() * 2);
+    let mut rest = loops.iter().peekable();
+    let mut at = 0;
+    while at < tape.len() {
+        match rest.next_if(|(found, _)| found.head == at) {
+            Some((found, pairs)) => {
+                append_doubled(tape, found, pairs, &mut new_index, &mut doubled);
+                at = found.back + 1;
+            }
+            None => {
+                new_index.push(doubled.len());
+                doubled.push((tape[at].clone(), Target::Original));
+                at += 1;
+            }
+        }
+    }
+    new_index.push(doubled.len());
+    let lane_tape = doubled.into_iter().map(|(mut instr, target)| {
+        if let Instr::SkipIfNoLane { target: to, .. } | Instr::JumpIf { target: to, .. } | Instr::Jump { target: to } = &mut instr {
+            *to = match target {
+                Target::Original => new_index[*to as usize] as u32,
+                Target::New(index) => index as u32,
+            };
+        }
+        instr
+    });
+    Cow::Owned(Program { lane_tape: lane_tape.collect(), ..program.clone() })
+}
+
+/// How to read the target of a jump on the new tape.
+#[derive(Clone, Copy)]
+enum Target {
+    /// An index on the original tape.
+    Original,
+    /// An index on the new tape.
+    New(usize),
+}
+
+/// Appends both bodies of a loop, and after them the copies for jumps out of the second body.
+fn append_doubled(tape: &[Instr], found: &InnerLoop, pairs: &[Pair], new_index: &mut Vec<usize>, doubled: &mut Vec<(Instr, Target)>) {
+    let InnerLoop { head, copies, back } = *found;
+    let is_removed =
+        |at: usize| at >= copies && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
+    let kept: Vec<usize> = (head..back).filter(|at| !is_removed(*at)).collect();
+    let (first, second) = (doubled.len(), doubled.len() + kept.len());
+    // Position in a body of each instruction of the loop; of a removed one, the position of the next instruction that is not.
+    let position = |at: usize| kept.partition_point(|k| *k < at);
+    new_index.extend((head..back).map(|at| first + position(at)));
+    // A jump to the last instruction, the jump back, continues with the second body.
+    new_index.push(second);
+    doubled.extend(kept.iter().map(|at| (tape[*at].clone(), Target::Original)));
+    let first_exit = second + kept.len() + 1;
+    let mut exits: Vec<usize> = Vec::new();
+    for at in &kept {
+        let instr = exchanged(&tape[*at], pairs);
+        let target = match instr.target().map(|t| t as usize) {
+            Some(to) if (head..=back).contains(&to) => Target::New(second + position(to)),
+            Some(to) => {
+                let exit = exits.iter().position(|e| *e == to).unwrap_or_else(|| {
+                    exits.push(to);
+                    exits.len() - 1
+                });
+                Target::New(first_exit + exit * (pairs.len() + 1))
+            }
+            None => Target::Original,
+        };
+        doubled.push((instr, target));
+    }
+    doubled.push((Instr::Jump { target: 0 }, Target::New(first)));
+    for exit in exits {
+        doubled.extend(pairs.iter().map(|p| (copy(p.variable, p.next), Target::Original)));
+        doubled.push((Instr::Jump { target: exit as u32 }, Target::Original));
+    }
+}
+
+/// The loop that the instruction at `back` closes, if it contains no other loop and is entered only at its head.
+fn inner_loop(tape: &[Instr], back: usize) -> Option<InnerLoop> {
+    let Instr::Jump { target } = tape[back] else { return None };
+    let head = target as usize;
+    if head >= back {
+        return None;
+    }
+    let mut copies = back;
+    while copies > head && copied(&tape[copies - 1]).is_some() {
+        copies -= 1;
+    }
+    let is_simple = tape.iter().enumerate().filter(|(at, _)| *at != back).all(|(at, instr)| {
+        let Some(to) = instr.target().map(|t| t as usize) else { return true };
+        let is_inside = (head..=back).contains(&at);
+        // Inside: no jump backwards, and none between the copies. From outside: none into the loop, except to its head.
+        if is_inside { to > at && !(copies + 1..=back).contains(&to) } else { !(head + 1..=back).contains(&to) }
+    });
+    is_simple.then_some(InnerLoop { head, copies, back })
+}
+
+/// Target and source of a copy between two slots or between two registers.
+fn copied(instr: &Instr) -> Option<(Operand, Operand)> {
+    match instr {
+        Instr::Lane { op: Op::Copy, dst, args } => match args[..] {
+            [from @ Operand::Slot(_)] => Some((Operand::Slot(*dst), from)),
+            _ => None,
+        },
+        Instr::Scalar { op: Op::Copy, dst, args } => match args[..] {
+            [from @ Operand::Reg(_)] => Some((Operand::Reg(*dst), from)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn copy(to: Operand, from: Operand) -> Instr {
+    match to {
+        Operand::Slot(dst) => Instr::Lane { op: Op::Copy, dst, args: vec![from] },
+        Operand::Reg(dst) => Instr::Scalar { op: Op::Copy, dst, args: vec![from] },
+    }
+}
+
+/// The variables of a loop whose copies can be left out: no place belongs to two pairs, and the old content of the next value's place is read
+/// neither in another iteration nor after the loop.
+fn pairs_of(program: &Program, found: &InnerLoop) -> Vec<Pair> {
+    let tape = &program.lane_tape;
+    let all: Vec<(Operand, Operand)> = tape[found.copies..found.back].iter().filter_map(copied).collect();
+    let uses = |place: Operand| all.iter().flat_map(|(to, from)| [to, from]).filter(|o| **o == place).count();
+    let exits: Vec<usize> = tape[found.head..found.back]
+        .iter()
+        .filter_map(|instr| instr.target().map(|t| t as usize))
+        .filter(|to| !(found.head..=found.back).contains(to))
+        .collect();
+    // A texture read leaves out channels that are not read later on the tape, so its results stay where the stored program has them.
+    let is_texel = |place: Operand| {
+        tape[found.head..found.back]
+            .iter()
+            .any(|i| matches!(i, Instr::Texture { .. }) && i.written_slots().iter().any(|s| Operand::Slot(*s) == place))
+    };
+    all.iter()
+        .filter(|(to, from)| uses(*to) == 1 && uses(*from) == 1 && !is_texel(*to) && !is_texel(*from))
+        .filter(|(_, from)| !exits.iter().chain([&found.head]).any(|at| may_be_read(program, *at, *from)))
+        .map(|(variable, next)| Pair { variable: *variable, next: *next })
+        .collect()
+}
+
+/// Whether the value that `place` has before the instruction `from` may be read, on any way through the tape.
+fn may_be_read(program: &Program, from: usize, place: Operand) -> bool {
+    let tape = &program.lane_tape;
+    let mut visited = vec![false; tape.len()];
+    let mut open = vec![from];
+    while let Some(mut at) = open.pop() {
+        loop {
+            let Some(instr) = tape.get(at) else {
+                if program.output_operands.iter().chain(&program.discarded).any(|o| *o == place) {
+                    return true;
+                }
+                break;
+            };
+            if std::mem::replace(&mut visited[at], true) {
+                break;
+            }
+            if reads(instr, place) {
+                return true;
+            }
+            if writes(instr, place) {
+                break;
+            }
+            match instr {
+                Instr::Jump { target } => at = *target as usize,
+                Instr::JumpIf { target, .. } | Instr::SkipIfNoLane { target, .. } => {
+                    open.push(*target as usize);
+                    at += 1;
+                }
+                _ => at += 1,
+            }
+        }
+    }
+    false
+}
+
+fn reads(instr: &Instr, place: Operand) -> bool {
+    instr.operands().contains(&place)
+}
+
+fn writes(instr: &Instr, place: Operand) -> bool {
+    match place {
+        Operand::Slot(s) => instr.written_slots().contains(&s),
+        Operand::Reg(r) => instr.written_register() == Some(r),
+    }
+}
+
+/// The instruction with the places of each pair exchanged.
+fn exchanged(instr: &Instr, pairs: &[Pair]) -> Instr {
+    let exchange = |place: Operand| {
+        let of_pair = |p: &Pair| {
+            if p.variable == place { Some(p.next) } else { (p.next == place).then_some(p.variable) }
+        };
+        pairs.iter().find_map(of_pair).unwrap_or(place)
+    };
+    let number = |place: Operand| match exchange(place) {
+        Operand::Slot(k) | Operand::Reg(k) => k,
+    };
+    let mut instr = instr.clone();
+    match &mut instr {
+        Instr::Lane { dst, args, .. } | Instr::FusedKernel { dst, args, .. } => {
+            *dst = number(Operand::Slot(*dst));
+            args.iter_mut().for_each(|a| *a = exchange(*a));
+        }
+        Instr::Scalar { dst, args, .. } => {
+            *dst = number(Operand::Reg(*dst));
+            args.iter_mut().for_each(|a| *a = exchange(*a));
+        }
+        Instr::LoadUniform { dst, index, .. } => {
+            *dst = number(Operand::Reg(*dst));
+            index.iter_mut().for_each(|a| *a = exchange(*a));
+        }
+        Instr::GatherUniform { dst, index, .. } => {
+            *dst = number(Operand::Slot(*dst));
+            *index = exchange(*index);
+        }
+        Instr::Texture { dst, args, mask, .. } => {
+            dst.iter_mut().for_each(|d| *d = number(Operand::Slot(*d)));
+            args.iter_mut().for_each(|a| *a = exchange(*a));
+            *mask = exchange(*mask);
+        }
+        Instr::TextureSize { dst, level, .. } => {
+            *dst = number(Operand::Reg(*dst));
+            *level = exchange(*level);
+        }
+        Instr::SkipIfNoLane { mask: place, .. } | Instr::JumpIf { cond: place, .. } => *place = exchange(*place),
+        Instr::Jump { .. } => {}
+    }
+    instr
+}
