@@ -151,7 +151,7 @@ fn solar_eclipses_on_the_ground_agree_with_de440() {
 fn light_at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, sun_photometry: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
-    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a Sun");
+    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     occluded_sun.sunlight(&occluded_sun.occluders, &[DVec3::ZERO], Some(sun_photometry)).expect("answers")[0][1]
 }
 
@@ -224,8 +224,7 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let prober = single();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
-    let occluded_sun =
-        OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a Sun");
+    let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     let ground = ground_square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
     let light = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
@@ -254,7 +253,7 @@ fn shadows_move_continuously_from_second_to_second() {
             .collect();
         let light = |second: f64| {
             let receiver = Receiver::at(SESSION.ephemeris(), body, instant(time).plus_seconds(second)).expect("placed");
-            let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Best).expect("a Sun");
+            let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Best).expect("Sun");
             occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers")
         };
         let by_second: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
@@ -270,7 +269,7 @@ fn shadows_move_continuously_from_second_to_second() {
 fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
-    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Best).expect("a Sun");
+    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Best).expect("Sun");
     // Uniform over the disc, as the full Moon is nearly as bright at the limb as in the middle. The Moon's +x axis faces the Earth.
     let points: Vec<_> = (0..400)
         .map(|k| {
@@ -299,8 +298,7 @@ fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
-    let occluded_sun =
-        OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a Sun");
+    let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     assert!(occluded_sun.sunlight(&occluded_sun.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
