@@ -1,8 +1,9 @@
-//! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies.
+//! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies. The body's own night side and rings are ignored.
 //!
-//! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others;
-//! `rgb` uses the catalog's law per channel; `by` lists the fraction that each body alone blocks. The time is that at which the light arrives
-//! at the ground.
+//! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It
+//! is the green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the
+//! fraction that each body alone blocks, in green. The models `linear` and `uniform-disc` ignore every law, so `u1` and `u2`, too. The time is
+//! that at which the light arrives at the ground.
 
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
@@ -27,7 +28,7 @@ struct Fields {
     lat: f64,
     lon: f64,
     #[serde(default)]
-    model: Model,
+    model: RequestedModel,
     #[serde(default = "u1_at_550_nm")]
     u1: f64,
     #[serde(default = "u2_at_550_nm")]
@@ -51,7 +52,7 @@ pub(super) fn check_limb_darkening(u1: f64, u2: f64) -> Result<(), String> {
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Model {
+enum RequestedModel {
     Linear,
     UniformDisc,
     #[default]
@@ -59,7 +60,7 @@ enum Model {
     Refracted,
 }
 
-impl Model {
+impl RequestedModel {
     fn model_choice(self) -> EclipseModelChoice {
         EclipseModelChoice::Requested(match self {
             Self::Linear => EclipseModel::Linear,
@@ -72,7 +73,7 @@ impl Model {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
-    description: "the fraction of sunlight that other bodies leave at a point on a body's ground",
+    description: "the fraction of sunlight that other bodies (not the body itself, nor its rings) leave at a point on its ground",
     fields: &[
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
@@ -99,22 +100,23 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     check_limb_darkening(query.u1, query.u2)?;
     let (point_km, _) = ground_point_km(body.radii_km, query.lat, query.lon, 0.0);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
-    let sky = EclipsedSky::over(prober, &receiver, query.model.model_choice())?;
+    let occluded_sun = OccludedSun::seen_from(prober, &receiver, query.model.model_choice())?;
     let same_law_in_all_channels = Photometry::Emissive { u1: [query.u1; 3], u2: [query.u2; 3] };
     let point = point_km / body.radii_km.x;
-    let sunlight =
-        |occluders: &[Occluder<'_>], law| sky.sunlight(occluders, &[point], law)?.first().copied().ok_or(ProbeError::from("no answer"));
+    let sunlight = |occluders: &[Occluder<'_>], sun_photometry| {
+        occluded_sun.sunlight(occluders, &[point], sun_photometry)?.first().copied().ok_or(ProbeError::from("no answer"))
+    };
     let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&same_law_in_all_channels)).map(|[_, green, _]| green);
     let mut blocked_by = Map::new();
-    for occluder in &sky.occluders {
+    for occluder in &occluded_sun.occluders {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
         blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
-    Ok(json!({ "fraction": fraction(&sky.occluders)?, "rgb": sunlight(&sky.occluders, None)?, "by": blocked_by }))
+    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, None)?, "by": blocked_by }))
 }
 
 /// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.
-pub struct EclipsedSky<'a> {
+pub struct OccludedSun<'a> {
     prober: &'a Prober<'a>,
     receiver: &'a Receiver<'a>,
     sun: &'a Body,
@@ -122,12 +124,13 @@ pub struct EclipsedSky<'a> {
     pub occluders: Vec<Occluder<'a>>,
 }
 
-impl<'a> EclipsedSky<'a> {
-    /// Finds every body that can occlude the Sun, at most four.
+impl<'a> OccludedSun<'a> {
+    /// Finds the bodies whose penumbra touches the receiver; if more than four, those that block most light. Leaves out bodies that are far too
+    /// small to darken it visibly.
     ///
     /// # Errors
     /// One line: the catalog has no Sun.
-    pub fn over(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
+    pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
         let include_all = true;
@@ -135,38 +138,50 @@ impl<'a> EclipsedSky<'a> {
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 
-    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `law` replaces the catalog's limb darkening.
+    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `sun_photometry` replaces the catalog's limb darkening.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled.
-    pub fn sunlight(&self, occluders: &[Occluder<'_>], points: &[DVec3], law: Option<&Photometry>) -> Result<Vec<[f64; 3]>, ProbeError> {
+    /// One line: the module cannot be compiled, or the renderer fails.
+    pub fn sunlight(
+        &self,
+        occluders: &[Occluder<'_>],
+        points: &[DVec3],
+        sun_photometry: Option<&Photometry>,
+    ) -> Result<Vec<[f64; 3]>, ProbeError> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
-        sun.photometry = law.cloned().unwrap_or(sun.photometry);
-        let eclipse = eclipse::model(&mut occluders, self.model_choice);
+        sun.photometry = sun_photometry.cloned().unwrap_or(sun.photometry);
+        let eclipse = eclipse::choose_eclipse_model(&mut occluders, self.model_choice);
         let uniforms = eclipse::uniforms_of_occluders(&occluders, eclipse.model, self.receiver, &sun);
         sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
     }
 }
 
-/// Fraction of sunlight that the shader computes at points for given uniforms.
+/// Fraction of sunlight, per channel, that the shader computes at points (body axes, equatorial radii) for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be compiled, or needs a missing uniform.
+/// One line: the module cannot be compiled, or needs a missing uniform, or the renderer fails.
 pub fn sunlight_from_uniforms(
     prober: &Prober<'_>,
     eclipse: Eclipse,
     uniforms: EclipseUniforms,
     points: &[DVec3],
 ) -> Result<Vec<[f64; 3]>, ProbeError> {
+    const RESULT_ROWS: u32 = 1;
+    // The module reads no maps.
+    const MAP_TAPS: u8 = 1;
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
+    // A key with an eclipse has a light; the probe reads neither its direction nor its irradiance.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
-    let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, 1)?;
-    let numbers = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
-    let queries: Vec<_> = points.iter().map(numbers).collect();
-    let results =
-        ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 1) }.results(prober.renderer, prober.library(), &queries)?;
+    let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
+    let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
+    let queries: Vec<_> = points.iter().map(inputs_of).collect();
+    let results = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, RESULT_ROWS) }.results(
+        prober.renderer,
+        prober.library(),
+        &queries,
+    )?;
     results.iter().map(|rows| rows.first().map(|r| [r[0], r[1], r[2]].map(f64::from)).ok_or_else(|| "no answer".into())).collect()
 }

@@ -69,7 +69,7 @@ pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADI
 pub use light::{corona, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
-    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_share, point_peak,
+    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_share, point_peak,
     point_spread,
 };
 #[doc(hidden)]

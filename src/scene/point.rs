@@ -18,7 +18,7 @@ pub const POINT_RADIUS_PX: f64 = 2.0;
 /// Standard deviation of the core.
 pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Scale radius of the glare, whose profile is (1 + r^2 / a^2)^-1.5 (Moffat's with exponent 1.5): 35 % of its peak at this radius, r^-3 far beyond it.
-pub const GLARE_WIDTH_PX: f64 = 2.0;
+pub const GLARE_SCALE_RADIUS_PX: f64 = 2.0;
 /// Upper limit of the fraction of the light that is in the glare; the brightest points approach it.
 pub const GLARE_FRACTION: f64 = 0.3;
 /// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
@@ -38,7 +38,7 @@ pub fn disc_share(diameter_px: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Value at the sprite's rim of the core's Gaussian of height 1, and the integral over the sprite's circle of that Gaussian less this value.
+/// Value at the sprite's rim of the core's Gaussian of amplitude 1, and the integral over the sprite's circle of that Gaussian less this value.
 fn lowered_core(radius_px: f64) -> (f64, f64) {
     let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
     let at_rim = (-x).exp();
@@ -56,16 +56,16 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
     (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
-/// Heights of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
+/// Amplitudes of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
     let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its
     // integral over the circle in closed form; `v` is u at the rim, `k` is a^2 / R^2.
-    let v = 1.0 + (radius_px / GLARE_WIDTH_PX).powi(2);
+    let v = 1.0 + (radius_px / GLARE_SCALE_RADIUS_PX).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
     let integral = 2.0 * c * c * (1.0 - v.powf(-0.5)) - 4.0 * c * k * (v.sqrt() - 1.0) + 2.0 / 3.0 * k * k * (v.powf(1.5) - 1.0);
-    [(1.0 - glare) / lowered_core(radius_px).1, glare / (PI * GLARE_WIDTH_PX.powi(2) * integral)]
+    [(1.0 - glare) / lowered_core(radius_px).1, glare / (PI * GLARE_SCALE_RADIUS_PX.powi(2) * integral)]
 }
 
 /// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
@@ -111,7 +111,7 @@ mod tests {
                 let edge = (1.0 - r_sq / (radius * radius)).max(0.0);
                 let gauss = |r_sq: f64| (-0.5 * r_sq / CORE_SIGMA_PX.powi(2)).exp();
                 core * (gauss(r_sq) - gauss(radius * radius)).max(0.0)
-                    + glare * edge * edge * (1.0 + r_sq / GLARE_WIDTH_PX.powi(2)).powf(-1.5)
+                    + glare * edge * edge * (1.0 + r_sq / GLARE_SCALE_RADIUS_PX.powi(2)).powf(-1.5)
             };
             let sum: f64 = (0..side).map(|y| (0..side).map(|x| light(at(x), at(y))).sum::<f64>()).sum::<f64>() * step * step;
             assert!((sum - 1.0).abs() < 1e-4, "{radius}: {sum}");

@@ -5,7 +5,7 @@
 //! are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
 use super::key::DIMENSIONS;
-use super::source::condition::identifier;
+use super::source::condition::wesl_identifier;
 use crate::scene::draw::MAX_OCCLUDERS;
 use crate::scene::draw::constants as shared;
 use std::fmt::Write as _;
@@ -235,7 +235,7 @@ fn draw() -> String {
         let feature_names = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.feature_names);
         let mut keyword = "if";
         for (count, feature) in feature_names.iter().enumerate().skip(1).rev() {
-            let _ = writeln!(text, "@{keyword}({}) const {name}: u32 = {count}u;", identifier(feature));
+            let _ = writeln!(text, "@{keyword}({}) const {name}: u32 = {count}u;", wesl_identifier(feature));
             keyword = "elif";
         }
     }

@@ -6,7 +6,7 @@ use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
 use crate::probe::Prober;
-use crate::probe::sunlight::EclipsedSky;
+use crate::probe::sunlight::OccludedSun;
 use crate::render::plan::FrameImages;
 use crate::render::software::Precision;
 use crate::scene::draw::EclipseModel;
@@ -89,9 +89,9 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: bench.renderers.renderer(precision) };
-                let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
-                let one_occluder: Vec<_> = sky.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                sky.sunlight(&one_occluder, &points, None).ok()
+                let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
+                let one_occluder: Vec<_> = occluded_sun.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
+                occluded_sun.sunlight(&one_occluder, &points, None).ok()
             };
             let (Some(single), Some(double)) = (sunlight_in(Precision::F32), sunlight_in(Precision::F64)) else {
                 found.add(f64::INFINITY, || {

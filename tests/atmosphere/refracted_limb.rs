@@ -7,7 +7,7 @@ use orrery::FrameImages;
 use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::probe::Prober;
-use orrery::probe::sunlight::EclipsedSky;
+use orrery::probe::sunlight::OccludedSun;
 use orrery::render::plan::{SamplingQuality, plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
@@ -79,10 +79,10 @@ fn light_on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64,
     let prober = Prober { session: &SESSION, renderer };
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, time).expect("placed");
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::Refracted)).expect("a sky");
+    let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::Refracted)).expect("a Sun");
     let point = |(latitude, longitude): &(f64, f64)| ground_point_km(moon.radii_km, *latitude, *longitude, 0.0).0 / moon.radii_km.x;
     let points: Vec<DVec3> = places.iter().map(point).collect();
-    let fractions = sky.sunlight(&sky.occluders, &points, None).expect("answers");
+    let fractions = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
     let unocculted = |p: &DVec3| {
         let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
         (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)

@@ -8,7 +8,7 @@ use orrery::catalog::{NaifId, Photometry};
 use orrery::ephemeris::topocentric::ground_point_km;
 use orrery::image::{MapDecoding, SharedTexture};
 use orrery::probe::Prober;
-use orrery::probe::sunlight::{EclipsedSky, sunlight_from_uniforms};
+use orrery::probe::sunlight::{OccludedSun, sunlight_from_uniforms};
 use orrery::render::plan::{PlanError, ResourceProvider, SamplingQuality, plan};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::Scene;
@@ -151,8 +151,8 @@ fn solar_eclipses_on_the_ground_agree_with_de440() {
 fn light_at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, sun_photometry: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
-    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    sky.sunlight(&sky.occluders, &[DVec3::ZERO], Some(sun_photometry)).expect("answers")[0][1]
+    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
+    occluded_sun.sunlight(&occluded_sun.occluders, &[DVec3::ZERO], Some(sun_photometry)).expect("answers")[0][1]
 }
 
 const UNIFORM_DISC: Photometry = Photometry::Emissive { u1: [0.0; 3], u2: [0.0; 3] };
@@ -224,10 +224,10 @@ fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     let prober = single();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
+    let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     let ground = ground_square(earth.radii_km, 3.49, -11.67, 60.0, 30);
     let points: Vec<_> = ground.iter().map(|p| p.2).collect();
-    let light = sky.sunlight(&sky.occluders, &points, None).expect("answers");
+    let light = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
     let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
     // The least extent of the dark points over all directions.
     let width_km = (0..36)
@@ -253,8 +253,8 @@ fn shadows_move_continuously_from_second_to_second() {
             .collect();
         let light = |second: f64| {
             let receiver = Receiver::at(SESSION.ephemeris(), body, instant(time).plus_seconds(second)).expect("placed");
-            let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Best).expect("a sky");
-            sky.sunlight(&sky.occluders, &points, None).expect("answers")
+            let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Best).expect("Sun");
+            occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers")
         };
         let by_second: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
         for (before, after) in by_second.iter().zip(&by_second[1..]) {
@@ -269,7 +269,7 @@ fn shadows_move_continuously_from_second_to_second() {
 fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant(time)).expect("placed");
-    let sky = EclipsedSky::over(prober, &receiver, EclipseModelChoice::Best).expect("a sky");
+    let occluded_sun = OccludedSun::seen_from(prober, &receiver, EclipseModelChoice::Best).expect("Sun");
     // Uniform over the disc, as the full Moon is nearly as bright at the limb as in the middle. The Moon's +x axis faces the Earth.
     let points: Vec<_> = (0..400)
         .map(|k| {
@@ -277,7 +277,7 @@ fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
             DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
         })
         .collect();
-    let light = sky.sunlight(&sky.occluders, &points, None).expect("answers");
+    let light = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
     [0, 1, 2].map(|c| light.iter().map(|rgb| rgb[c]).sum::<f64>() / light.len() as f64)
 }
 
@@ -298,8 +298,8 @@ fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
     let prober = single();
-    let sky = EclipsedSky::over(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("a sky");
-    assert!(sky.sunlight(&sky.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
+    let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
+    assert!(occluded_sun.sunlight(&occluded_sun.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
 /// Uniforms of a Sun on +z (`tan_sun`: of its angular radius) and round occluders (x, y, z, radius), in the receiver's radii.

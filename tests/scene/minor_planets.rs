@@ -20,7 +20,7 @@ use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, 
 use orrery::scene::sky::minor_planets::MARK_LEVEL;
 use orrery::scene::viewpoint::viewer;
 use orrery::scene::{
-    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_peak, point_spread,
+    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_peak, point_spread,
 };
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
@@ -92,7 +92,7 @@ fn keplers_equation_in_f32_agrees_with_f64() {
 #[test]
 fn sprites_have_the_profile_of_other_points() {
     let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {GLARE_FRACTION:?})");
-    let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_WIDTH_PX:?}), 0.0)");
+    let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_SCALE_RADIUS_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
     let peaks: Vec<f64> = (-20..=80).map(|k| 10_f64.powf(f64::from(k) / 10.0)).collect();
     let inputs: Vec<EvalInput> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();

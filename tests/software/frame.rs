@@ -12,7 +12,7 @@ use orrery::render::plan::{
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, DrawUniforms, Light, MapSet};
-use orrery::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, point_spread};
+use orrery::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, point_spread};
 use orrery::shader::ModuleId;
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::ShaderKey;
@@ -166,8 +166,8 @@ fn points_keep_their_flux() {
     let mut writer = module.layout.writer();
     writer.vec2("pixel_size", Vec2::new(2.0 / 200.0, 2.0 / 100.0)).expect("a field");
     writer.f32("core_sigma_px", CORE_SIGMA_PX as f32).expect("a field");
-    writer.f32("glare_width_px", GLARE_WIDTH_PX as f32).expect("a field");
-    let shape = |(radius_px, stretch): (f32, f32)| {
+    writer.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32).expect("a field");
+    let sprite = |(radius_px, stretch): (f32, f32)| {
         let [core, glare] = point_spread(f64::from(radius_px));
         [radius_px, core as f32 / stretch, glare as f32 / stretch, stretch]
     };
@@ -180,7 +180,7 @@ fn points_keep_their_flux() {
         attributes: vec![
             attribute(3, vec![-0.613, 0.17, 0.5, 0.3301, -0.2, 0.5, 0.8, 0.77, 0.5]),
             // A sharp point, a point with a little glare, and a point with much glare.
-            attribute(4, [(2.0, 1.0), (3.1, 2.0), (9.0, 1.5)].map(shape).concat()),
+            attribute(4, [(2.0, 1.0), (3.1, 2.0), (9.0, 1.5)].map(sprite).concat()),
             attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
         ],
     };

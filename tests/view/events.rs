@@ -88,7 +88,7 @@ fn each_view_shows_its_event() {
                 from_a_height += usize::from(height_km > 1.0);
             }
             (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
-                let from_earth_km = |id| places.between_km(NaifId::EARTH, id, view.time()).expect("a place");
+                let from_earth_km = |id| places.geometric_between_km(NaifId::EARTH, id, view.time()).expect("a place");
                 let separation_deg =
                     180.0 - orrery::ephemeris::angle_rad(from_earth_km(NaifId::SUN), from_earth_km(NaifId::MOON)).to_degrees();
                 assert!(view.target == NaifId::MOON && separation_deg < 1.7, "{name}: {separation_deg} degrees off the shadow");

@@ -168,7 +168,7 @@ fn the_sky_tonight_is_dark() {
     }
     // A date outside the ephemeris has no view.
     let far = Instant::from_tdb_seconds_past_j2000(1e13);
-    assert!(places.between_km(NaifId::EARTH, NaifId::SUN, far).is_none());
+    assert!(places.geometric_between_km(NaifId::EARTH, NaifId::SUN, far).is_none());
     for preset in [Preset::WholeSystem, Preset::InnerSystem, Preset::SkyTonight] {
         assert!(preset.view(&places, far, Home::default(), &base_view).is_none(), "{preset:?}");
     }

@@ -15,7 +15,7 @@ use crate::scene::labels::SELECTED_COLOUR;
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::{CORE_SIGMA_PX, GLARE_WIDTH_PX, Scene, point_spread};
+use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -128,9 +128,9 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that nearer bodies hide.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// Radius of a sprite in pixels, the heights of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
-fn sprite_shape(radius_px: f32, stretch: f32) -> Vec<f32> {
-    let [core, glare] = point_spread(f64::from(radius_px)).map(|height| height / f64::from(stretch));
+/// Radius of a sprite in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
+fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
+    let [core, glare] = point_spread(f64::from(radius_px)).map(|amplitude| amplitude / f64::from(stretch));
     vec![radius_px, core as f32, glare as f32, stretch]
 }
 
@@ -149,14 +149,14 @@ pub(super) fn sprites<T>(
     let draw = simple_draw("point", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
-        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)
+        w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)
     })?;
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
 /// Attributes of sprites that do not belong to a catalog body.
 pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
-    [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_shape(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
+    [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_attribute(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
@@ -165,7 +165,7 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
 
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let attributes: [InstanceAttribute<Point>; 3] =
-        [(3, |p| p.centre.to_array().to_vec()), (4, |p| sprite_shape(p.radius_px, p.stretch)), (3, |p| p.flux.to_array().to_vec())];
+        [(3, |p| p.centre.to_array().to_vec()), (4, |p| sprite_attribute(p.radius_px, p.stretch)), (3, |p| p.flux.to_array().to_vec())];
     sprites("points", &scene.points, &attributes, scene, provider)
 }
 

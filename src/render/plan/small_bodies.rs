@@ -12,7 +12,7 @@ use crate::scene::orbit_arcs::{CHORDS_PER_ARC, OrbitArc};
 use crate::scene::orbits;
 use crate::scene::sky::comets::TailSegment;
 use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
-use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_WIDTH_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
+use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
 
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -31,7 +31,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
-        w.f32("glare_width_px", GLARE_WIDTH_PX as f32)?;
+        w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
         w.f32("flux_per_irradiance", planets.flux_per_irradiance)?;
         w.f32("peak_over_white", planets.peak_over_white)?;
         w.f32("mark_flux", planets.mark_flux)?;

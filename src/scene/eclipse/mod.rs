@@ -13,8 +13,8 @@ pub mod uniforms;
 
 pub use air::LAYERS as REFRACTING_LAYERS;
 pub use occluders::{
-    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, find, limb_darkening, max_occluders, model,
-    select_occluders,
+    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, choose_eclipse_model, find, limb_darkening,
+    max_occluders, select_occluders,
 };
 pub use shadow_region::ReceiverShape;
 pub(crate) use uniforms::uniforms_of_occluders;

@@ -373,7 +373,7 @@ pub enum EclipseModelChoice {
 }
 
 /// Chooses the model. If it includes refraction, the occluder whose air refracts light is moved to the front.
-pub fn model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
+pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
     let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
     let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
     let model = match requested {

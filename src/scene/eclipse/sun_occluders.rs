@@ -131,6 +131,6 @@ fn evaluate_shadow_with_model<T>(
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
-    let model = occluders::model(&mut found.occluders, requested_model).model;
+    let model = occluders::choose_eclipse_model(&mut found.occluders, requested_model).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

@@ -1,4 +1,4 @@
-//! The conditions of `@if` and `@elif`: features and predicates joined by `!`, `&&` and `||`.
+//! The conditions of `@if` and `@elif`: features and predicates (named conditions, see `predicates`) joined by `!`, `&&` and `||`.
 //!
 //! In: the text between the parentheses. Out: [`Condition`], which is evaluated for a [`FeatureSet`]. Always: every name in it is a
 //! feature or a predicate.
@@ -23,8 +23,8 @@ static FEATURE_NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
 
 /// The meaning of each identifier in a condition.
 static NAMES: LazyLock<HashMap<String, Condition>> = LazyLock::new(|| {
-    let features = FEATURE_NAMES.iter().enumerate().map(|(bit, name)| (identifier(name), Condition::Feature(bit)));
-    let predicates = PREDICATES.iter().enumerate().map(|(k, p)| (p.name.to_owned(), Condition::Predicate(k)));
+    let features = FEATURE_NAMES.iter().enumerate().map(|(index, name)| (wesl_identifier(name), Condition::Feature(index)));
+    let predicates = PREDICATES.iter().enumerate().map(|(index, p)| (p.name.to_owned(), Condition::Predicate(index)));
     features.chain(predicates).collect()
 });
 
@@ -34,7 +34,7 @@ static PREDICATE_CONDITIONS: LazyLock<Vec<Condition>> = LazyLock::new(|| {
 });
 
 /// Spelling of a feature in WESL: `air.pixel-8` is `air_pixel_8`.
-pub fn identifier(feature: &str) -> String {
+pub fn wesl_identifier(feature: &str) -> String {
     feature.replace(['.', '-'], "_")
 }
 
@@ -45,12 +45,12 @@ pub struct FeatureSet(u128);
 impl FeatureSet {
     /// The set of the features with these names; unknown names are ignored.
     pub fn of(names: &[&str]) -> Self {
-        let bit = |name: &&str| FEATURE_NAMES.iter().position(|f| f == name).map_or(0, |bit| 1_u128 << bit);
-        Self(names.iter().map(bit).fold(0, |all, bit| all | bit))
+        let mask = |name: &&str| FEATURE_NAMES.iter().position(|f| f == name).map_or(0, |index| 1_u128 << index);
+        Self(names.iter().map(mask).fold(0, |all, mask| all | mask))
     }
 
-    fn has(self, bit: usize) -> bool {
-        self.0 & (1 << bit) != 0
+    fn has(self, index: usize) -> bool {
+        self.0 & (1 << index) != 0
     }
 }
 
@@ -69,9 +69,9 @@ pub enum Condition {
     Predicate(usize),
     Not(Box<Condition>),
     /// `&&`.
-    All(Box<Condition>, Box<Condition>),
+    And(Box<Condition>, Box<Condition>),
     /// `||`.
-    Any(Box<Condition>, Box<Condition>),
+    Or(Box<Condition>, Box<Condition>),
 }
 
 impl Condition {
@@ -92,8 +92,8 @@ impl Condition {
             Expression::Literal(LiteralExpression::Bool(value)) => Ok(Self::Constant(*value)),
             Expression::Parenthesized(p) => Self::of(p.expression.node()),
             Expression::Unary(u) if u.operator == UnaryOperator::LogicalNegation => Ok(Self::Not(inner(&u.operand)?)),
-            Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitAnd => Ok(Self::All(inner(&b.left)?, inner(&b.right)?)),
-            Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitOr => Ok(Self::Any(inner(&b.left)?, inner(&b.right)?)),
+            Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitAnd => Ok(Self::And(inner(&b.left)?, inner(&b.right)?)),
+            Expression::Binary(b) if b.operator == BinaryOperator::ShortCircuitOr => Ok(Self::Or(inner(&b.left)?, inner(&b.right)?)),
             Expression::TypeOrIdentifier(t) if t.path.is_none() && t.template_args.is_none() => Self::named(&t.ident.name()),
             other => Err(format!("`{other}` is not a condition; use features, predicates, `!`, `&&`, `||` and parentheses")),
         }
@@ -109,44 +109,75 @@ impl Condition {
     pub fn holds(&self, features: FeatureSet) -> bool {
         match self {
             Self::Constant(value) => *value,
-            Self::Feature(bit) => features.has(*bit),
-            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].holds(features),
+            Self::Feature(index) => features.has(*index),
+            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].holds(features),
             Self::Not(c) => !c.holds(features),
-            Self::All(a, b) => a.holds(features) && b.holds(features),
-            Self::Any(a, b) => a.holds(features) || b.holds(features),
+            Self::And(a, b) => a.holds(features) && b.holds(features),
+            Self::Or(a, b) => a.holds(features) || b.holds(features),
         }
     }
 
-    /// The feature to which the source map attributes a condition that holds: that of the last term of `&&`, of the first true term of `||`.
-    pub fn reason(&self, features: FeatureSet) -> String {
+    /// The text that the source map gives for a condition that holds: a feature's name, or `not` and names. `&&` takes its last term, by
+    /// convention the most specific one; `||` its first true one.
+    pub fn reason_if_true(&self, features: FeatureSet) -> String {
+        let mut names = ReasonNames::default();
+        self.add_names_if_true(features, &mut names);
+        names.text()
+    }
+
+    /// The text that the source map gives for a condition that does not hold. `&&` takes its first false term; `||` all its terms, as all are
+    /// false.
+    pub fn reason_if_false(&self, features: FeatureSet) -> String {
+        let mut names = ReasonNames::default();
+        self.add_names_if_false(features, &mut names);
+        names.text()
+    }
+
+    fn add_names_if_true(&self, features: FeatureSet, names: &mut ReasonNames) {
         match self {
-            Self::Constant(value) => value.to_string(),
-            Self::Feature(bit) => FEATURE_NAMES[*bit].to_owned(),
-            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].reason(features),
-            Self::Not(c) => c.reason_against(),
-            Self::All(_, b) => b.reason(features),
-            Self::Any(a, b) => if a.holds(features) { a } else { b }.reason(features),
+            Self::Constant(value) => names.on.push(constant_name(*value)),
+            Self::Feature(index) => names.on.push(FEATURE_NAMES[*index]),
+            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names_if_true(features, names),
+            Self::Not(c) => c.add_names_if_false(features, names),
+            Self::And(_, b) => b.add_names_if_true(features, names),
+            Self::Or(a, b) => if a.holds(features) { a } else { b }.add_names_if_true(features, names),
         }
     }
 
-    /// The text to which the source map attributes a condition that does not hold: all its features.
-    pub fn reason_against(&self) -> String {
-        let mut names = Vec::new();
-        self.collect_feature_names(&mut names);
-        format!("not {}", names.join(", "))
-    }
-
-    fn collect_feature_names(&self, names: &mut Vec<&'static str>) {
+    fn add_names_if_false(&self, features: FeatureSet, names: &mut ReasonNames) {
         match self {
-            Self::Constant(_) => {}
-            Self::Feature(bit) => names.push(FEATURE_NAMES[*bit]),
-            Self::Predicate(k) => PREDICATE_CONDITIONS[*k].collect_feature_names(names),
-            Self::Not(c) => c.collect_feature_names(names),
-            Self::All(a, b) | Self::Any(a, b) => {
-                a.collect_feature_names(names);
-                b.collect_feature_names(names);
+            Self::Constant(value) => names.off.push(constant_name(*value)),
+            Self::Feature(index) => names.off.push(FEATURE_NAMES[*index]),
+            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names_if_false(features, names),
+            Self::Not(c) => c.add_names_if_true(features, names),
+            Self::And(a, b) => if a.holds(features) { b } else { a }.add_names_if_false(features, names),
+            Self::Or(a, b) => {
+                a.add_names_if_false(features, names);
+                b.add_names_if_false(features, names);
             }
         }
+    }
+}
+
+fn constant_name(value: bool) -> &'static str {
+    if value { "true" } else { "false" }
+}
+
+/// The names that explain why a condition holds or fails.
+#[derive(Default)]
+struct ReasonNames {
+    /// Features that are on.
+    on: Vec<&'static str>,
+    /// Features that are off.
+    off: Vec<&'static str>,
+}
+
+impl ReasonNames {
+    /// The features that are on, then one `not` before all that are off: `a, b, not c, d`.
+    fn text(&self) -> String {
+        let off = if self.off.is_empty() { String::new() } else { format!("not {}", self.off.join(", ")) };
+        let on = self.on.join(", ");
+        if on.is_empty() || off.is_empty() { on + &off } else { format!("{on}, {off}") }
     }
 }
 
@@ -154,21 +185,39 @@ impl Condition {
 mod tests {
     use super::*;
 
+    /// Adds the features of a condition and the predicates that it uses by name.
+    fn collect_indices(condition: &Condition, features: &mut Vec<usize>, predicates: &mut Vec<usize>) {
+        match condition {
+            Condition::Constant(_) => {}
+            Condition::Feature(index) => features.push(*index),
+            Condition::Predicate(index) => predicates.push(*index),
+            Condition::Not(c) => collect_indices(c, features, predicates),
+            Condition::And(a, b) | Condition::Or(a, b) => {
+                collect_indices(a, features, predicates);
+                collect_indices(b, features, predicates);
+            }
+        }
+    }
+
     #[test]
     fn every_predicate_is_a_condition_over_features_and_no_name_has_two_meanings() {
         for p in PREDICATES {
             let condition = Condition::parse(p.condition).unwrap_or_else(|e| panic!("{}: {e}", p.name));
-            let mut names = Vec::new();
-            condition.collect_feature_names(&mut names);
-            assert!(names.len() > 1, "{} is a feature with another name", p.name);
-            assert!(!matches!(condition, Condition::Predicate(_)), "{}", p.name);
+            let (mut features, mut predicates) = (Vec::new(), Vec::new());
+            collect_indices(&condition, &mut features, &mut predicates);
+            assert!(predicates.is_empty(), "{} uses another predicate", p.name);
+            assert!(features.len() > 1, "{} is a feature with another name", p.name);
         }
-        assert_eq!(NAMES.len(), FEATURE_NAMES.len() + PREDICATES.len(), "two names are written alike");
+        let nested = Condition::parse("lights_1 && !(lights_2 || has_air)").expect("a condition");
+        let (mut features, mut predicates) = (Vec::new(), Vec::new());
+        collect_indices(&nested, &mut features, &mut predicates);
+        assert_eq!((features.len(), predicates.len()), (2, 1), "a predicate deep in a condition is found");
+        assert_eq!(NAMES.len(), FEATURE_NAMES.len() + PREDICATES.len(), "two names have the same WESL identifier");
         assert!(FEATURE_NAMES.len() <= 128, "{} features need more bits", FEATURE_NAMES.len());
     }
 
     #[test]
-    fn conditions_have_the_precedence_of_wgsl_and_name_their_reason() {
+    fn conditions_have_the_precedence_of_wgsl() {
         let on = FeatureSet::of(&["lights.1", "air.pixel-8"]);
         for (text, holds) in [
             ("lights_1", true),
@@ -181,14 +230,54 @@ mod tests {
         ] {
             assert_eq!(Condition::parse(text).expect(text).holds(on), holds, "{text}");
         }
-        let reason = |text: &str| Condition::parse(text).expect(text).reason(on);
-        assert_eq!(reason("has_air"), "air.pixel-8");
-        assert_eq!(reason("lights_1 && !has_ring_shadow"), "not ring-shadow.point-sun, ring-shadow.penumbra");
         for invalid in
             ["", "lights_9", "lights_1 + 2", "lights_1 &&", "f(lights_1)", "lights_1 == lights_2", "lights_1 || lights_2 && lights_3"]
         {
             assert!(Condition::parse(invalid).is_err(), "{invalid}");
         }
         assert!(Condition::parse("light_1").is_err_and(|e| e.contains("lights_1")), "the nearest name is suggested");
+    }
+
+    /// The reason of a condition that holds or, as for an `@else`, does not hold.
+    fn reason(text: &str, holds: bool, names_on: &[&str]) -> String {
+        let (condition, on) = (Condition::parse(text).expect(text), FeatureSet::of(names_on));
+        assert_eq!(condition.holds(on), holds, "{text}");
+        if holds { condition.reason_if_true(on) } else { condition.reason_if_false(on) }
+    }
+
+    #[test]
+    fn a_condition_that_holds_names_its_reason() {
+        let on = ["lights.1", "air.pixel-8"];
+        for (text, expected) in [
+            ("has_air", "air.pixel-8"),
+            ("lights_1 && !has_ring_shadow", "not ring-shadow.point-sun, ring-shadow.penumbra"),
+            ("lights_2 || air_pixel_8 || lights_1", "air.pixel-8"),
+            ("!!lights_1", "lights.1"),
+            ("!false", "not false"),
+            ("true", "true"),
+            ("!(lights_1 && air_table)", "not air.table"),
+            ("!(lights_2 || !lights_1)", "lights.1, not lights.2"),
+        ] {
+            assert_eq!(reason(text, true, &on), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_condition_that_fails_names_its_false_terms() {
+        // In lib/air/at_limb.wesl, before an `@else`.
+        let coarse = "reads_coarse_air && !clouds_fill_gaps";
+        assert_eq!(reason(coarse, false, &["air.pixel-8"]), "not air-pass.read, air-pass.read-with-clouds");
+        assert_eq!(reason(coarse, false, &["air-pass.read-with-clouds", "surface.cloud"]), "surface.cloud");
+        for (text, expected) in [
+            ("!lights_1", "lights.1"),
+            ("!!lights_2", "not lights.2"),
+            ("false", "not false"),
+            ("!true", "true"),
+            ("lights_1 && lights_2", "not lights.2"),
+            ("lights_2 && lights_3", "not lights.2"),
+            ("lights_3 || !lights_1", "lights.1, not lights.3"),
+        ] {
+            assert_eq!(reason(text, false, &["lights.1"]), expected, "{text}");
+        }
     }
 }

@@ -162,17 +162,17 @@ impl Fragment {
         false
     }
 
-    /// The text by which the source map explains an emitted block: a feature; for an `@else`, `not` with the features in the condition of the
-    /// branch before it; for the comments above a chain, the text of the emitted branch; `None` for the root.
+    /// The text by which the source map explains an emitted block: why its condition holds; for an `@else`, why the condition of the branch
+    /// before it fails; for the comments above a chain, the text of the emitted branch; `None` for the root.
     pub fn reason(&self, block: u32, emitted: &[bool], features: FeatureSet) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
             Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),
             Block::When { condition: Condition::Constant(true), unless: Some(previous), .. } => match &self.blocks[*previous as usize] {
-                Block::When { condition, .. } => Some(condition.reason_against()),
+                Block::When { condition, .. } => Some(condition.reason_if_false(features)),
                 _ => None,
             },
-            Block::When { condition, .. } => Some(condition.reason(features)),
+            Block::When { condition, .. } => Some(condition.reason_if_true(features)),
         }
     }
 }

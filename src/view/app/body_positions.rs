@@ -11,13 +11,13 @@ use glam::{DMat3, DVec3};
 
 /// Positions and orientations of bodies.
 pub trait BodyPositions {
-    /// The vector from the centre of `from` to the centre of `to`, ICRF kilometres.
-    fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset, ICRF kilometres, of a free camera from `body`, if its offset from `camera_body` is `offset_km`. Both are offsets from apparent
-    /// positions (corrected for light time). A camera on the ground, in contrast, sees its own body at the geometric position. When it leaves the
-    /// ground it keeps its offset, not its barycentric position: the Earth moves 0.6 km in the light time from its centre, so a camera that kept
-    /// its position could start below the ground.
-    fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
+    /// The vector from the centre of `from` to the centre of `to` at one instant, without light time and aberration; ICRF kilometres.
+    fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
+    /// The offset of a free camera from `body`, ICRF kilometres. `offset_km` is its offset from `camera_body`. Both are offsets from light-time
+    /// positions (without aberration): from where the body was when the light left that reaches the camera now. A camera on the ground, in
+    /// contrast, sees its own body at the geometric position. When it leaves the ground, its offset stays the same and its barycentric position
+    /// changes: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could start below the ground.
+    fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
@@ -26,16 +26,16 @@ pub trait BodyPositions {
 pub struct SessionPositions<'a>(pub &'a Session);
 
 impl BodyPositions for SessionPositions<'_> {
-    fn between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
+    fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, None).ok().map(|relative| relative.state.pos_km)
     }
-    fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
+    fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         if body == camera_body {
             return Some(offset_km);
         }
         let ephemeris = self.0.ephemeris();
-        let seen_at = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
-        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, seen_at, None).ok()?;
+        let light_left = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
+        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, light_left, None).ok()?;
         let camera_km = camera_body_state.state.pos_km + offset_km;
         Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
     }

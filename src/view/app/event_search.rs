@@ -286,7 +286,7 @@ impl SkyEvent {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
-            let distance_km = places.between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
+            let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
         let (target, eye, fov_deg) = match self {

@@ -33,10 +33,11 @@ const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 /// If the catalog does not contain the body.
 pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
-    let sunward = places.between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
+    let sunward = places.geometric_between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
-    let moon_radii = if target == NaifId::EARTH { places.between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
+    let moon_radii =
+        if target == NaifId::EARTH { places.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
     let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
     let direction = with_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);

@@ -14,7 +14,7 @@ pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn Bo
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
         Vantage::Side { faced_body, away, radii } => {
-            let side = places.between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
+            let side = places.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
             let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
             (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)

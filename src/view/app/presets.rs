@@ -117,7 +117,7 @@ impl Preset {
 /// The planets' orbits from above, at the same azimuth as the Earth.
 fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);
-    let earth_km = places.between_km(NaifId::SUN, NaifId::EARTH, now)?;
+    let earth_km = places.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
     let mut orbit = OrbitCamera::from_offset(earth_km.try_normalize()?, 1.0, pole);
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
@@ -129,7 +129,7 @@ fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view:
 fn dark_time(places: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
-        let sun = places.between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
+        let sun = places.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
         Some((places.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
     };
     let mut lowest: Option<(f64, Instant)> = None;

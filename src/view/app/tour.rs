@@ -242,7 +242,7 @@ impl CameraPath {
                 None => ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
             };
             let offset_km = SessionPositions(session)
-                .offset_from_km(body, camera_body, camera.position_km - camera_body_km, view.time())
+                .camera_offset_from_km(body, camera_body, camera.position_km - camera_body_km, view.time())
                 .ok_or_else(|| format!("no source knows where {} is", body.0))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };

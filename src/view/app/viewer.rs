@@ -374,24 +374,24 @@ impl Viewer {
             }
             CameraPose::Centre { .. } => {
                 // The pose is outside the body, on the side of the target.
-                let towards_target = places.between_km(camera_body, self.view.target, time)?.try_normalize()?;
+                let towards_target = places.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
                 (towards_target * self.radius_km(camera_body) * 1.5, towards_target, DVec3::Z, None)
             }
         };
         let tracked = tracking_up
             .filter(|_| self.view.tracks && self.view.target != camera_body)
-            .and_then(|up| Some(((places.between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
+            .and_then(|up| Some(((places.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
         let roll_rad = if tracking_up.is_some() { self.view.roll_deg.to_radians() } else { 0.0 };
         let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Some(Pose { offset_km: places.offset_from_km(body, camera_body, offset_km, time)?, forward, up })
+        Some(Pose { offset_km: places.camera_offset_from_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
     fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
-        let sunward = places.between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
+        let sunward = places.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_from(id, places);
         // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);

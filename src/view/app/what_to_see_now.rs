@@ -93,7 +93,7 @@ impl NowItem {
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
-                let sunward = places.between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
+                let sunward = places.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = places.body_from_icrf(SATURN, now)?.row(2);
                 let mut orbit = OrbitCamera::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
                 orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
@@ -120,6 +120,6 @@ fn day_of(moment: &Moment) -> String {
 
 /// Illuminated fraction of a body's disc as seen from the Earth.
 fn illuminated_fraction(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
-    let towards = |to| places.between_km(body, to, time)?.try_normalize();
+    let towards = |to| places.geometric_between_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))
 }

@@ -59,7 +59,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     ui.strong(text!("distances"));
     let time = viewer.view.time();
     let places = SessionPositions(worker.session());
-    let distance_km = |id: NaifId| places.between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
+    let distance_km = |id: NaifId| places.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
     let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);

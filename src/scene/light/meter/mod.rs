@@ -28,7 +28,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, intersect, visible_disc_fraction, weighted_in_frame_fraction};
+use geometry::{area_px, frame_position_weight, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -210,7 +210,7 @@ impl MeteredFrame<'_, '_> {
         // The Sun is so bright that bodies of less than a pixel matter, too. A body at whose centre the camera is counts as behind it.
         let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
         let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
-        nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product()
+        nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
     }
 
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
@@ -223,7 +223,7 @@ impl MeteredFrame<'_, '_> {
             let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| visible_disc_fraction(&o.placement, towards, radius)).product::<f64>()
+            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product::<f64>()
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
@@ -350,15 +350,15 @@ impl MeteredFrame<'_, '_> {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
-            let hit = intersect(&p.placement, direction);
-            let coverage = smoothstep(0.5 + hit.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
+            let ray = ray_and_limb(&p.placement, direction);
+            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
             if coverage <= 0.0 {
                 continue;
             }
             covered_share += share * coverage;
-            let normal = (hit.point / p.placement.radii_km).normalize();
+            let normal = (ray.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
-            let radiance = ground.radiance(hit.point, normal, viewer, shadow);
+            let radiance = ground.radiance(ray.point, normal, viewer, shadow);
             tally.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
                 radiance,
@@ -371,7 +371,7 @@ impl MeteredFrame<'_, '_> {
     /// Fraction of a ray's light from `p` that nearer bodies do not block. `spacing`: angle between rays, which softens the limbs.
     fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
         let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smoothstep(0.5 + intersect(&o.placement, direction).inside_rad / spacing)).product()
+        nearer.map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
 
     /// Meters the visible part of the Sun's disc.
@@ -447,7 +447,7 @@ impl MeteredFrame<'_, '_> {
     fn sky_fraction(&self) -> f64 {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + intersect(&p.placement, ray).inside_rad / spacing));
+        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
         above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 

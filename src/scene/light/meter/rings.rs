@@ -1,6 +1,6 @@
 //! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
 
-use super::geometry::{frame_position_weight, intersect};
+use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
@@ -103,7 +103,7 @@ impl MeteredFrame<'_, '_> {
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
             let sunlit = if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
-            let globe = intersect(&p.placement, direction);
+            let globe = ray_and_limb(&p.placement, direction);
             let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
             let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * sunlit;

@@ -5,7 +5,7 @@ use crate::view::app::view_state::{MAX_FOV_DEG, MIN_FOV_DEG};
 struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
-    fn between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
+    fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         let x = |id: NaifId| match id.0 {
             10 => Some(0.0),
             399 => Some(1.5e8),
@@ -16,8 +16,8 @@ impl BodyPositions for CollinearBodies {
         Some(DVec3::new(x(to)? - x(from)?, 0.0, 0.0))
     }
     /// Light time is ignored.
-    fn offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
-        Some(self.between_km(body, camera_body, time)? + offset_km)
+    fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
+        Some(self.geometric_between_km(body, camera_body, time)? + offset_km)
     }
     fn body_from_icrf(&self, _: NaifId, time: Instant) -> Option<DMat3> {
         Some(DMat3::from_rotation_z(-time.tdb_seconds_past_j2000() * 1e-4))
@@ -123,7 +123,7 @@ fn a_flight_starts_in_the_direction_of_the_tracked_body() {
     apply(&mut viewer, Action::LookAt(NaifId::MOON));
     assert!(viewer.view.tracks && viewer.view.eye.body() == NaifId::EARTH);
     let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
-    let moon_km = CollinearBodies.between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
+    let moon_km = CollinearBodies.geometric_between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
     assert!(pose.forward.distance((moon_km - pose.offset_km).normalize()) < 1e-9, "{pose:?}");
     // With a roll and without tracking, the image's up direction is rolled.
     let mut rolled = self::viewer();
