@@ -257,7 +257,7 @@ impl Gpu {
         match drawn {
             Ok((frame, gpu_image, timings)) => {
                 let adapter = Some(renderer.facts().to_string());
-                let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes, software: None };
+                let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes_ms, software: None };
                 Some(RenderOutput { frame, gpu_image, by })
             }
             Err(e) => {

@@ -296,7 +296,7 @@ fn nothing_is_uploaded_twice_and_memory_does_not_grow() {
         })
         .collect();
     let upload_bytes = || -> Vec<u64> {
-        plans.iter().map(|plan| gpu.render(plan, session.library(), FrameImages::Display).expect("drawn").1.sent_bytes).collect()
+        plans.iter().map(|plan| gpu.render(plan, session.library(), FrameImages::Display).expect("drawn").1.uploaded_bytes).collect()
     };
     let first = upload_bytes();
     let resources = gpu.resource_use();

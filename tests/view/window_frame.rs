@@ -209,7 +209,7 @@ fn a_large_texture_is_uploaded_completely() {
         };
         let plan = plan::interface(vec![square], size, &*SESSION).expect("a plan");
         let (frame, timings) = gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
-        assert_eq!(timings.sent_bytes, if y0 == 0 { u64::from(4 * width * height) } else { 0 }, "sent once");
+        assert_eq!(timings.uploaded_bytes, if y0 == 0 { u64::from(4 * width * height) } else { 0 }, "sent once");
         for (k, pixel) in (0..).zip(&frame.display) {
             let (x, y) = (1000 + k % 64, y0 + k / 64);
             assert_eq!(*pixel, texel(x, y), "texel {x} {y}");

@@ -6,7 +6,7 @@
 
 use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
-use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, PlanDraw, SamplerState, TextureSource};
+use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, Pass, Plan, PlanDraw, SamplerState, TextureSource};
 use crate::shader::Layout;
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
@@ -70,6 +70,21 @@ fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
         TextureSource::OnGpu(_) => false,
     };
     draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
+}
+
+/// Whether the draw's scissor rectangle contains a pixel.
+pub(super) fn has_pixels(draw: &PlanDraw) -> bool {
+    draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
+}
+
+/// The pipeline keys of a plan's draws that have pixels, in order. `format`: target format by pass index.
+pub(super) fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
+    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth);
+    let passes = plan.passes.iter().enumerate();
+    passes
+        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| has_pixels(d)).map(move |d| (k, pass, d)))
+        .map(|(k, pass, d)| key(k, pass, d))
+        .collect()
 }
 
 /// A pipeline with its bind group layout and its module's reflected layout.

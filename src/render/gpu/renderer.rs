@@ -1,16 +1,17 @@
 //! Draws one frame on the GPU: targets, uniform bytes, passes, readback.
 //!
-//! In: a plan and its modules. Out: a frame, an image in GPU memory, or a drawn window texture. Always: a frame's uniform bytes and attributes are
-//! uploaded with one write each; error scopes around each frame catch its errors; after the device is lost, every later call returns that error.
+//! In: a plan and its modules. Out: a frame, an image in GPU memory, or a drawn window texture. Always: a frame's uniform bytes, attributes
+//! and indices are each uploaded with one write; error scopes around each frame catch its errors; after the device is lost, or an error outside a frame,
+//! every later draw returns that error.
 
 use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
 use super::bytes::{Buffers, DrawOffsets, FrameBytes};
 use super::gpu_images::GpuImages;
 use super::pass_timer::{MAX_TIMED_PASSES, PassTimer, TIMESTAMP_PAIR_BYTES, timed_pass_count};
-use super::pipelines::{Pipeline, PipelineKey, Pipelines};
+use super::pipelines::{Pipeline, PipelineKey, Pipelines, has_pixels, pipeline_keys};
 use super::readback::Readback;
 use super::resolve::ResolvePipelines;
-use super::targets::PassTarget;
+use super::targets::{PassTarget, texture_format};
 use super::uploads::Uploads;
 use super::{GpuError, with_error_scopes};
 use crate::render::frame::Frame;
@@ -28,10 +29,10 @@ use wgpu::{
 /// Time and uploads of a GPU frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GpuTimings {
-    /// GPU milliseconds by pass, if the adapter has timestamps.
-    pub passes: Vec<(String, f64)>,
+    /// Name and GPU milliseconds of each pass, if the adapter has timestamps.
+    pub passes_ms: Vec<(String, f64)>,
     /// Bytes of textures uploaded for this frame.
-    pub sent_bytes: u64,
+    pub uploaded_bytes: u64,
     /// Milliseconds from the call to the finished frame, including waiting and readback.
     pub wall_ms: f64,
 }
@@ -62,7 +63,7 @@ impl FrameResources {
 /// Target of a plan's last pass.
 #[derive(Clone, Copy)]
 pub(super) enum RenderTarget<'a> {
-    /// A target that the renderer owns. If the HDR image is to be read back, linear targets have 32-bit floats.
+    /// A target that the renderer owns, for a frame with these images (see [`texture_format`]).
     Owned(FrameImages),
     /// A texture of the caller, such as a window's.
     External(&'a wgpu::Texture),
@@ -79,15 +80,16 @@ pub struct GpuRenderer {
     has_timestamps: bool,
     /// Multisampled targets are resolved by `resolve.wgsl`, not by the driver.
     resolves_by_shader: bool,
-    /// The error after which every call fails: the device was lost, or an error occurred outside a frame.
-    lost: Arc<Mutex<Option<GpuError>>>,
-    state: Mutex<FrameResources>,
-    /// State for frames of windows, separate so that a window never waits for a view that is being drawn.
-    pub(super) window_state: Mutex<FrameResources>,
+    /// The error that every later draw returns: the device was lost, or an error occurred outside a frame.
+    fatal_error: Arc<Mutex<Option<GpuError>>>,
+    /// For off-screen frames.
+    resources: Mutex<FrameResources>,
+    /// For frames of windows, separate so that a window never waits for a view that is being drawn.
+    pub(super) window_resources: Mutex<FrameResources>,
     finished_images: Mutex<GpuImages>,
 }
 
-/// Exclusive use of the renderer for one frame.
+/// Exclusive use of the resources for off-screen frames; a window's frames have their own.
 pub struct FrameGuard<'a>(MutexGuard<'a, FrameResources>);
 
 /// A draw with its pipeline, bind group and offsets in the frame's buffers.
@@ -96,21 +98,6 @@ struct PreparedDraw<'a> {
     pipeline: Arc<Pipeline>,
     bind_group: BindGroup,
     offsets: DrawOffsets,
-}
-
-/// Whether the draw's scissor rectangle contains a pixel.
-fn is_visible(draw: &PlanDraw) -> bool {
-    draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
-}
-
-/// The pipeline keys of a plan's visible draws, in order. `format`: target format by pass index.
-fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
-    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth);
-    let passes = plan.passes.iter().enumerate();
-    passes
-        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| is_visible(d)).map(move |d| (k, pass, d)))
-        .map(|(k, pass, d)| key(k, pass, d))
-        .collect()
 }
 
 impl GpuRenderer {
@@ -131,8 +118,8 @@ impl GpuRenderer {
     }
 
     fn of(OpenedDevice { facts, instance, adapter, device, queue, blends_f32, has_timestamps }: OpenedDevice) -> Self {
-        let lost: Arc<Mutex<Option<GpuError>>> = Arc::default();
-        let (on_loss, on_error) = (Arc::clone(&lost), Arc::clone(&lost));
+        let fatal_error: Arc<Mutex<Option<GpuError>>> = Arc::default();
+        let (on_loss, on_error) = (Arc::clone(&fatal_error), Arc::clone(&fatal_error));
         device.set_device_lost_callback(move |_, why| {
             let why = if why.is_empty() { "the driver gave no reason".to_owned() } else { super::one_line(&why) };
             on_loss.lock().get_or_insert(GpuError::Lost(why));
@@ -142,7 +129,7 @@ impl GpuRenderer {
             on_error.lock().get_or_insert(e.into());
         }));
         let resolves_by_shader = facts.kind == AdapterKind::Software && adapter.get_info().backend != wgpu::Backend::Gl;
-        let (state, window_state, finished_images) = (Mutex::default(), Mutex::default(), Mutex::default());
+        let (resources, window_resources, finished_images) = (Mutex::default(), Mutex::default(), Mutex::default());
         Self {
             facts,
             instance,
@@ -152,9 +139,9 @@ impl GpuRenderer {
             blends_f32,
             has_timestamps,
             resolves_by_shader,
-            lost,
-            state,
-            window_state,
+            fatal_error,
+            resources,
+            window_resources,
             finished_images,
         }
     }
@@ -168,28 +155,30 @@ impl GpuRenderer {
         self.device.destroy();
     }
 
-    /// Waits for exclusive use of the renderer.
+    /// Waits for exclusive use of the resources for off-screen frames.
     pub(crate) fn lock(&self) -> FrameGuard<'_> {
-        FrameGuard(self.state.lock())
+        FrameGuard(self.resources.lock())
     }
 
-    /// Exclusive use of the renderer, if the plan can be drawn without waiting for the compiler or for another frame.
+    /// Exclusive use of the same resources, if the plan can be drawn without waiting for the compiler or for another frame.
     pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
-        let state = self.state.try_lock()?;
-        state.is_ready(plan, |k| self.format(plan.passes[k].format, FrameImages::Display)).then_some(FrameGuard(state))
+        let resources = self.resources.try_lock()?;
+        resources.is_ready(plan, |k| texture_format(plan.passes[k].format, FrameImages::Display)).then_some(FrameGuard(resources))
     }
 
-    /// Drops all pipelines. The caller must do this after a module's source has changed under the same name.
+    /// Drops the pipelines of all modules. The caller must do this after a module's source has changed under the same name.
     pub fn forget_modules(&self) {
-        for state in [&self.state, &self.window_state] {
-            state.lock().pipelines = Pipelines::default();
+        for resources in [&self.resources, &self.window_resources] {
+            resources.lock().pipelines = Pipelines::default();
         }
     }
 
-    /// Bytes of uploaded textures in GPU memory, and the number of pipelines.
+    /// Bytes of uploaded textures in GPU memory and the number of pipelines, of off-screen frames and of windows.
     pub fn resource_use(&self) -> (u64, usize) {
-        let state = self.state.lock();
-        (state.uploads.total_bytes(), state.pipelines.len())
+        [&self.resources, &self.window_resources].iter().fold((0, 0), |(bytes, pipelines), resources| {
+            let resources = resources.lock();
+            (bytes + resources.uploads.total_bytes(), pipelines + resources.pipelines.len())
+        })
     }
 
     /// Draws the plan.
@@ -206,7 +195,7 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`].
     pub(crate) fn render_in(
         &self,
-        FrameGuard(mut state): FrameGuard<'_>,
+        FrameGuard(mut resources): FrameGuard<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
         requested: FrameImages,
@@ -216,9 +205,9 @@ impl GpuRenderer {
         }
         let start = Instant::now();
         let (frame, mut timings) = self.run_checked(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(requested))?;
-            let frame = self.read_back(&mut state, plan, requested)?;
-            Ok((frame, GpuTimings { sent_bytes, passes: state.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
+            let uploaded_bytes = self.submit(&mut resources, plan, modules, RenderTarget::Owned(requested))?;
+            let frame = self.read_back(&mut resources, plan, requested)?;
+            Ok((frame, GpuTimings { uploaded_bytes, passes_ms: resources.pass_times(&self.device, &self.queue, plan)?, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
         Ok((frame, timings))
@@ -238,20 +227,20 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`].
     pub(crate) fn render_to_gpu_in(
         &self,
-        FrameGuard(mut state): FrameGuard<'_>,
+        FrameGuard(mut resources): FrameGuard<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
     ) -> Result<(GpuImage, GpuTimings), GpuError> {
         let start = Instant::now();
         let (image, mut timings) = self.run_checked(plan, || {
-            let sent_bytes = self.submit(&mut state, plan, modules, RenderTarget::Owned(FrameImages::Display))?;
+            let uploaded_bytes = self.submit(&mut resources, plan, modules, RenderTarget::Owned(FrameImages::Display))?;
             // The image leaves the reusable targets; the next frame creates another target.
-            let last = state.targets.pop().ok_or(GpuError::NoPass)?;
+            let last = resources.targets.pop().ok_or(GpuError::NoPass)?;
             // Wait until the image is drawn, so that frames do not queue up.
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
-            let passes = state.pass_times(&self.device, &self.queue, plan)?;
+            let passes_ms = resources.pass_times(&self.device, &self.queue, plan)?;
             let image = self.finished_images.lock().register(last.view, [last.width, last.height]);
-            Ok((image, GpuTimings { sent_bytes, passes, wall_ms: 0.0 }))
+            Ok((image, GpuTimings { uploaded_bytes, passes_ms, wall_ms: 0.0 }))
         })?;
         timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
         Ok((image, timings))
@@ -264,109 +253,114 @@ impl GpuRenderer {
 
     /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
     pub(super) fn run_checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
-        self.check_lost()?;
-        let counts_instructions = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
-        if plan.passes.iter().flat_map(|p| &p.draws).any(counts_instructions) {
+        self.check_fatal_error()?;
+        let is_cost_view = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
+        if plan.passes.iter().flat_map(|p| &p.draws).any(is_cost_view) {
             return Err(GpuError::NotDrawn("the cost view, which counts the software renderer's operations"));
         }
         if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::HdrF32) {
             return Err(GpuError::NotDrawn("scenes as dim as a night sky on this adapter, which cannot blend 32-bit floats"));
         }
         let result = with_error_scopes(&self.device, work);
-        self.check_lost()?;
+        self.check_fatal_error()?;
         result?
     }
 
-    pub(super) fn check_lost(&self) -> Result<(), GpuError> {
-        self.lost.lock().clone().map_or(Ok(()), Err)
-    }
-
-    fn format(&self, format: ColourFormat, requested: FrameImages) -> TextureFormat {
-        match format {
-            // Half floats suffice: they reach 65,504, the centre of the Sun's disc has radiance 58,000, and their rounding changes a display value by at
-            // most 0.12 levels of 255.
-            ColourFormat::Hdr if requested == FrameImages::Display => TextureFormat::Rgba16Float,
-            ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
-            ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
-        }
+    pub(super) fn check_fatal_error(&self) -> Result<(), GpuError> {
+        self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
     /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded.
     pub(super) fn submit(
         &self,
-        state: &mut FrameResources,
+        resources: &mut FrameResources,
         plan: &Plan,
         modules: &impl ModuleProvider,
         target: RenderTarget<'_>,
     ) -> Result<u64, GpuError> {
-        let sent_before = state.uploads.sent_bytes;
-        state.uploads.begin_frame();
-        self.update_targets(state, plan, target)?;
+        let result = self.submit_keeping_targets(resources, plan, modules, target);
+        if matches!(target, RenderTarget::External(_)) {
+            // Even after an error nothing refers to the caller's texture.
+            resources.targets.truncate(plan.passes.len().saturating_sub(1));
+        }
+        result
+    }
+
+    /// As [`Self::submit`], but the last target stays in `resources`, even if it is the caller's texture.
+    fn submit_keeping_targets(
+        &self,
+        resources: &mut FrameResources,
+        plan: &Plan,
+        modules: &impl ModuleProvider,
+        target: RenderTarget<'_>,
+    ) -> Result<u64, GpuError> {
+        let uploaded_before = resources.uploads.total_uploaded_bytes;
+        resources.uploads.begin_frame();
+        self.update_targets(resources, plan, target)?;
         let mut bytes = FrameBytes::default();
         let mut prepared = Vec::new();
         // Collect the data of all draws first, because it determines the sizes of the buffers.
         let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
         let offsets: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
-        state.buffers.upload(&self.device, &self.queue, &bytes);
-        let formats: Vec<TextureFormat> = state.targets.iter().map(|t| t.format).collect();
+        resources.buffers.upload(&self.device, &self.queue, &bytes);
+        let formats: Vec<TextureFormat> = resources.targets.iter().map(|t| t.format).collect();
         let keys = pipeline_keys(plan, |k| formats[k]);
-        state.pipelines.create(&self.device, &keys, modules)?;
+        resources.pipelines.create(&self.device, &keys, modules)?;
         let mut keys = keys.iter();
         for (pass_index, (pass, offsets)) in plan.passes.iter().zip(offsets).enumerate() {
-            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| is_visible(d)).zip(&mut keys);
-            prepared
-                .push(draws.map(|((d, offsets), key)| self.prepare(state, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?);
+            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| has_pixels(d)).zip(&mut keys);
+            prepared.push(
+                draws.map(|((d, offsets), key)| self.prepare(resources, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?,
+            );
         }
-        if self.has_timestamps && state.pass_timer.is_none() && matches!(target, RenderTarget::Owned(_)) {
-            state.pass_timer = Some(PassTimer::new(&self.device));
+        if self.has_timestamps && resources.pass_timer.is_none() && matches!(target, RenderTarget::Owned(_)) {
+            resources.pass_timer = Some(PassTimer::new(&self.device));
         }
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for (k, (pass, draws)) in plan.passes.iter().zip(&prepared).enumerate() {
-            self.encode(&mut encoder, state, pass, draws, k);
+            self.encode(&mut encoder, resources, pass, draws, k);
         }
-        if let Some(pass_timer) = &state.pass_timer {
+        if let Some(pass_timer) = &resources.pass_timer {
             let timed = timed_pass_count(plan);
             encoder.resolve_query_set(&pass_timer.queries, 0..2 * timed, &pass_timer.resolved, 0);
             encoder.copy_buffer_to_buffer(&pass_timer.resolved, 0, &pass_timer.readback, 0, u64::from(TIMESTAMP_PAIR_BYTES * timed));
         }
         self.queue.submit([encoder.finish()]);
-        if matches!(target, RenderTarget::External(_)) {
-            // The caller keeps its texture.
-            state.targets.pop();
-        }
-        Ok(state.uploads.sent_bytes - sent_before)
+        Ok(resources.uploads.total_uploaded_bytes - uploaded_before)
     }
 
     /// Reads back the pixels of the last pass, and of the HDR image if it is `requested`.
-    fn read_back(&self, state: &mut FrameResources, plan: &Plan, requested: FrameImages) -> Result<Frame, GpuError> {
-        let last = state.targets.last().ok_or(GpuError::NoPass)?;
+    fn read_back(&self, resources: &mut FrameResources, plan: &Plan, requested: FrameImages) -> Result<Frame, GpuError> {
+        let last = resources.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
-            frame.display = state.readback.pixels(&self.device, &self.queue, &last.colour)?;
+            frame.display = resources.readback.pixels(&self.device, &self.queue, &last.colour)?;
             // The HDR image of a warped image or a stereo pair may have another size.
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
             let hdr_index = plan.hdr_pass_index().filter(|_| requested == FrameImages::DisplayAndHdr);
-            if let Some(scene) = hdr_index.and_then(|k| state.targets.get(k)).filter(is_hdr) {
-                frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &scene.colour)?);
+            if let Some(hdr_target) = hdr_index.and_then(|k| resources.targets.get(k)).filter(is_hdr) {
+                frame.hdr = floats(resources.readback.pixels(&self.device, &self.queue, &hdr_target.colour)?);
             }
         } else if last.format == TextureFormat::Rgba32Float {
-            frame.hdr = floats(state.readback.pixels(&self.device, &self.queue, &last.colour)?);
+            frame.hdr = floats(resources.readback.pixels(&self.device, &self.queue, &last.colour)?);
+        } else {
+            return Err(GpuError::NotDrawn("a display image from a plan that ends with its linear image"));
         }
         Ok(frame)
     }
 
     /// Creates the targets of the plan's passes, reusing those of the previous frame that fit.
-    fn update_targets(&self, state: &mut FrameResources, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
+    fn update_targets(&self, resources: &mut FrameResources, plan: &Plan, target: RenderTarget<'_>) -> Result<(), GpuError> {
         let max_side = self.device.limits().max_texture_dimension_2d;
         let requested = if let RenderTarget::Owned(requested) = target { requested } else { FrameImages::Display };
-        state.targets.truncate(plan.passes.len());
+        resources.targets.truncate(plan.passes.len());
         for (k, pass) in plan.passes.iter().enumerate() {
             let external = match target {
                 RenderTarget::External(texture) if k + 1 == plan.passes.len() => Some(texture),
                 _ => None,
             };
-            let format = external.map_or_else(|| self.format(pass.format, requested), wgpu::Texture::format);
+            let format = external.map_or_else(|| texture_format(pass.format, requested), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
                 return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
@@ -374,37 +368,37 @@ impl GpuRenderer {
             let fits = |t: &PassTarget| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
             };
-            if external.is_none() && state.targets.get(k).is_some_and(fits) {
+            if external.is_none() && resources.targets.get(k).is_some_and(fits) {
                 continue;
             }
-            let resolve_pipelines = self.resolves_by_shader.then_some(&mut state.resolve_pipelines);
+            let resolve_pipelines = self.resolves_by_shader.then_some(&mut resources.resolve_pipelines);
             let new = PassTarget::new(&self.device, resolve_pipelines, pass, format, samples, external);
-            if k < state.targets.len() { state.targets[k] = new } else { state.targets.push(new) }
+            if k < resources.targets.len() { resources.targets[k] = new } else { resources.targets.push(new) }
         }
         Ok(())
     }
 
     fn prepare<'a>(
         &self,
-        state: &mut FrameResources,
+        resources: &mut FrameResources,
         key: &PipelineKey,
         pass_index: usize,
         draw: &'a PlanDraw,
         offsets: DrawOffsets,
     ) -> Result<PreparedDraw<'a>, GpuError> {
         let draw_error = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
-        let pipeline = state.pipelines.get(key).ok_or_else(|| draw_error("has no pipeline".into()))?;
+        let pipeline = resources.pipelines.get(key).ok_or_else(|| draw_error("has no pipeline".into()))?;
         let missing = |binding: u32| draw_error(format!("binding {binding} is not supplied"));
         let mut views = Vec::new();
         for texture in &pipeline.layout.textures {
             let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
             let view = match &source.source {
-                TextureSource::Image(image) => state.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
-                TextureSource::Persistent(image) => state.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
+                TextureSource::Image(image) => resources.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
+                TextureSource::Persistent(image) => resources.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
                 TextureSource::OnGpu(image) => {
                     self.finished_images.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
                 }
-                TextureSource::PassOutput(k) if *k < pass_index => state.targets[*k].view.clone(),
+                TextureSource::PassOutput(k) if *k < pass_index => resources.targets[*k].view.clone(),
                 TextureSource::PassOutput(k) => return Err(draw_error(format!("reads pass {k}, which is not drawn before it"))),
             };
             views.push((texture.binding, view));
@@ -412,11 +406,12 @@ impl GpuRenderer {
         let mut samplers = Vec::new();
         for sampler in &pipeline.layout.samplers {
             let bound = draw.samplers.iter().find(|s| s.binding == sampler.binding).ok_or_else(|| missing(sampler.binding))?;
-            samplers.push((sampler.binding, state.pipelines.sampler(&self.device, bound.state)));
+            samplers.push((sampler.binding, resources.pipelines.sampler(&self.device, bound.state)));
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
-            let (Some(buffer), true) = (&state.buffers.uniforms, draw.uniform_bytes.len() == pipeline.layout.uniform_size as usize) else {
+            let (Some(buffer), true) = (&resources.buffers.uniforms, draw.uniform_bytes.len() == pipeline.layout.uniform_size as usize)
+            else {
                 let needed = pipeline.layout.uniform_size;
                 return Err(draw_error(format!("has {} uniform bytes; its module needs {needed}", draw.uniform_bytes.len())));
             };
@@ -430,8 +425,8 @@ impl GpuRenderer {
         Ok(PreparedDraw { draw, pipeline, bind_group, offsets })
     }
 
-    fn encode(&self, encoder: &mut CommandEncoder, state: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], pass_index: usize) {
-        let target = &state.targets[pass_index];
+    fn encode(&self, encoder: &mut CommandEncoder, resources: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], pass_index: usize) {
+        let target = &resources.targets[pass_index];
         let [r, g, b, a] = pass.clear.map(f64::from);
         let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
             (Some(multisampled), None) => (multisampled, Some(&target.view), StoreOp::Discard),
@@ -450,7 +445,7 @@ impl GpuRenderer {
             depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
             stencil_ops: None,
         });
-        let pass_timer = state.pass_timer.as_ref().filter(|_| (pass_index as u32) < MAX_TIMED_PASSES);
+        let pass_timer = resources.pass_timer.as_ref().filter(|_| (pass_index as u32) < MAX_TIMED_PASSES);
         let (begin_query, end_query) = (2 * pass_index as u32, 2 * pass_index as u32 + 1);
         let timestamp_writes = |begin: Option<u32>, end: Option<u32>| {
             pass_timer.map(|timer| RenderPassTimestampWrites {
@@ -476,12 +471,12 @@ impl GpuRenderer {
             render_pass.set_pipeline(&prepared.pipeline.pipeline);
             render_pass.set_bind_group(0, &prepared.bind_group, prepared.offsets.uniforms.as_slice());
             render_pass.set_scissor_rect(x0, y0, x1 - x0, y1 - y0);
-            if let Some(buffer) = &state.buffers.attributes {
+            if let Some(buffer) = &resources.buffers.attributes {
                 for (slot, range) in (0..).zip(&prepared.offsets.attributes) {
                     render_pass.set_vertex_buffer(slot, buffer.slice(range.clone()));
                 }
             }
-            match (&prepared.draw.vertices, prepared.offsets.indices, &state.buffers.indices) {
+            match (&prepared.draw.vertices, prepared.offsets.indices, &resources.buffers.indices) {
                 (Vertices::Count(n), ..) => render_pass.draw(0..*n, 0..prepared.draw.instances.count),
                 (Vertices::Mesh { indices, .. }, Some(offset), Some(buffer)) => {
                     render_pass.set_index_buffer(buffer.slice(offset..offset + 4 * indices.len() as u64), IndexFormat::Uint32);

@@ -64,7 +64,7 @@ impl GpuRenderer {
         let last = plan.passes.last().ok_or(GpuError::NoPass)?;
         let size = Extent3d { width: last.width, height: last.height, depth_or_array_layers: 1 };
         self.run_checked(plan, || {
-            let mut state = self.window_state.lock();
+            let mut resources = self.window_resources.lock();
             for format in WINDOW_FORMATS {
                 let off_screen = self.device.create_texture(&TextureDescriptor {
                     label: Some("off-screen window frame"),
@@ -76,7 +76,7 @@ impl GpuRenderer {
                     usage: TextureUsages::RENDER_ATTACHMENT,
                     view_formats: &[],
                 });
-                self.submit(&mut state, plan, modules, RenderTarget::External(&off_screen))?;
+                self.submit(&mut resources, plan, modules, RenderTarget::External(&off_screen))?;
             }
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             Ok(())
@@ -85,8 +85,8 @@ impl GpuRenderer {
 
     /// Whether a frame can be drawn to a window of any supported format without waiting for the compiler; `None` while such a frame is being drawn.
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
-        let state = self.window_state.try_lock()?;
-        Some(WINDOW_FORMATS.into_iter().all(|format| state.is_ready(plan, |_| format)))
+        let resources = self.window_resources.try_lock()?;
+        Some(WINDOW_FORMATS.into_iter().all(|format| resources.is_ready(plan, |_| format)))
     }
 
     /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now (a hidden window) or
@@ -103,10 +103,10 @@ impl GpuRenderer {
     ) -> Result<bool, GpuError> {
         let last = plan.passes.last().ok_or(GpuError::NoPass)?;
         let size = [last.width, last.height];
-        let Some(mut state) = self.window_state.try_lock() else { return Ok(false) };
+        let Some(mut resources) = self.window_resources.try_lock() else { return Ok(false) };
         self.run_checked(plan, || {
             let Some(next) = self.next_texture(surface, size)? else { return Ok(false) };
-            self.submit(&mut state, plan, modules, RenderTarget::External(&next.texture))?;
+            self.submit(&mut resources, plan, modules, RenderTarget::External(&next.texture))?;
             before_present();
             self.queue.present(next);
             Ok(true)
@@ -122,7 +122,7 @@ impl GpuRenderer {
         surface.configured_size = None;
         let configure = || with_error_scopes(&self.device, || surface.configure(self, size));
         let result = configure().or_else(|_| configure());
-        self.check_lost()?;
+        self.check_fatal_error()?;
         match result {
             Ok(()) => {
                 (surface.configured_size, surface.failed_resizes) = (Some(size), 0);
@@ -154,7 +154,7 @@ impl GpuRenderer {
                 CurrentSurfaceTexture::Validation => return Err(GpuError::Refused("no texture for the window's next frame".into())),
             }
         }
-        self.check_lost()?;
+        self.check_fatal_error()?;
         // Outdated again: the window is being resized.
         Ok(None)
     }

@@ -2,8 +2,19 @@
 
 use super::pipelines::DEPTH_FORMAT;
 use super::resolve::{ResolvePass, ResolvePipelines};
-use crate::render::plan::Pass;
+use crate::render::plan::{ColourFormat, FrameImages, Pass};
 use wgpu::{Device, Extent3d, TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureView};
+
+/// The format of a target that the renderer owns: the linear image has 32-bit floats if it is read back.
+pub(super) fn texture_format(format: ColourFormat, requested: FrameImages) -> TextureFormat {
+    match format {
+        // Half floats suffice: they reach 65,504, the centre of the Sun's disc has radiance 58,000, and their rounding changes a display value by at
+        // most 0.12 levels of 255.
+        ColourFormat::Hdr if requested == FrameImages::Display => TextureFormat::Rgba16Float,
+        ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
+        ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
+    }
+}
 
 /// The render target of one pass.
 pub(super) struct PassTarget {

@@ -49,7 +49,7 @@ pub(crate) struct Uploads {
     pending_bytes: u64,
     last_chunk: Option<SubmissionIndex>,
     /// Bytes uploaded since the renderer was opened.
-    pub sent_bytes: u64,
+    pub total_uploaded_bytes: u64,
 }
 
 pub(crate) fn format_of(format: TexelFormat) -> TextureFormat {
@@ -111,7 +111,7 @@ impl Uploads {
         }
         let uploaded = self.upload(device, queue, texture)?;
         let bytes = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
-        self.sent_bytes += bytes;
+        self.total_uploaded_bytes += bytes;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
         let decoded = matches!(key, TextureKey::ByAddress(_)).then(|| Arc::downgrade(texture));
         self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded });

@@ -209,10 +209,10 @@ mod tests {
     #[test]
     fn a_resource_is_created_before_it_is_read_in_any_declaration_order() {
         let steps =
-            [creates("tone map", "image", &["light", "glow"]), creates("blur", "glow", &["light"]), creates("bodies", "light", &[])];
-        assert_eq!(names(&steps), ["light", "glow", "image"]);
+            [creates("tone map", "image", &["light", "halo"]), creates("blur", "halo", &["light"]), creates("bodies", "light", &[])];
+        assert_eq!(names(&steps), ["light", "halo", "image"]);
         let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
-        assert_eq!(names(&reversed), ["light", "glow", "image"]);
+        assert_eq!(names(&reversed), ["light", "halo", "image"]);
         assert_eq!(
             names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "image", &["light"])]),
             ["light", "image"]

@@ -1,6 +1,6 @@
 //! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
-//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `QuadratureNode`. Method: Gauss-Legendre nodes in w
+//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirAtHeight`. Method: Gauss-Legendre nodes in w
 //! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. The ends are
 //! inside the atmosphere or at its top (`air::set_ends`).
 

@@ -1,11 +1,11 @@
 //! The Sun's glare (effect and shader `glow`): light that the optics of the eye or a camera scatter around the Sun's disc while the Sun is in the frame.
 //!
 //! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason. The
-//! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees): about a tenth of the light is
-//! scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's
-//! limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level: farther out it adds less than
-//! [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out: streaks and ghosts, which are
-//! specific to a lens, and the glare of bodies other than the Sun.
+//! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated):
+//! about a tenth of the light is scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on
+//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level:
+//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out:
+//! streaks and ghosts, which are specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};

@@ -76,6 +76,7 @@ fn describe(frames: &VecDeque<Frame>) -> String {
 }
 
 /// Name and milliseconds of each pass: GPU time if the GPU has timestamp queries, or wall time of the software renderer.
+/// A pass has the name of its target in `render::plan`, which the messages `pass-…` translate.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     rendered.by.passes_ms.iter().cloned().chain(software).collect()

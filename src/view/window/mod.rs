@@ -74,7 +74,8 @@ impl From<accesskit_winit::Event> for Wake {
 }
 
 /// Opens the window and runs until it is closed. `watcher`: a folder of fragments that are reloaded when they change. `save_settings` is
-/// called after changes of the settings, and once more when the user has closed the window, even if work is still running then.
+/// called after changes of the settings, and once more at the end, even if work is still running then. After an error it is called at the end only if the
+/// settings have changed.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
@@ -89,7 +90,8 @@ pub(crate) fn run(
         let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        let (settings_sender, changes) = SettingsSender::new(&interface.settings);
+        let loaded = interface.settings.clone();
+        let (settings_sender, changes) = SettingsSender::new(&loaded);
         let save_settings = &save_settings;
         let writer = scope.spawn(move || {
             // Reported only once, because on a full disk every write would fail.
@@ -127,8 +129,11 @@ pub(crate) fn run(
         drop(app);
         let _ = writer.join();
         worker.close();
-        ended.and(failure.map_or(Ok(()), Err))?;
-        save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved)?;
+        let ended = ended.and(failure.map_or(Ok(()), Err));
+        // Changes that the settings writer has not written are kept after an error, too; a window that cannot be opened leaves the file as it is.
+        let must_save = ended.is_ok() || interface.settings != loaded;
+        let saved = if must_save { save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved) } else { Ok(()) };
+        ended.and(saved)?;
         let is_work_running = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = WallInstant::now();
         while is_work_running() && closed.elapsed() < SHUTDOWN_GRACE {

@@ -1,8 +1,8 @@
-//! Writes changed settings on a separate thread while the window is open, so that a killed program loses only changes that are less than
-//! half a second old or belong to a longer series without a pause, such as a drag of a slider.
+//! The settings writer: writes changed settings on a separate thread while the window is open.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only for settings that differ from the
-//! previous ones. Changes still pending when the window is closed are left to the caller, which writes the final settings.
+//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only after a change. Changes are written half a second after the
+//! last one. A killed program loses only changes that were not followed by such a pause. Changes still pending when the window is closed are left to the caller,
+//! which writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -11,7 +11,7 @@ use std::time::Duration;
 /// Time without a change after which settings are written, so that a drag of a slider counts as one change.
 const QUIET_TIME: Duration = Duration::from_millis(500);
 
-/// Sends changed settings to the writing thread, which ends when the sender is dropped.
+/// Sends changed settings to the settings writer, which ends when the sender is dropped.
 pub(crate) struct SettingsSender {
     changes: Sender<Settings>,
     /// The settings that were sent last.
@@ -19,17 +19,17 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// `settings`: the current content of the settings file. The returned receiver is for [`write_changes`].
+    /// `settings`: the settings as loaded; not written again until they change. The returned receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
         (Self { changes: sender, last: settings.clone() }, receiver)
     }
 
-    /// Sends the settings to the writer if they differ from the last ones.
+    /// Sends the settings to the settings writer if they differ from the last ones.
     pub(crate) fn send_if_changed(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
-            // Cannot fail, because the writing thread ends only after this sender.
+            // Cannot fail, because the settings writer ends only after this sender.
             let _ = self.changes.send(settings.clone());
         }
     }
@@ -62,20 +62,20 @@ mod tests {
     fn the_last_of_several_changes_is_written_once_and_none_after_the_sender_is_dropped() {
         let zoomed = |zoom| Settings { zoom, ..Settings::default() };
         let (mut sender, changes) = SettingsSender::new(&zoomed(1.0));
-        let (written, seen) = channel();
+        let (report, written) = channel();
         std::thread::scope(|scope| {
-            scope.spawn(move || write_after(&changes, Duration::from_millis(50), |s| written.send(s.zoom).expect("a test that listens")));
+            scope.spawn(move || write_after(&changes, Duration::from_millis(50), |s| report.send(s.zoom).expect("a test that listens")));
             for zoom in [1.0, 1.1, 1.1, 1.2] {
                 sender.send_if_changed(&zoomed(zoom));
             }
-            assert_eq!(seen.recv(), Ok(1.2));
+            assert_eq!(written.recv(), Ok(1.2));
             sender.send_if_changed(&zoomed(1.2));
             sender.send_if_changed(&zoomed(1.3));
-            assert_eq!(seen.recv(), Ok(1.3));
+            assert_eq!(written.recv(), Ok(1.3));
             // Still pending when the sender is dropped, hence left to the caller.
             sender.send_if_changed(&zoomed(1.4));
             drop(sender);
         });
-        assert!(seen.try_recv().is_err());
+        assert!(written.try_recv().is_err());
     }
 }
