@@ -2,6 +2,7 @@
 //!
 //! Plain values, filled by the reader of catalog files.
 
+use super::species::Species;
 use crate::message::{Argument, Message, message};
 use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
@@ -216,25 +217,6 @@ pub struct Ring {
     pub albedo: [f64; 3],
     /// Fraction of the ring's light that forward-scattering dust contributes.
     pub dust: f64,
-}
-
-/// A gas or aerosol with an exponential profile, or a triangular one if `tent_centre_km` is set.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Species {
-    /// Name of the gas or aerosol.
-    pub name: String,
-    /// Scale height of an exponential profile; half width of a triangular one.
-    pub scale_height_km: f64,
-    /// Height of the peak of a triangular profile; `None` for an exponential one.
-    pub tent_centre_km: Option<f64>,
-    /// Scattering coefficient, linear sRGB channel means, per kilometre, at the reference level.
-    pub scattering_per_km: [f64; 3],
-    /// Absorption coefficient, in the same units, at the same level.
-    pub absorption_per_km: [f64; 3],
-    /// Henyey-Greenstein asymmetry; `None` is Rayleigh's phase function.
-    pub asymmetry: Option<f64>,
-    /// Estimated error of scattering and absorption, if they were not taken from a published table.
-    pub estimate_percent: Option<f64>,
 }
 
 /// Estimated errors of values that were not taken from a published table, in percent; `None` for a published value.

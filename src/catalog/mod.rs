@@ -27,13 +27,14 @@ mod read;
 mod read_body;
 #[doc(hidden)]
 pub mod small_bodies;
+mod species;
 #[doc(hidden)]
 pub mod stars;
 mod table;
 
 pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, InventedRelief, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId,
-    Overlay, OverlayProjection, Photometry, Ring, Rotation, ShapeModel, Species,
+    Overlay, OverlayProjection, Photometry, Ring, Rotation, ShapeModel,
 };
 pub use data_layer::{
     ColourMap, DataLayer, DataLine, DataPoint, ImageStyle, ImageWcs, PlacedImage, Stretch, is_layer_file, layer_extensions,
@@ -43,6 +44,7 @@ pub use instrument::{FieldOfView, Instrument};
 use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
+pub use species::{AerosolPhase, PhaseFunction, Species};
 use stars::StarCatalog;
 use std::sync::{Arc, OnceLock};
 

@@ -12,7 +12,8 @@ use super::overlay;
 use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
-    Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, Ring, Species, moments,
+    AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, PhaseFunction,
+    Ring, Species, moments,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
@@ -59,7 +60,7 @@ fn species(mut table: TableReader) -> Option<Species> {
         tent_centre_km: tent_centre_km.map(|l| l.value),
         scattering_per_km: scattering.map_or([0.0; 3], |l| l.value),
         absorption_per_km: absorption.map_or([0.0; 3], |l| l.value),
-        asymmetry: asymmetry.map(|l| l.value),
+        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value })),
         estimate_percent,
     })
 }

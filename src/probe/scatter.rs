@@ -2,8 +2,10 @@
 
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
+use crate::catalog::{self, AerosolPhase, PhaseFunction};
 use crate::render::plan::uniform_bytes;
-use crate::scene::draw::{Air, AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
+use crate::scene::atmosphere::{air, species};
+use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
 use crate::scene::multi_scatter_table;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -40,7 +42,7 @@ enum Species {
         scale_height_km: f64,
         scattering_per_m: [f64; 3],
         extinction_per_m: [f64; 3],
-        phase: Phase,
+        phase: PhaseName,
         #[serde(default)]
         g: f64,
     },
@@ -51,9 +53,9 @@ enum Species {
     },
 }
 
-#[derive(Deserialize, PartialEq)]
+#[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Phase {
+enum PhaseName {
     Rayleigh,
     Hg,
 }
@@ -105,17 +107,14 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
-    let atmosphere = &query.atmosphere;
-    check_atmosphere(atmosphere)?;
-    let air = Air {
-        model,
-        mie: atmosphere.species.iter().any(|s| matches!(s, Species::Exponential { phase: Phase::Hg, .. })),
-        absorption: atmosphere.species.iter().any(|s| matches!(s, Species::Tent { .. })),
-    };
-    let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air, ..DrawFeatures::MINIMAL });
+    check_atmosphere(&query.atmosphere)?;
+    let atmosphere = catalog_atmosphere(&query.atmosphere);
+    let features = species::features_of(&atmosphere, model);
+    let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     let hits_ground = camera.dot(direction) < 0.0 && radius_sq_minus_1 - camera.dot(direction).powi(2) < 0.0;
-    let uniform_bytes = air_uniform_bytes(prober, &module, atmosphere, camera.length() - 1.0, !hits_ground)?;
+    let uniform_bytes =
+        air_uniform_bytes(prober, &module, &atmosphere, query.atmosphere.planet_radius_km, camera.length() - 1.0, !hits_ground)?;
     let mut numbers: ProbeInputs = [0.0; 12];
     // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
     let along = camera.dot(direction);
@@ -164,72 +163,68 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
             return out_of_range("g", "between -1 and 1");
         }
     }
+    let mut counts = [0; 3];
+    for s in &atmosphere.species {
+        let kind = match s {
+            Species::Exponential { phase: PhaseName::Rayleigh, .. } => 0,
+            Species::Exponential { phase: PhaseName::Hg, .. } => 1,
+            Species::Tent { .. } => 2,
+        };
+        counts[kind] += 1;
+    }
+    if counts.iter().any(|count| *count > 1) {
+        return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
+    }
     Ok(())
+}
+
+/// The atmosphere as an entry of a catalog, whose coefficients are per kilometre.
+fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
+    let per_km = |per_m: &[f64; 3]| per_m.map(|x| x * 1000.0);
+    let species = |s: &Species| match s {
+        Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => catalog::Species {
+            name: String::new(),
+            scale_height_km: *scale_height_km,
+            tent_centre_km: None,
+            scattering_per_km: per_km(scattering_per_m),
+            // A difference of the products, so that the sum with scattering is the extinction without rounding where absorption is the smaller part.
+            absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
+            phase: match phase {
+                PhaseName::Rayleigh => PhaseFunction::Rayleigh,
+                PhaseName::Hg => PhaseFunction::Aerosol(AerosolPhase { asymmetry: *g }),
+            },
+            estimate_percent: None,
+        },
+        Species::Tent { centre_km, half_width_km, extinction_per_m } => catalog::Species {
+            name: String::new(),
+            scale_height_km: *half_width_km,
+            tent_centre_km: Some(*centre_km),
+            scattering_per_km: [0.0; 3],
+            absorption_per_km: per_km(extinction_per_m),
+            phase: PhaseFunction::Rayleigh,
+            estimate_percent: None,
+        },
+    };
+    let species = atmosphere.species.iter().map(species).collect();
+    catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, species }
 }
 
 /// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.
 fn air_uniform_bytes(
     prober: &Prober<'_>,
     module: &ModuleId,
-    atmosphere: &Atmosphere,
+    atmosphere: &catalog::Atmosphere,
+    radius_km: f64,
     camera_height: f64,
     misses_ground: bool,
 ) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
-    let radius_km = atmosphere.planet_radius_km;
-    let per_radius = |v: &[f64; 3]| (DVec3::from_array(*v) * radius_km * 1000.0).as_vec3();
-    let radius_sq_minus_1 = |km: f64| ((km / radius_km) * (2.0 + km / radius_km)) as f32;
-    // In planet radii. Rayleigh and Mie: scale height, scattering, extinction, and the asymmetry of Mie. Layer: |p|² - 1 at its lower edge,
-    // centre and upper edge; extinction.
-    let mut rayleigh = (1.0, Vec3::ZERO, Vec3::ZERO);
-    let mut mie = (1.0, Vec3::ZERO, Vec3::ZERO, 0.0);
-    let mut layer = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO);
-    let (mut rayleigh_count, mut mie_count, mut layer_count) = (0, 0, 0);
-    for s in &atmosphere.species {
-        match s {
-            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => {
-                let scale_height = (scale_height_km / radius_km) as f32;
-                let (scattering, extinction) = (per_radius(scattering_per_m), per_radius(extinction_per_m));
-                if *phase == Phase::Rayleigh {
-                    rayleigh_count += 1;
-                    rayleigh = (scale_height, scattering, extinction);
-                } else {
-                    mie_count += 1;
-                    mie = (scale_height, scattering, extinction, *g as f32);
-                }
-            }
-            Species::Tent { centre_km, half_width_km, extinction_per_m } => {
-                layer_count += 1;
-                let heights = [centre_km - half_width_km, *centre_km, centre_km + half_width_km].map(radius_sq_minus_1);
-                layer = (Vec3::from_array(heights), per_radius(extinction_per_m));
-            }
-        }
-    }
-    // A missing species gets the scale height of the other, so that the quadrature fits the species that exists.
-    if rayleigh_count == 0 {
-        rayleigh.0 = mie.0;
-    }
-    if mie_count == 0 {
-        mie.0 = rayleigh.0;
-    }
-    if rayleigh_count > 1 || mie_count > 1 || layer_count > 1 {
-        return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
-    }
     let top = atmosphere.top_km / radius_km;
     let air = AtmosphereUniforms {
-        top: radius_sq_minus_1(atmosphere.top_km),
         end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
-        rayleigh_scale_height: rayleigh.0,
-        rayleigh_scattering: rayleigh.1,
-        rayleigh_extinction: rayleigh.2,
-        mie_scale_height: mie.0,
-        mie_scattering: mie.1,
-        mie_extinction: mie.2,
-        mie_asymmetry: mie.3,
-        absorption_layer: layer.0,
-        absorption_extinction: layer.1,
+        multi_scatter_heights: Vec2::ZERO,
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
-        ..AtmosphereUniforms::default()
+        ..air::uniforms_of(atmosphere, radius_km, 1.0)
     };
     // The direction of the light is an input of the query, so the module does not use this one.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];

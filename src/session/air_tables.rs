@@ -5,7 +5,7 @@
 //! file replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
-use crate::catalog::Body;
+use crate::catalog::{Atmosphere, Body, PhaseFunction, Species};
 use crate::memo::Memo;
 use crate::scene::multi_scatter_table;
 use glam::Vec4;
@@ -34,13 +34,19 @@ fn digest(body: &Body) -> String {
 fn digest_with(code: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
-    if let Some(air) = &body.atmosphere {
-        inputs.push(air.top_km);
-        for s in &air.species {
-            inputs.extend(s.scattering_per_km);
-            inputs.extend(s.absorption_per_km);
+    // Patterns without `..`, so that the compiler demands a decision about each new field.
+    if let Some(Atmosphere { top_km, species, refractivity: _, airglow_cd_m2: _ }) = &body.atmosphere {
+        inputs.push(*top_km);
+        for s in species {
+            let Species { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = s;
+            inputs.extend(scattering_per_km);
+            inputs.extend(absorption_per_km);
             // Absent values are represented by numbers that no species can have.
-            inputs.extend([s.scale_height_km, s.asymmetry.unwrap_or(9.0), s.tent_centre_km.unwrap_or(-1.0)]);
+            inputs.extend([*scale_height_km, tent_centre_km.unwrap_or(-1.0)]);
+            inputs.extend(match phase {
+                PhaseFunction::Rayleigh => [9.0; 4],
+                PhaseFunction::Aerosol(aerosol) => aerosol.parameters(),
+            });
         }
     }
     stored_tables::name(code, inputs)

@@ -5,6 +5,7 @@
 use crate::support::air_reference::{Air, Phase, Profile, Ray, RayResult, Species};
 use crate::support::session::SESSION;
 use glam::DVec3;
+use orrery::catalog::{AerosolPhase, PhaseFunction};
 use orrery::probe::Prober;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::draw::AtmosphereModel;
@@ -71,12 +72,15 @@ fn all_airs() -> Vec<AirCase> {
             .map(|s| {
                 let per_m = |v: [f64; 3]| v.map(|x| x / 1000.0);
                 let extinction: [f64; 3] = std::array::from_fn(|k| s.scattering_per_km[k] + s.absorption_per_km[k]);
-                match (s.tent_centre_km, s.asymmetry) {
-                    (Some(centre), _) => json!({ "profile": "tent", "centre_km": centre, "half_width_km": s.scale_height_km,
+                let (phase, g) = match s.phase {
+                    PhaseFunction::Rayleigh => ("rayleigh", 0.0),
+                    PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => ("hg", asymmetry),
+                };
+                match s.tent_centre_km {
+                    Some(centre) => json!({ "profile": "tent", "centre_km": centre, "half_width_km": s.scale_height_km,
                         "extinction_per_m": per_m(extinction) }),
-                    (None, g) => json!({ "profile": "exponential", "scale_height_km": s.scale_height_km, "g": g.unwrap_or(0.0),
-                        "scattering_per_m": per_m(s.scattering_per_km), "extinction_per_m": per_m(extinction),
-                        "phase": if g.is_some() { "hg" } else { "rayleigh" } }),
+                    None => json!({ "profile": "exponential", "scale_height_km": s.scale_height_km, "g": g,
+                        "scattering_per_m": per_m(s.scattering_per_km), "extinction_per_m": per_m(extinction), "phase": phase }),
                 }
             })
             .collect();

@@ -4,7 +4,7 @@
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
-use orrery::catalog::{Catalog, NaifId};
+use orrery::catalog::{Catalog, NaifId, Species};
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, SoftwareRenderer};
@@ -242,7 +242,7 @@ fn skylight_from_the_table_agrees_with_photons() {
     let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
     earth.clear_sky_albedo = Some(0.0);
     let air = earth.atmosphere.as_mut().expect("air");
-    air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
+    air.species.retain(Species::is_gas);
     let per_km = air.species[0].scattering_per_km;
     let scale_height_km = air.species[0].scale_height_km;
     let table = multi_scatter_table::table(&earth).expect("a table");

@@ -2,7 +2,7 @@
 //! through the same spherical air.
 
 use glam::DVec3;
-use orrery::catalog::{Catalog, NaifId};
+use orrery::catalog::{Catalog, NaifId, Species};
 use orrery::scene::multi_scatter_table;
 use std::f64::consts::{PI, TAU};
 
@@ -135,7 +135,7 @@ impl Gas {
 fn twilight_from_the_table_agrees_with_photons() {
     let mut earth = Catalog::embedded().body(NaifId::EARTH).expect("the Earth").clone();
     let air = earth.atmosphere.as_mut().expect("air");
-    air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
+    air.species.retain(Species::is_gas);
     let (top, species) = (air.top_km, air.species[0].clone());
     let table = multi_scatter_table::table(&earth).expect("a table");
     for (column, paths) in [(6, 100_000), (5, 100_000), (4, 200_000), (3, 400_000)] {

@@ -220,7 +220,7 @@ fn gases_scatter_with_the_wavelength_dependence_of_rayleigh() {
     let earth = gas_scattering(NaifId::EARTH).expect("air");
     let mut checked = 0;
     for b in catalog.bodies().iter().filter(|b| b.id != NaifId::EARTH) {
-        let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.asymmetry.is_none()) else { continue };
+        let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.is_gas()) else { continue };
         let [red, green, blue] = s.scattering_per_km;
         assert!((red / green / (earth[0] / earth[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
         assert!((blue / green / (earth[2] / earth[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);

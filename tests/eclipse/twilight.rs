@@ -4,7 +4,7 @@
 use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, drawn, on_ground, parse_time, request};
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3, Vec4};
-use orrery::catalog::{Catalog, NaifId};
+use orrery::catalog::{Catalog, NaifId, Species};
 use orrery::scene::draw::EclipseUniforms;
 use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::request::{Axes, Look, Up, ViewRequest};
@@ -92,7 +92,7 @@ fn light_in_the_umbra_agrees_with_photons() {
     let catalog = Catalog::embedded();
     let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
     let air = earth.atmosphere.as_mut().expect("air");
-    air.species.retain(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none());
+    air.species.retain(Species::is_gas);
     let (per_km, scale_height_km, top_km) = (air.species[0].scattering_per_km, air.species[0].scale_height_km, air.top_km);
     let radius_km = earth.radii_km.x;
     let ground_albedo = earth.mean_reflectance();

@@ -6,7 +6,7 @@
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
 use glam::DVec3;
-use orrery::catalog::{Catalog, NaifId, Photometry, Ring};
+use orrery::catalog::{AerosolPhase, Catalog, NaifId, PhaseFunction, Photometry, Ring};
 use orrery::image::SharedTexture;
 use orrery::render::plan::ring_profile;
 use orrery::scene::atmosphere::phase;
@@ -84,7 +84,7 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     }
 }
 
-/// Tolerance 1e-12: both compute in f64 from the same cosine and asymmetry.
+/// Tolerance 1e-12: both compute in f64 from the same cosine and parameters of the aerosol: p.y, p.z, p.w and q.x.
 #[test]
 fn the_phase_functions_of_air_agree_with_the_shader() {
     const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
@@ -92,11 +92,11 @@ fn the_phase_functions_of_air_agree_with_the_shader() {
     let inputs: Vec<EvalInput> =
         phase_cosines().into_iter().flat_map(|c| [-0.3, 0.0, 0.63, 0.76, 0.95].map(|asymmetry| eval_input([c, asymmetry]))).collect();
     // The shader's functions are pi times those of Rust.
-    let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::rayleigh(i[0]);
-    let of_aerosols: fn(&EvalInput) -> f64 = |i| PI * phase::henyey_greenstein(i[0], i[1]);
+    let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Rayleigh, i[0]);
+    let of_aerosols: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry: i[1] }), i[0]);
     for (value, reference, shipped, edit) in [
         ("vec4f(rayleigh_phase(p.x))", of_gas, "0.1875 * (1.0 +", "0.1875 * (1.000001 +"),
-        ("vec4f(henyey_greenstein_phase(p.x, p.y))", of_aerosols, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
+        ("vec4f(aerosol_phase(p.x, vec4f(p.yzw, q.x)))", of_aerosols, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
     ] {
         let error =
             |emitted: Emitted| greatest_error(&emitted.evaluate(&one_light_uniforms(), None, &inputs), inputs.iter().map(reference));

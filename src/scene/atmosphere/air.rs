@@ -17,7 +17,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
-use glam::{DVec3, Vec2};
+use glam::{DVec3, DVec4, Vec2};
 use std::collections::BTreeSet;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
@@ -181,9 +181,13 @@ pub(crate) fn is_significant(
 
 /// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.
 pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
-    let Some(air) = &body.atmosphere else { return AtmosphereUniforms::default() };
-    let radius_km = body.radii_km.x * floor;
-    let floor_km = radius_km - body.radii_km.x;
+    body.atmosphere.as_ref().map_or_else(AtmosphereUniforms::default, |air| uniforms_of(air, body.radii_km.x, floor))
+}
+
+/// Like [`uniforms`], for air over a ground of this equatorial radius.
+pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor: f64) -> AtmosphereUniforms {
+    let radius_km = ground_radius_km * floor;
+    let floor_km = radius_km - ground_radius_km;
     let top = ((air.top_km - floor_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
@@ -204,7 +208,7 @@ pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
         skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
         mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
-        mie_asymmetry: camera::narrow_scalar(mie(air).and_then(|s| s.asymmetry).unwrap_or(0.0)),
+        mie_phase: camera::narrow4(mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into())),
         mie_scattering: coefficient(mie(air), scattering),
         mie_extinction: coefficient(mie(air), extinction),
         absorption_layer: camera::narrow(layer_edges.map(radius_sq_minus_1)),

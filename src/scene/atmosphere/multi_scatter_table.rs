@@ -182,13 +182,11 @@ impl AirSphere<'_> {
     /// Single scattering along a ray, with the phase function of each species.
     fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
         let cos_scattering = along.dot(sun);
-        let phase_function = |s: &crate::catalog::Species| {
-            s.asymmetry.map_or_else(|| phase::rayleigh(cos_scattering), |g| phase::henyey_greenstein(cos_scattering, g))
-        };
         let source = |p: DVec3| {
             let height = self.height(p);
             let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));
-            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * (density(s, height) * phase_function(s))).sum();
+            let towards_camera = |s: &crate::catalog::Species| density(s, height) * phase::per_steradian(s.phase, cos_scattering);
+            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * towards_camera(s)).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };
         self.ray(from, along, ON_GROUND.steps, source).light

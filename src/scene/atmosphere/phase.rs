@@ -1,17 +1,26 @@
 //! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
 //!
-//! In: the cosine of the scattering angle, 1 is forwards, and for aerosols the asymmetry, which is the mean cosine. Always: the shader's functions
+//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 is forwards. Always: the shader's functions
 //! (shaders/lib/air/phase.wesl) times 1 / pi; tests/shader/formulas.rs compares them.
 
+use crate::catalog::{AerosolPhase, PhaseFunction};
 use std::f64::consts::PI;
 
+/// The value of a phase function.
+pub fn per_steradian(phase: PhaseFunction, cos_scattering: f64) -> f64 {
+    match phase {
+        PhaseFunction::Rayleigh => rayleigh(cos_scattering),
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => henyey_greenstein(cos_scattering, asymmetry),
+    }
+}
+
 /// Rayleigh's phase function, for gas.
-pub fn rayleigh(cos_scattering: f64) -> f64 {
+fn rayleigh(cos_scattering: f64) -> f64 {
     3.0 / (16.0 * PI) * (1.0 + cos_scattering * cos_scattering)
 }
 
 /// Henyey and Greenstein's phase function, for aerosols (1941, Astrophysical Journal 93, 70).
-pub fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
+fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
     // Forwards it is (1 - g)^2, with g the asymmetry: kept above 0 for g near 1, as in the shader.
     let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
@@ -27,9 +36,9 @@ mod tests {
         const STEPS: usize = 100_000;
         let cosines = || (0..STEPS).map(|k| (2.0 * k as f64 + 1.0) / STEPS as f64 - 1.0);
         let mean = |values: &dyn Fn(f64) -> f64| cosines().map(values).sum::<f64>() / STEPS as f64;
-        assert!((4.0 * PI * mean(&rayleigh) - 1.0).abs() < 1e-4);
+        assert!((4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos)) - 1.0).abs() < 1e-4);
         for asymmetry in [-0.3, 0.0, 0.76, 0.95] {
-            let phase = |cos: f64| henyey_greenstein(cos, asymmetry);
+            let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry }), cos);
             assert!((4.0 * PI * mean(&phase) - 1.0).abs() < 1e-4, "asymmetry {asymmetry}");
             let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));
             assert!((mean_cosine - asymmetry).abs() < 1e-4, "{mean_cosine} for {asymmetry}");

@@ -91,8 +91,7 @@ fn light_part(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: b
         let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
         for s in exponential(air) {
             let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
-            let per_steradian =
-                s.asymmetry.map_or_else(|| phase::rayleigh(cos_scattering), |g| phase::henyey_greenstein(cos_scattering, g));
+            let per_steradian = phase::per_steradian(s.phase, cos_scattering);
             depth += extinction(s) * column_km;
             scattered += scattering(s) * (column_km * PI * per_steradian);
         }
@@ -175,7 +174,7 @@ mod tests {
         let full = DVec3::from_array(gas.scattering_per_km) * (2.0 * PI * radius_km * height_km).sqrt();
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
-        let scattered = 2.0 * ALL_ORDERS * PI * phase::rayleigh(-alpha.cos()) * equivalent_km / (disc * radius_km);
+        let scattered = 2.0 * ALL_ORDERS * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
         let ratio = light_part(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the phase

@@ -7,11 +7,11 @@ use glam::DVec3;
 
 /// The species with Rayleigh's phase function and an exponential profile.
 pub(crate) fn rayleigh(air: &Atmosphere) -> Option<&Species> {
-    air.species.iter().find(|s| s.asymmetry.is_none() && s.tent_centre_km.is_none())
+    air.species.iter().find(|s| s.is_gas())
 }
-/// The species with Henyey and Greenstein's phase function.
+/// The species with the phase function of aerosols and an exponential profile.
 pub(crate) fn mie(air: &Atmosphere) -> Option<&Species> {
-    air.species.iter().find(|s| s.asymmetry.is_some() && s.tent_centre_km.is_none())
+    air.species.iter().find(|s| s.aerosol_phase().is_some())
 }
 /// The species with a triangular profile.
 pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
@@ -25,9 +25,10 @@ pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
 
 /// The atmospheric features of a body's draws with this model; none without an atmosphere.
 pub(crate) fn features(body: &Body, model: AtmosphereModel) -> Air {
-    body.atmosphere.as_ref().map_or_else(Air::default, |air| Air {
-        model,
-        mie: mie(air).is_some(),
-        absorption: absorption_layer(air).is_some(),
-    })
+    body.atmosphere.as_ref().map_or_else(Air::default, |air| features_of(air, model))
+}
+
+/// The atmospheric features of draws of this air with this model.
+pub(crate) fn features_of(air: &Atmosphere, model: AtmosphereModel) -> Air {
+    Air { model, mie: mie(air).is_some(), absorption: absorption_layer(air).is_some() }
 }

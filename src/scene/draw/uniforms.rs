@@ -200,7 +200,8 @@ uniforms! {
         /// Fraction of the sunlight removed by extinction that reaches the ground as skylight.
         pub skylight: Vec3 = "air_skylight",
         pub mie_scale_height: f32 = "air_mie_scale_height",
-        pub mie_asymmetry: f32 = "air_mie_asymmetry",
+        /// Parameters of the aerosol's phase function, `catalog::AerosolPhase::parameters`; x: its asymmetry.
+        pub mie_phase: Vec4 = "air_mie_phase",
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",
         /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
