@@ -1,4 +1,4 @@
-//! Physical constants and unit conversions, each with its source.
+//! Physical and mathematical constants and unit conversions, each with its source.
 //!
 //! Computations use kilometres, seconds and radians. Names of quantities state their unit, also where it is another one, such as degrees in input and output.
 
@@ -20,6 +20,9 @@ pub const DAYS_PER_JULIAN_YEAR: f64 = 365.25;
 pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 /// Radians in one arcsecond: pi / 648 000, exact.
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
+
+/// Golden angle in radians: pi (3 - sqrt 5), to the precision of f64. Azimuths that are its multiples cover a circle evenly, whatever their number.
+pub const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// Weights of red, green and blue in the luminance of linear RGB with sRGB primaries, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).
 pub const LUMINANCE_WEIGHTS: [f64; 3] = [0.2126, 0.7152, 0.0722];

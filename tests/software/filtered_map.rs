@@ -1,5 +1,5 @@
 //! Anisotropic filtering by `filtered_map` (shaders/lib/filtered_map.wesl): the function run tap by tap, against the single texture operation that the
-//! software renderer substitutes for it, on random footprints; and the example in CONTRIBUTING.md against the definition of its filter.
+//! software renderer substitutes for it, on random footprints; and the example in docs/map-filter.md against the definition of its filter.
 //!
 //! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. Only the unedited function is
 //! replaced.
@@ -19,7 +19,7 @@ use orrery::shader::{ModuleId, ShaderModule};
 use std::sync::Arc;
 
 const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
-const CONTRIBUTING: &str = include_str!("../../CONTRIBUTING.md");
+const GUIDE: &str = include_str!("../../docs/map-filter.md");
 
 const ENTRY: &str = "
 struct Draw { max_taps: f32 }
@@ -241,8 +241,11 @@ fn growing(t: f64) -> Footprint {
     fixed(0.5 + 1.5 * t, 0.5 + 1.5 * t)
 }
 
-/// A step of 1.5 / 16 000 of a texel changes the level by at most 1.4e-4 and moves a tap by at most half as many texels. The texels are between 0 and 1.
-const GREATEST_STEP_OF_GROWTH: f64 = 2e-4;
+/// The steepest slope of the weight between two levels as a function of the level's fraction. It is 1 because the weight is the fraction itself.
+const STEEPEST_WEIGHT: f64 = 1.0;
+/// A step of 1.5 / 16 000 of a texel changes the level by at most 1.4e-4, and so the weight between levels by at most that times its slope; and it moves a tap
+/// by at most half of the step, 4.7e-5 texels. The texels are between 0 and 1. With a margin for rounding.
+const GREATEST_STEP_OF_GROWTH: f64 = 1.45e-4 * STEEPEST_WEIGHT + 5.5e-5;
 
 #[test]
 fn no_jump_separates_magnification_from_minification() {
@@ -286,8 +289,8 @@ fn b_spline(level: &Level, [u, v]: [f64; 2], channel: usize) -> f64 {
 }
 
 #[test]
-fn the_example_in_contributing_magnifies_by_a_b_spline_without_a_jump() {
-    let function = CONTRIBUTING.split("```wgsl").nth(1).and_then(|text| text.split("```").next()).expect("an example");
+fn the_example_in_the_guide_magnifies_by_a_b_spline_without_a_jump() {
+    let function = GUIDE.split("```wgsl").nth(1).and_then(|text| text.split("```").next()).expect("an example");
     let calls = edited("bilinear(map, map_sampler, place, finer)", "b_spline(map, map_sampler, place, finer)");
     let example = program(&format!("{calls}{function}{ENTRY}"));
     assert!(is_interpreted(&example));

@@ -92,32 +92,64 @@ fn positions(count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|k| [(k as f64 * 0.618_033_988_75) % 1.0 * 3.0 - 1.0, (k as f64 * 0.754_877_666) % 1.0 * 1.2 - 0.1]).collect()
 }
 
-/// The greatest error of filtering, for pixels that span this many texels.
-fn greatest_error<R: Real>(texels_per_px: f64) -> f64 {
-    let texture = noise(64, 32);
-    let uv = positions(100);
-    let (dx, dy) = ([texels_per_px / 64.0, 0.0], [0.0, texels_per_px / 32.0]);
-    let sampled = sample::<R>(&bind(&texture, REPEAT), &uv, dx, dy);
-    let level = texels_per_px.log2().clamp(0.0, texture.levels.len() as f64 - 1.0);
-    let (fine, level_fraction) = (level.floor() as usize, level.fract());
-    let mut worst = 0.0_f64;
-    for (rgba, [u, v]) in sampled.iter().zip(uv) {
-        for (c, value) in rgba.iter().enumerate() {
-            let of_fine = tent(&texture.levels[fine], u, v, c);
-            let of_coarse = tent(&texture.levels[(fine + 1).min(texture.levels.len() - 1)], u, v, c);
-            worst = worst.max((value - (of_fine + level_fraction * (of_coarse - of_fine))).abs());
-        }
-    }
-    worst
+/// Trilinear filtering by its definition: a linear mixture of the two nearest of the existing levels.
+fn trilinear(texture: &Texture, [u, v]: [f64; 2], level: f64, component: usize) -> f64 {
+    let last = texture.levels.len() - 1;
+    let level = level.clamp(0.0, last as f64);
+    let (finer, fraction) = (level.floor() as usize, level.fract());
+    let [of_finer, of_coarser] = [finer, (finer + 1).min(last)].map(|level| tent(&texture.levels[level], u, v, component));
+    of_finer + fraction * (of_coarser - of_finer)
 }
+
+/// The greatest difference between sampled values and the definition. `level_of`: the level that a lane reads.
+fn greatest_error(texture: &Texture, uv: &[[f64; 2]], sampled: &[[f64; 4]], level_of: impl Fn(usize) -> f64) -> f64 {
+    let error = |lane: usize, c: usize| (sampled[lane][c] - trilinear(texture, uv[lane], level_of(lane), c)).abs();
+    (0..uv.len()).map(|lane| (0..4).map(|c| error(lane, c)).fold(0.0, f64::max)).fold(0.0, f64::max)
+}
+
+/// The error of sampling by isotropic gradients, for pixels that span this many texels.
+fn error_by_gradients<R: Real>(class: KernelClass, texels_per_px: f64) -> f64 {
+    let (texture, uv) = (noise(64, 32), positions(100));
+    let (dx, dy) = ([texels_per_px / 64.0, 0.0], [0.0, texels_per_px / 32.0]);
+    let sampled = sample::<R>(&bind_in(&texture, REPEAT, class), &uv, dx, dy);
+    greatest_error(&texture, &uv, &sampled, |_| texels_per_px.log2())
+}
+
+/// The error of reading given levels, one for each lane of a batch, as `textureSampleLevel` does. `expected_of`: the levels that the definition reads.
+fn error_by_level<R: Real>(class: KernelClass, level_of: fn(usize) -> f64, expected_of: impl Fn(usize) -> f64) -> f64 {
+    let (texture, uv) = (noise(64, 32), positions(128));
+    let lanes = |f: &dyn Fn(usize) -> f64| (0..uv.len()).map(|k| R::from_f64(f(k))).collect::<Vec<R>>();
+    let (u, v, level) = (lanes(&|k| uv[k][0]), lanes(&|k| uv[k][1]), lanes(&level_of));
+    let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
+    let [r, g, b, a] = &mut out;
+    bind_in(&texture, REPEAT, class).sample_level(0, &u, &v, &level, u128::MAX, [r, g, b, a]);
+    let sampled: Vec<[f64; 4]> = (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect();
+    greatest_error(&texture, &uv, &sampled, expected_of)
+}
+
+/// f32 coordinates in a map of 64 texels are accurate to 2^-17 texel.
+const F32_ERROR: f64 = 3e-5;
+const F64_ERROR: f64 = 1e-12;
 
 #[test]
 fn bilinear_and_trilinear_match_the_definition() {
-    for texels_per_px in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
-        let (single, double) = (greatest_error::<f32>(texels_per_px), greatest_error::<f64>(texels_per_px));
-        // f32 coordinates in a map of 64 texels are accurate to 2^-17 texel.
-        assert!(single < 3e-5, "f32 at {texels_per_px} texels per pixel: {single}");
-        assert!(double < 1e-12, "f64 at {texels_per_px} texels per pixel: {double}");
+    for class in KernelClass::available() {
+        let name = class.name();
+        for texels_per_px in [0.01, 0.5, 1.0, 1.3, 2.0, 2.9, 7.0, 31.0, 1000.0] {
+            let [single, double] = [error_by_gradients::<f32>(class, texels_per_px), error_by_gradients::<f64>(class, texels_per_px)];
+            assert!(single < F32_ERROR, "{name}, f32 at {texels_per_px} texels per pixel: {single}");
+            assert!(double < F64_ERROR, "{name}, f64 at {texels_per_px} texels per pixel: {double}");
+        }
+        // Levels that differ between lanes, also beyond the finest and the coarsest one, 6; then levels that all lanes share.
+        let levels: [fn(usize) -> f64; 5] = [|lane| lane as f64 * 0.377 % 8.0 - 0.7, |_| 0.0, |_| 0.25, |_| 2.7, |_| 6.5];
+        for (k, level_of) in levels.into_iter().enumerate() {
+            let [single, double] = [error_by_level::<f32>(class, level_of, level_of), error_by_level::<f64>(class, level_of, level_of)];
+            assert!(single < F32_ERROR, "{name}, f32, levels {k}: {single}");
+            assert!(double < F64_ERROR, "{name}, f64, levels {k}: {double}");
+        }
+        // The comparison must be able to fail: the levels raised by a hundredth.
+        let of_raised = error_by_level::<f64>(class, levels[0], |lane| levels[0](lane) + 0.01);
+        assert!(of_raised > 1e-3, "{name}: other levels are not detected: {of_raised}");
     }
 }
 

@@ -194,9 +194,7 @@ fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Azimuths that are multiples of this angle cover the circle evenly.
-    const GOLDEN_ANGLE_RAD: f64 = 2.399_963;
+    use crate::units::GOLDEN_ANGLE_RAD;
 
     /// The axes of each face are those of a camera, and each direction is inside the face that [`face_of`] returns: within 45 degrees of the face's axis
     /// horizontally and vertically.

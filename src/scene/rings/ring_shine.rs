@@ -327,6 +327,7 @@ impl RingShineGeometry<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::units::GOLDEN_ANGLE_RAD;
 
     fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
@@ -345,7 +346,7 @@ mod tests {
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
         let irradiance_at_point = |k: u32| {
             let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
-            let (sin, cos) = (f64::from(k) * 2.399_963).sin_cos();
+            let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos();
             shine.irradiance(DVec3::new(cos, sin, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z, sun)
         };
         let brightest = (0..20_000).map(irradiance_at_point).fold(0.0, f64::max);
