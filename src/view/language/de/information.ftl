@@ -1,5 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
+tab-information = Information
+tab-information-about = Entfernungen, Größen, Auf- und Untergang des ausgewählten Körpers; Angaben zu einem angeklickten Stern
 angle-second = Strg+Klick auf einen zweiten Ort misst den Winkel
 angle = Winkel: { $angle }
 angle-and-distance = Winkel: { $angle }; { $distance }

@@ -1,5 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
+tab-information = Information
+tab-information-about = Distances, sizes, rise and set of the selected body; facts about a clicked star
 angle-second = Ctrl+click a second place to measure the angle
 angle = Angle: { $angle }
 angle-and-distance = Angle: { $angle }; { $distance }
