@@ -108,7 +108,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
-    let Some(body) = interface.viewport.shown.as_ref().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
+    let Some(body) = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(body_name(&body.name));
         as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
