@@ -158,8 +158,8 @@ mod tests {
     #[test]
     fn the_sun_is_overhead_at_the_sub_solar_point_and_underfoot_opposite_to_it() {
         let sphere = DVec3::splat(3000.0);
-        let sun = SUN_KM * DVec3::new(2.0, -1.0, 0.5).normalize();
-        let aside = sun.any_orthonormal_vector();
+        let towards_sun = DVec3::new(2.0, -1.0, 0.5).normalize();
+        let (sun, aside) = (SUN_KM * towards_sun, towards_sun.any_orthonormal_vector());
         let altitude = |viewer: DVec3| altitude_below_deg(viewer, sun, sphere).expect("a point below the viewer");
         assert!((altitude(sun) - 90.0).abs() < 1e-6 && (altitude(1e-5 * sun) - 90.0).abs() < 1e-6);
         assert!((altitude(-sun) + 90.0).abs() < 1e-6);
