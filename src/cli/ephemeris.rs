@@ -116,8 +116,8 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
-        latitude_deg: p.latitude_deg,
-        longitude_deg: p.longitude_deg,
+        lat_graphic_deg: p.latitude_deg,
+        lon_east_deg: p.longitude_deg,
         height_km: p.height_km,
     });
     let required_time =

@@ -238,7 +238,7 @@ pub(crate) fn day(
     };
     let mut answer = json!({
         "body": catalog.body(body).map(|b| b.name.clone()),
-        "place": { "lat_deg": place.latitude_deg, "lon_deg": place.longitude_deg, "height_km": place.height_km },
+        "place": { "lat_deg": place.lat_graphic_deg, "lon_deg": place.lon_east_deg, "height_km": place.height_km },
         "from": start.to_utc_iso(),
         "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
         "up_at_start": found.up_at_start,

@@ -98,9 +98,9 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
             "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
             body.name, body.distance_km, body.diameter_px, body.phase_angle_deg
         ));
-        text.push_str(&format!("  sub-observer {:.3} {:.3}", body.sub_observer.latitude_deg, body.sub_observer.longitude_deg));
+        text.push_str(&format!("  sub-observer {:.3} {:.3}", body.sub_observer.lat_centric_deg, body.sub_observer.lon_east_deg));
         if let Some(sub_solar) = body.sub_solar {
-            text.push_str(&format!(", sub-solar {:.3} {:.3}", sub_solar.latitude_deg, sub_solar.longitude_deg));
+            text.push_str(&format!(", sub-solar {:.3} {:.3}", sub_solar.lat_centric_deg, sub_solar.lon_east_deg));
         }
         text.push_str(" (planetocentric latitude, east longitude)\n");
         for key in keys(body) {

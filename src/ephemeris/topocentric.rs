@@ -24,10 +24,10 @@ const ROOT_TOLERANCE_S: f64 = 0.05;
 pub struct Observer {
     /// The body that the place is on.
     pub body: NaifId,
-    /// Planetographic latitude.
-    pub latitude_deg: f64,
+    /// Planetographic latitude: that of the normal.
+    pub lat_graphic_deg: f64,
     /// East longitude.
-    pub longitude_deg: f64,
+    pub lon_east_deg: f64,
     /// Height above the reference ellipsoid.
     pub height_km: f64,
 }
@@ -110,7 +110,7 @@ impl ObserverSky<'_> {
         if ground.id == body.id {
             return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", body.name)));
         }
-        let (point, normal) = ground_point_km(ground.radii_km, self.place.latitude_deg, self.place.longitude_deg, self.place.height_km);
+        let (point, normal) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
         let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
         let viewer_km = centre_km + icrf_from_body * point;

@@ -24,18 +24,20 @@ pub enum Appearance {
 /// Planetocentric coordinates of a point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
-    /// Planetocentric latitude, north positive.
-    pub latitude_deg: f64,
+    /// Planetocentric latitude, that of the line from the centre, north positive. The latitude of a place on the ground is planetographic.
+    #[serde(rename = "latitude_deg")]
+    pub lat_centric_deg: f64,
     /// Longitude, east positive, -180..=180.
-    pub longitude_deg: f64,
+    #[serde(rename = "longitude_deg")]
+    pub lon_east_deg: f64,
 }
 
 impl SubPoint {
     /// The point in a direction from the centre: a vector of any length, body-fixed axes.
     pub fn of(direction_in_body: DVec3) -> Self {
         Self {
-            latitude_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
-            longitude_deg: direction_in_body.y.atan2(direction_in_body.x).to_degrees(),
+            lat_centric_deg: direction_in_body.z.atan2(direction_in_body.truncate().length()).to_degrees(),
+            lon_east_deg: direction_in_body.y.atan2(direction_in_body.x).to_degrees(),
         }
     }
 }
@@ -63,6 +65,9 @@ pub struct BodyInView {
     pub sub_observer: SubPoint,
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
+    /// Altitude of the Sun's centre at `sub_observer`: the angle above the plane that touches the ellipsoid there, without refraction, when the light that the
+    /// camera sees was emitted. `None` for the Sun itself, and without a line to the camera: for a body around the camera or not placed.
+    pub sun_altitude_deg: Option<f64>,
     /// Its apparent position and orientation.
     pub placement: Placement,
     /// For each effect: whether it is drawn, and why.

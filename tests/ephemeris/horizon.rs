@@ -23,8 +23,8 @@ fn altitudes_and_separations_agree_with_the_reference() {
         for point in eclipse["sample_points"].as_array().expect("points") {
             let place = Observer {
                 body: NaifId::EARTH,
-                latitude_deg: number(point, "lat_deg"),
-                longitude_deg: number(point, "lon_east_deg"),
+                lat_graphic_deg: number(point, "lat_deg"),
+                lon_east_deg: number(point, "lon_east_deg"),
                 height_km: number(point, "height_m") / 1e3,
             };
             let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
@@ -54,7 +54,7 @@ fn seconds_apart(found: Instant, published: &str) -> f64 {
 fn the_sun_rises_and_sets_as_in_the_almanac() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-    let place = Observer { body: NaifId::EARTH, latitude_deg: 51.4769, longitude_deg: 0.0, height_km: 0.0 };
+    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: 51.4769, lon_east_deg: 0.0, height_km: 0.0 };
     let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
     let sun_times = sky.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert!(seconds_apart(sun_times.rise.expect("a sunrise"), "2024-06-20T03:43:00Z").abs() < 60.0);
@@ -65,7 +65,7 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert!(seconds_apart(noon, "2024-06-20T12:01:50Z").abs() < 40.0);
     assert!(!sun_times.up_at_start);
     // Beyond the polar circle the Sun does not set.
-    let arctic = ObserverSky { place: Observer { latitude_deg: 78.0, ..place }, ..sky };
+    let arctic = ObserverSky { place: Observer { lat_graphic_deg: 78.0, ..place }, ..sky };
     let polar_day = arctic.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert_eq!((polar_day.rise, polar_day.set, polar_day.up_at_start), (None, None, true));
 }
@@ -75,7 +75,7 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
 fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
     let catalog = Catalog::embedded();
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-    let place = Observer { body: NaifId::EARTH, latitude_deg: 32.7767, longitude_deg: -96.797, height_km: 0.13 };
+    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: 32.7767, lon_east_deg: -96.797, height_km: 0.13 };
     let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
     let start = Instant::parse("2024-04-08T06:00:00Z").expect("a morning");
     let passage = sky.passage(NaifId::SUN, NaifId::MOON, start, 86_400.0).expect("places").expect("an eclipse");
@@ -114,7 +114,7 @@ fn longest_central_duration(catalog: &Catalog, ephemeris: &Ephemeris, start: Ins
     let offsets = [-0.05, 0.0, 0.05];
     let places = offsets.iter().flat_map(|north| offsets.map(|east| (latitude_deg + north, longitude_deg + east)));
     let found = places.map(|(latitude_deg, longitude_deg)| {
-        let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km: 0.0 };
+        let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: longitude_deg, height_km: 0.0 };
         let passage = ObserverSky { catalog, ephemeris, place }
             .passage(NaifId::SUN, NaifId::MOON, start, 1200.0)
             .expect("places")

@@ -17,8 +17,12 @@ fn eclipse_of(catalog: &Catalog, day: &str) -> SolarEclipse {
 }
 
 fn sky(place: GeodeticPosition) -> ObserverSky<'static> {
-    let place =
-        Observer { body: NaifId::EARTH, latitude_deg: place.latitude_deg, longitude_deg: place.longitude_deg, height_km: place.height_km };
+    let place = Observer {
+        body: NaifId::EARTH,
+        lat_graphic_deg: place.latitude_deg,
+        lon_east_deg: place.longitude_deg,
+        height_km: place.height_km,
+    };
     ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place }
 }
 

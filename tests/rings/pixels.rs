@@ -192,7 +192,7 @@ fn the_penumbra_of_the_globe_is_drawn() {
     // Distance of the shadow's axis from the nearest point of the innermost ring.
     let axis_distance_radii = |jd: f64| {
         let scene = SESSION.scene(&request_at(jd)).expect("a scene");
-        inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").latitude_deg.to_radians().sin().abs()
+        inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").lat_centric_deg.to_radians().sin().abs()
     };
     // Between the equinox of 2007 and the solstice of 2030 the Sun's latitude only increases.
     let jd_with_axis_distance = |distance_radii: f64| {

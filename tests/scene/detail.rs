@@ -49,7 +49,7 @@ fn looking_down_on(body: NaifId, radius_km: f64, zenith: DVec3, height_km: f64, 
 fn obliquely_lit(body: NaifId, east_deg: f64) -> DVec3 {
     let scene = SESSION.scene(&ViewRequest::of(body, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))).expect("a scene");
     let sub_solar = scene.body(body).expect("in the catalog").sub_solar.expect("lit");
-    let (latitude, longitude) = (sub_solar.latitude_deg.to_radians(), (sub_solar.longitude_deg + 50.0 + east_deg).to_radians());
+    let (latitude, longitude) = (sub_solar.lat_centric_deg.to_radians(), (sub_solar.lon_east_deg + 50.0 + east_deg).to_radians());
     DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
 }
 

@@ -120,7 +120,7 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
         let time = Instant::from_jd_tdb(2_450_100.5 + 107.7 * f64::from(step));
         let saturn = from_earth(&catalog, &ephemeris, 699, time);
         let sub_solar = saturn.sub_solar.expect("lit");
-        let latitude_product = saturn.sub_observer.latitude_deg * sub_solar.latitude_deg;
+        let latitude_product = saturn.sub_observer.lat_centric_deg * sub_solar.lat_centric_deg;
         let tilt_deg = latitude_product.max(0.0).sqrt();
         let saturn_km = ephemeris.state(NaifId(699), NaifId::SUN, time, None).expect("Saturn").state.pos_km;
         let sun_au = saturn_km.length() / KM_PER_AU;

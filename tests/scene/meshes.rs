@@ -323,7 +323,7 @@ fn the_shadow_of_a_part_on_the_mesh_is_right_to_within_one_triangle_edge() {
     let sun = {
         let (scene, _) = UserMesh::phobos("", &ellipsoid(24)).draw("", PixelView::Final, DVec3::X * 50.0);
         let p = scene.body(PHOBOS).expect("Phobos").sub_solar.expect("lit");
-        let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
+        let (lat, lon) = (p.lat_centric_deg.to_radians(), p.lon_east_deg.to_radians());
         DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
     };
     // A ball of 8 km in radius with triangles of 2 degrees. Between it and the Sun is a ball of 2 km, whose shadow falls beside the middle.

@@ -82,7 +82,7 @@ fn every_view_differs_from_the_final_image() {
 
 /// The direction of a point from the body's centre.
 fn unit(p: SubPoint) -> [f64; 3] {
-    let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
+    let (lat, lon) = (p.lat_centric_deg.to_radians(), p.lon_east_deg.to_radians());
     [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
 }
 
@@ -99,7 +99,7 @@ fn the_middle_of_the_moon_has_known_values_in_the_views() {
     assert_near(&depth.middle(), &[1.0; 3], 1e-3, "nearest");
     let sub_observer = unit(moon.sub_observer);
     assert_near(&draw_view(PixelView::Normal).middle(), &sub_observer.map(|v| 0.5 + 0.5 * v), 2e-3, "normal");
-    let (u, v) = (0.5 + moon.sub_observer.longitude_deg / 360.0, 0.5 - moon.sub_observer.latitude_deg / 180.0);
+    let (u, v) = (0.5 + moon.sub_observer.lon_east_deg / 360.0, 0.5 - moon.sub_observer.lat_centric_deg / 180.0);
     assert_near(&draw_view(PixelView::Uv).middle(), &[u, v, 0.0], 2e-3, "map coordinates");
     let sun = moon.sub_solar.expect("the Sun shines on it");
     let cosine: f64 = unit(sun).iter().zip(sub_observer).map(|(a, b)| a * b).sum();

@@ -34,10 +34,19 @@ fn number(value: &serde_json::Value) -> f64 {
 /// Largest allowed error of a sub-point, in degrees.
 const SUB_POINT_TOLERANCE_DEG: f64 = 0.01;
 
+/// Largest allowed error of the Sun's altitude, in degrees: the errors of both sub-points, and the Sun's parallax, which the test neglects (up to 0.005).
+const SUN_ALTITUDE_TOLERANCE_DEG: f64 = 0.025;
+
+/// Altitude of a point of the sky by spherical trigonometry: latitude of the place's vertical, declination and hour angle, degrees.
+fn altitude_deg(latitude_deg: f64, declination_deg: f64, hour_angle_deg: f64) -> f64 {
+    let ((sin_lat, cos_lat), (sin_dec, cos_dec)) = (latitude_deg.to_radians().sin_cos(), declination_deg.to_radians().sin_cos());
+    (sin_lat * sin_dec + cos_lat * cos_dec * hour_angle_deg.to_radians().cos()).asin().to_degrees()
+}
+
 #[test]
 fn bodies_show_the_hemisphere_seen_with_light_time() {
     let (catalog, ephemeris) = sky();
-    let mut count = 0;
+    let (mut count, mut wrong_verticals_detected) = (0, 0);
     for date in reference()["sub_points_dates"].as_array().expect("dates") {
         for (name, id) in [("mars", 499), ("jupiter", 599), ("saturn", 699), ("moon", 301)] {
             let expected = &date["bodies"][name]["light_time"];
@@ -50,29 +59,39 @@ fn bodies_show_the_hemisphere_seen_with_light_time() {
             let body = scene.body(NaifId(id)).expect("in the catalog");
             let solar = body.sub_solar.expect("lit by the Sun");
             for (computed, reference) in [(body.sub_observer, viewer_point), (solar, sun_point)] {
-                let error_deg =
-                    longitude_difference_deg(computed.longitude_deg, reference[0]).abs().max((computed.latitude_deg - reference[1]).abs());
+                let error_deg = longitude_difference_deg(computed.lon_east_deg, reference[0])
+                    .abs()
+                    .max((computed.lat_centric_deg - reference[1]).abs());
                 assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{name} {}: {computed:?} against {reference:?}", date["label"]);
                 // The two points must differ, so that a mix-up would fail.
                 let other = if reference == sun_point { viewer_point } else { sun_point };
                 assert!(
-                    longitude_difference_deg(computed.longitude_deg, other[0]).abs() > SUB_POINT_TOLERANCE_DEG,
+                    longitude_difference_deg(computed.lon_east_deg, other[0]).abs() > SUB_POINT_TOLERANCE_DEG,
                     "{name} {}",
                     date["label"]
                 );
             }
+            // The vertical at the sub-Earth point is that of its planetographic latitude.
+            let axes_squared = (body.placement.radii_km.x / body.placement.radii_km.z).powi(2);
+            let lat_graphic_deg = (axes_squared * viewer_point[1].to_radians().tan()).atan().to_degrees();
+            let sun_altitude_deg = body.sun_altitude_deg.expect("lit by the Sun");
+            let error_deg =
+                |latitude_deg| (sun_altitude_deg - altitude_deg(latitude_deg, sun_point[1], viewer_point[0] - sun_point[0])).abs();
+            assert!(error_deg(lat_graphic_deg) < SUN_ALTITUDE_TOLERANCE_DEG, "{name} {}: {sun_altitude_deg}", date["label"]);
+            wrong_verticals_detected += usize::from(error_deg(viewer_point[1]) > SUN_ALTITUDE_TOLERANCE_DEG);
             // The pixel in the middle shows the sub-Earth point, whatever the aberration.
             let centre = glam::DVec2::new(512.0, 512.0);
             let hit = scene.camera.surface_under_pixel(&body.placement, centre).expect("the body fills the middle");
             let middle_point = orrery::scene::SubPoint::of(hit * body.placement.radii_km);
             assert!(
-                longitude_difference_deg(middle_point.longitude_deg, viewer_point[0]).abs() < 0.3,
+                longitude_difference_deg(middle_point.lon_east_deg, viewer_point[0]).abs() < 0.3,
                 "{name}: the middle of the image is at {middle_point:?}"
             );
             count += 1;
         }
     }
     assert_eq!(count, 24);
+    assert!(wrong_verticals_detected >= 6, "{wrong_verticals_detected} of the altitudes over the wrong horizon");
 }
 
 /// The Earth's sub-solar and sub-lunar points, from ERFA's matrices and this program's positions, which other tests compare with DE440.
@@ -110,12 +129,11 @@ fn the_earths_sub_points_follow_its_true_rotation() {
             let longitude_deg = v.y.atan2(v.x).to_degrees() + (light_s + delta_t_difference_s) * EARTH_ROTATION_DEG_S;
             let latitude_deg = v.z.atan2(v.truncate().length()).to_degrees();
             let error_deg =
-                longitude_difference_deg(computed.longitude_deg, longitude_deg).abs().max((computed.latitude_deg - latitude_deg).abs());
+                longitude_difference_deg(computed.lon_east_deg, longitude_deg).abs().max((computed.lat_centric_deg - latitude_deg).abs());
             assert!(error_deg < SUB_POINT_TOLERANCE_DEG, "{} {name}: {computed:?} against {longitude_deg} {latitude_deg}", time.jd_tdb());
             // An error of four seconds of rotation would be detected.
             assert!(
-                longitude_difference_deg(computed.longitude_deg, longitude_deg + 4.0 * EARTH_ROTATION_DEG_S).abs()
-                    > SUB_POINT_TOLERANCE_DEG
+                longitude_difference_deg(computed.lon_east_deg, longitude_deg + 4.0 * EARTH_ROTATION_DEG_S).abs() > SUB_POINT_TOLERANCE_DEG
             );
         }
         count += 1;

@@ -52,7 +52,7 @@ fn cosine(scene: &Scene, body: i32, pixel: usize, direction: glam::DVec3) -> Opt
 /// Direction from the body's centre to the Sun, body axes.
 fn sunward(scene: &Scene, body: i32) -> glam::DVec3 {
     let p = scene.body(NaifId(body)).expect("in the catalog").sub_solar.expect("lit");
-    let (lat, lon) = (p.latitude_deg.to_radians(), p.longitude_deg.to_radians());
+    let (lat, lon) = (p.lat_centric_deg.to_radians(), p.lon_east_deg.to_radians());
     glam::DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
 }
 

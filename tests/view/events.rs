@@ -77,7 +77,7 @@ fn each_view_shows_its_event() {
         assert_eq!(view.tdb_s, greatest_tdb_s(&event), "{name}");
         match (&event, view.eye) {
             (SkyEvent::Solar(_), CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, .. }) => {
-                let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km };
+                let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: longitude_deg, height_km };
                 let sky = ObserverSky { catalog, ephemeris, place };
                 let [sun, moon] = [NaifId::SUN, NaifId::MOON].map(|id| sky.topocentric(id, view.time()).expect("a place"));
                 let separation_deg = orrery::ephemeris::angle_rad(sun.direction, moon.direction).to_degrees();

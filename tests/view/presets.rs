@@ -155,7 +155,7 @@ fn the_sky_tonight_is_dark() {
             let view = Preset::SkyTonight.view(&places, now, home, &base_view).expect("a view");
             let waited_s = view.tdb_s - now.tdb_seconds_past_j2000();
             assert!((0.0..=86_400.0).contains(&waited_s), "{latitude_deg} {day}");
-            let place = Observer { body: NaifId::EARTH, latitude_deg, longitude_deg: 18.4, height_km: 0.0 };
+            let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: 18.4, height_km: 0.0 };
             let sky = ObserverSky { catalog: session().catalog(), ephemeris: session().ephemeris(), place };
             let sun = sky.topocentric(NaifId::SUN, view.time()).expect("the Sun");
             // At 51 degrees north the Sun does not get as low in June. At 78 it does so only in winter, which is not tested.

@@ -5,6 +5,7 @@
 
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::angle_rad;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::annotation::orbits;
@@ -82,6 +83,7 @@ impl BodiesInFrame {
 /// The report of a placed body.
 fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyInView {
     let to_viewer = placed.placement.body_from_icrf * -placed.placement.centre_km;
+    let to_sun = (placed.body.id != NaifId::SUN).then(|| placed.body_from_icrf * placed.sun_from_body_km);
     BodyInView {
         id: placed.body.id,
         name: placed.body.name.clone(),
@@ -92,12 +94,22 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
         phase_angle_deg: placed.phase_angle.to_degrees(),
         magnitude,
         sub_observer: SubPoint::of(to_viewer),
-        sub_solar: (placed.body.id != NaifId::SUN).then(|| SubPoint::of(placed.body_from_icrf * placed.sun_from_body_km)),
+        sub_solar: to_sun.map(SubPoint::of),
+        sun_altitude_deg: to_sun.and_then(|to_sun| altitude_below_deg(to_viewer, to_sun, placed.body.radii_km)),
         placement: placed.placement,
         features: draws.iter().map(|d| d.features).collect(),
         invented: invented(placed.body, draws),
         decisions: decided.decisions,
     }
+}
+
+/// Altitude of a target above the horizon of the point of an ellipsoid that lies on the line from its centre to the viewer, degrees. The horizon is normal to
+/// the ellipsoid, not to that line. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
+fn altitude_below_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
+    let in_unit_sphere = (viewer_km / radii_km).try_normalize()?;
+    let up = in_unit_sphere / radii_km;
+    let to_target_km = target_km - in_unit_sphere * radii_km;
+    Some(90.0 - angle_rad(up, to_target_km).to_degrees())
 }
 
 /// The report of a body that the ephemeris could not place.
@@ -111,8 +123,9 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
         diameter_px: 0.0,
         phase_angle_deg: f64::NAN,
         magnitude: None,
-        sub_observer: SubPoint { latitude_deg: f64::NAN, longitude_deg: f64::NAN },
+        sub_observer: SubPoint { lat_centric_deg: f64::NAN, lon_east_deg: f64::NAN },
         sub_solar: None,
+        sun_altitude_deg: None,
         placement: Placement { centre_km: DVec3::NAN, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km },
         decisions: vec![Decision { effect: "visible", on: false, reason, stated_error: None }],
         features: Vec::new(),
@@ -134,4 +147,45 @@ fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
         .map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how))))
         .chain(details)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SUN_KM: f64 = 1.4e9;
+
+    #[test]
+    fn the_sun_is_overhead_at_the_sub_solar_point_and_underfoot_opposite_to_it() {
+        let sphere = DVec3::splat(3000.0);
+        let towards_sun = DVec3::new(2.0, -1.0, 0.5).normalize();
+        let (sun, aside) = (SUN_KM * towards_sun, towards_sun.any_orthonormal_vector());
+        let altitude = |viewer: DVec3| altitude_below_deg(viewer, sun, sphere).expect("a point below the viewer");
+        assert!((altitude(sun) - 90.0).abs() < 1e-6 && (altitude(1e-5 * sun) - 90.0).abs() < 1e-6);
+        assert!((altitude(-sun) + 90.0).abs() < 1e-6);
+        // At the terminator the centre of the Sun is lower by the angle under which the radius is seen from the Sun.
+        let dip_deg = (3000.0 / SUN_KM).to_degrees();
+        assert!((altitude(1e6 * aside) + dip_deg).abs() < 1e-9, "{}", altitude(1e6 * aside));
+        assert!((altitude(sun + SUN_KM * aside) - 45.0).abs() < 2.0 * dip_deg);
+    }
+
+    /// On an oblate body the vertical is not the line from the centre. The reference is the published relation of both latitudes,
+    /// tan(graphic) = (a / c)² tan(centric).
+    #[test]
+    fn the_horizon_of_an_oblate_body_is_normal_to_the_ellipsoid() {
+        let saturn = DVec3::new(60268.0, 60268.0, 54364.0);
+        let (sin, cos) = 30.0_f64.to_radians().sin_cos();
+        let towards = DVec3::new(cos, 0.0, sin);
+        let altitude = altitude_below_deg(1e6 * towards, 1e15 * towards, saturn).expect("a point below the viewer");
+        let lat_graphic_deg = ((60268.0_f64 / 54364.0).powi(2) * sin / cos).atan().to_degrees();
+        assert!((altitude - (90.0 - (lat_graphic_deg - 30.0))).abs() < 1e-6, "{altitude} {lat_graphic_deg}");
+        // Negative control: with the line from the centre as the vertical the Sun would be overhead.
+        assert!(altitude < 86.0, "{altitude}");
+    }
+
+    #[test]
+    fn a_viewer_at_the_centre_is_above_no_point() {
+        assert_eq!(altitude_below_deg(DVec3::ZERO, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+        assert_eq!(altitude_below_deg(DVec3::NAN, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+    }
 }

@@ -353,8 +353,12 @@ impl SkyEvent {
             Self::Lunar(e) => Some(e.seen_from(place)),
             Self::Transit(e) => e.seen_from(place),
             Self::Moons(e) => {
-                let observer =
-                    Observer { body: NaifId::EARTH, latitude_deg: place.latitude_deg, longitude_deg: place.longitude_deg, height_km: 0.0 };
+                let observer = Observer {
+                    body: NaifId::EARTH,
+                    lat_graphic_deg: place.latitude_deg,
+                    lon_east_deg: place.longitude_deg,
+                    height_km: 0.0,
+                };
                 let sky = ObserverSky { catalog, ephemeris, place: observer };
                 let line = |(name, time): &(&'static str, Instant)| -> Result<ContactLine, EphemerisError> {
                     let altitude_deg = sky.topocentric(e.planet, *time)?.altitude_deg;

@@ -53,6 +53,14 @@ impl Language {
         }
     }
 
+    /// A title as it is written inside a sentence. German nouns keep their capitals.
+    pub(crate) fn inside_sentence(self, title: &str) -> String {
+        match self {
+            Self::English | Self::Marked => title.to_lowercase(),
+            Self::German => title.to_owned(),
+        }
+    }
+
     /// The language of texts in images.
     pub(crate) fn in_images(self) -> TextLanguage {
         match self {

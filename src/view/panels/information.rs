@@ -9,7 +9,7 @@ use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
 use crate::message::Message;
-use crate::scene::BodyInView;
+use crate::scene::{BodyInView, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -108,7 +108,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
-    let Some(body) = interface.viewport.shown.as_ref().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
+    let Some(body) = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(body_name(&body.name));
         as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
@@ -142,11 +142,15 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
             let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
             line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
         }
-        let point = |p: crate::scene::SubPoint| latitude_longitude(p.latitude_deg, p.longitude_deg);
+        let point = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
         line(ui, text!("fact-sub-observer"), point(body.sub_observer));
+        if let Some(altitude_deg) = body.sun_altitude_deg {
+            line(ui, text!("fact-sun-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
+        }
         if let Some(sun) = body.sub_solar {
             line(ui, text!("fact-sub-solar"), point(sun));
         }
+        line(ui, text!("fact-latitudes"), text!("fact-latitudes-centric"));
         line(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
             line(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
@@ -296,7 +300,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 
 /// Computes a report; runs on the query worker.
 fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
-    let place = Observer { body: NaifId::EARTH, latitude_deg: inputs.place_deg[0], longitude_deg: inputs.place_deg[1], height_km: 0.0 };
+    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: inputs.place_deg[0], lon_east_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let text_of = |e: crate::ephemeris::EphemerisError| error_text(&e);
     // J2000 is at 12h TDB, so the days start half a day from it.

@@ -40,7 +40,6 @@ mod what_to_see_now;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileRequest};
-pub use self::tab::Tab;
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
@@ -57,6 +56,19 @@ use std::sync::Arc;
 const NOTICE_S: f64 = 8.0;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
+
+/// A panel at a side of the viewport. Its digit key is its position here; `tab` has a row for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tab {
+    Moments,
+    Events,
+    Effects,
+    Shader,
+    Compare,
+    Information,
+    Performance,
+    Share,
+}
 
 /// State of the interface: the viewer and the panels.
 pub struct Interface {

@@ -6,7 +6,7 @@ use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
 use egui::{Key, Modifiers, Popup};
 
-/// Text ids of the keys and of their effects, for the help window.
+/// Text ids of the keys and of their effects, for the help window. The texts of `key-panels` have the panels as arguments.
 const SHORTCUTS: &[(&str, &str)] = &[
     ("key-drag", "key-drag-does"),
     ("key-look", "key-look-does"),
@@ -45,6 +45,9 @@ const ARROW_PX: f64 = 24.0;
 const UI_SCALE_STEP: f32 = 0.1;
 /// Roll of the camera by one key press, degrees.
 const ROLL_STEP_DEG: f64 = 5.0;
+
+/// The largest digit on a key.
+const MAX_DIGIT: usize = 9;
 
 /// Handles the keys pressed in this frame.
 pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
@@ -151,11 +154,17 @@ fn close_topmost(interface: &mut Interface) {
 
 /// Shows the window that lists the shortcuts.
 pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
+    let panels = Tab::ALL.map(|tab| interface.language.inside_sentence(tab.title())).join(", ");
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
             for (keys, effect) in SHORTCUTS {
-                ui.strong(plain(keys));
-                ui.label(plain(effect));
+                if *keys == "key-panels" {
+                    ui.strong(text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)));
+                    ui.label(text!("key-panels-does", panels = panels));
+                } else {
+                    ui.strong(plain(keys));
+                    ui.label(plain(effect));
+                }
                 ui.end_row();
             }
         });

@@ -6,7 +6,7 @@
 //! and the other panel takes its side.
 
 use super::icons::{self, Icon};
-use super::{Interface, Tab, body_browser, camera_controls, compare, effects, events, information, moments, performance, shader, share};
+use super::{Interface, Tab, body_browser, camera_controls};
 use crate::view::app::settings::valid_width;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -96,7 +96,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let width = valid_width(stored, tab.default_width());
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| {
             heading(interface, ui, tab);
-            contents(interface, ui, worker, actions, tab);
+            tab.show(interface, ui, worker, actions);
         });
         let panels = &mut interface.settings.panels;
         remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.kept_wide_width } else { &mut panels.kept_width });
@@ -112,7 +112,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let max_panel_width = if is_kept_visible { (ui.available_width() - MIN_SKY_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width).show(ui, |ui| {
             heading(interface, ui, tab);
-            contents(interface, ui, worker, actions, tab);
+            tab.show(interface, ui, worker, actions);
         });
         let panels = &mut interface.settings.panels;
         if shown.response.rect.width() < max_panel_width {
@@ -152,18 +152,4 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
             }
         });
     });
-}
-
-/// Shows the controls of a panel.
-fn contents(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>, tab: Tab) {
-    match tab {
-        Tab::Moments => moments::panel(interface, ui, worker, actions),
-        Tab::Events => events::panel(interface, ui, worker, actions),
-        Tab::Effects => effects::panel(interface, ui, worker),
-        Tab::Shader => shader::panel(interface, ui, worker),
-        Tab::Compare => compare::panel(interface, ui, worker),
-        Tab::Information => information::panel(interface, ui, worker),
-        Tab::Performance => performance::panel(interface, ui),
-        Tab::Share => share::panel(interface, ui, worker, actions),
-    }
 }

@@ -1,24 +1,34 @@
 //! The panels at the sides of the viewport: one row for each, in the order of their digit keys.
 //!
-//! Not here: what a panel shows (`side_panels::contents` calls it), and the place of its button (`top_bar`).
+//! In: the panels' modules. Out: all that the bar, the keys, the settings and the sides of the window know about a panel. Always: no panel imports this
+//! file; a panel that opens another one names it by `super::Tab`.
 
 use super::icons::Icon;
+use super::{Interface, Tab, compare, effects, events, information, moments, performance, shader, share};
+use crate::view::app::viewer::Action;
 use crate::view::language::text;
+use crate::view::worker::render_worker::RenderWorker;
+use egui::Ui;
 
-/// A panel.
+/// Number of panels whose buttons show their titles. The buttons of later panels show only icons, so that the bar keeps its height.
+const TITLED_BUTTONS: usize = 8;
+
+/// The group of a panel's button in the bar, in order from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tab {
-    Moments,
-    Events,
-    Effects,
-    Shader,
-    Compare,
-    Information,
-    Performance,
+pub(super) enum Group {
+    /// Where and when to look.
+    Explore,
+    /// What is drawn.
+    See,
+    /// Understand: facts about bodies.
+    Bodies,
+    /// Understand: how the image is drawn.
+    Drawing,
+    /// Keep and pass on; how the program looks.
     Share,
 }
 
-/// What the interface shows of a panel before it is open.
+/// What the interface knows of a panel.
 struct Row {
     tab: Tab,
     /// The name under which the settings store the panel.
@@ -27,19 +37,24 @@ struct Row {
     /// The tooltip of the panel's button.
     about: fn() -> &'static str,
     icon: Icon,
+    group: Group,
     /// Whether the panel shows source text or images, which need more space than a list.
     is_wide: bool,
+    /// Shows the panel's controls.
+    show: fn(&mut Interface, &mut Ui, &dyn RenderWorker, &mut Vec<Action>),
 }
 
 /// The rows, in the order of [`Tab`].
-static ROWS: [Row; 8] = [
+const ROWS: &[Row] = &[
     Row {
         tab: Tab::Moments,
         name: "Moments",
         title: || text!("tab-moments"),
         about: || text!("tab-moments-about"),
         icon: Icon::Moments,
+        group: Group::Explore,
         is_wide: false,
+        show: moments::panel,
     },
     Row {
         tab: Tab::Events,
@@ -47,7 +62,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-events"),
         about: || text!("tab-events-about"),
         icon: Icon::Events,
+        group: Group::Explore,
         is_wide: false,
+        show: events::panel,
     },
     Row {
         tab: Tab::Effects,
@@ -55,7 +72,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-effects"),
         about: || text!("tab-effects-about"),
         icon: Icon::Effects,
+        group: Group::See,
         is_wide: false,
+        show: |interface, ui, worker, _| effects::panel(interface, ui, worker),
     },
     Row {
         tab: Tab::Shader,
@@ -63,7 +82,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-shader"),
         about: || text!("tab-shader-about"),
         icon: Icon::Shader,
+        group: Group::Drawing,
         is_wide: true,
+        show: |interface, ui, worker, _| shader::panel(interface, ui, worker),
     },
     Row {
         tab: Tab::Compare,
@@ -71,7 +92,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-compare"),
         about: || text!("tab-compare-about"),
         icon: Icon::Compare,
+        group: Group::Drawing,
         is_wide: true,
+        show: |interface, ui, worker, _| compare::panel(interface, ui, worker),
     },
     Row {
         tab: Tab::Information,
@@ -79,7 +102,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-information"),
         about: || text!("tab-information-about"),
         icon: Icon::Information,
+        group: Group::Bodies,
         is_wide: false,
+        show: |interface, ui, worker, _| information::panel(interface, ui, worker),
     },
     Row {
         tab: Tab::Performance,
@@ -87,7 +112,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-performance"),
         about: || text!("tab-performance-about"),
         icon: Icon::Performance,
+        group: Group::Drawing,
         is_wide: false,
+        show: |interface, ui, _, _| performance::panel(interface, ui),
     },
     Row {
         tab: Tab::Share,
@@ -95,7 +122,9 @@ static ROWS: [Row; 8] = [
         title: || text!("tab-share"),
         about: || text!("tab-share-about"),
         icon: Icon::Share,
+        group: Group::Share,
         is_wide: false,
+        show: share::panel,
     },
 ];
 
@@ -144,8 +173,22 @@ impl Tab {
         self.row().icon
     }
 
+    pub(super) fn group(self) -> Group {
+        self.row().group
+    }
+
+    /// Whether the panel's button shows its title beside the icon.
+    pub(super) fn has_titled_button(self) -> bool {
+        self.digit() <= TITLED_BUTTONS
+    }
+
     /// Whether the panel shows source text or images, which need more space than a list.
     pub(super) fn is_wide(self) -> bool {
         self.row().is_wide
+    }
+
+    /// Shows the panel's controls.
+    pub(super) fn show(self, interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+        (self.row().show)(interface, ui, worker, actions);
     }
 }

@@ -3,6 +3,7 @@
 //! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a tooltip, and a text or an accessible name.
 
 use super::icons::{self, Icon};
+use super::tab::Group;
 use super::{Interface, Tab, search};
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
@@ -28,27 +29,29 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
                 actions.push(action);
             }
         }
-        tab_buttons(interface, ui, &[Tab::Moments, Tab::Events]);
+        tab_buttons(interface, ui, Group::Explore);
         ui.separator();
         caption(ui, text!("bar-see"));
-        tab_buttons(interface, ui, &[Tab::Effects]);
+        tab_buttons(interface, ui, Group::See);
         layers_menu(interface, ui);
         ui.separator();
         caption(ui, text!("bar-understand"));
-        tab_buttons(interface, ui, &[Tab::Information, Tab::Shader, Tab::Compare, Tab::Performance]);
+        tab_buttons(interface, ui, Group::Bodies);
+        tab_buttons(interface, ui, Group::Drawing);
         ui.separator();
-        tab_buttons(interface, ui, &[Tab::Share]);
+        tab_buttons(interface, ui, Group::Share);
         icons::toggle(ui, Icon::Help, &mut interface.help_shown, text!("bar-help")).on_hover_text(text!("bar-help-hint"));
     });
 }
 
-/// Shows the buttons of panels; each tooltip names the key that opens the panel.
-fn tab_buttons(interface: &mut Interface, ui: &mut Ui, tabs: &[Tab]) {
-    for tab in tabs {
-        let is_open = interface.is_open(ui.ctx(), *tab);
-        let button = icons::selectable(ui, tab.icon(), is_open, tab.title());
+/// Shows the buttons of a group's panels; each tooltip names the key that opens the panel.
+fn tab_buttons(interface: &mut Interface, ui: &mut Ui, group: Group) {
+    for tab in Tab::ALL.into_iter().filter(|tab| tab.group() == group) {
+        let is_open = interface.is_open(ui.ctx(), tab);
+        let show_button = if tab.has_titled_button() { icons::selectable } else { icons::bare_selectable };
+        let button = show_button(ui, tab.icon(), is_open, tab.title());
         if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = tab.digit())).clicked() {
-            interface.toggle(ui.ctx(), *tab);
+            interface.toggle(ui.ctx(), tab);
         }
     }
 }

@@ -1,26 +1,10 @@
 # The bar above the sky, the list of bodies, and the camera controls below it.
 
-tab-moments = Momente
-tab-events = Ereignisse
-tab-effects = Effekte
-tab-shader = Shader
-tab-compare = Vergleich
-tab-information = Information
-tab-performance = Leistung
-tab-share = Teilen
 panel-keep = Offen halten
 panel-keep-hint = Diese Seitenleiste auf der anderen Seite des Himmels zeigen, während eine andere offen ist
 panel-close = { $panel } schließen
 panel-close-hint = Diese Seitenleiste schließen (Esc)
 panel-move-hint = In die andere Hälfte des Fensters ziehen, um die Seitenleiste dorthin zu legen
-tab-moments-about = Bekannte Momente, einen Klick entfernt
-tab-events-about = Finsternisse, Transite und Ereignisse der Monde um das gezeigte Datum
-tab-effects-about = Was gezeichnet wird und warum, Belichtung, Qualität, Renderer
-tab-shader-about = Der Shader, der den ausgewählten Körper zeichnet
-tab-compare-about = Zwei Arten, diese Ansicht zu zeichnen, nebeneinander
-tab-information-about = Entfernungen, Größen, Auf- und Untergang des ausgewählten Körpers; Angaben zu einem angeklickten Stern
-tab-performance-about = Wofür jedes Bild seine Zeit braucht
-tab-share-about = Links, Bilder, Lesezeichen, Darstellung
 bar-explore = Erkunden
 bar-bodies = Körper
 bar-bodies-hint = Die Liste der Körper zeigen (b)

@@ -1,5 +1,7 @@
 # The Compare panel.
 
+tab-compare = Vergleich
+tab-compare-about = Zwei Arten, diese Ansicht zu zeichnen, nebeneinander
 bound-up-to = bis { $max }
 bound-over = über { $min }
 bound-range = { $min } bis { $max }

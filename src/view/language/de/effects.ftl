@@ -1,5 +1,7 @@
 # The Effects panel: quality, renderer, exposure, layers, projection.
 
+tab-effects = Effekte
+tab-effects-about = Was gezeichnet wird und warum, Belichtung, Qualität, Renderer
 effects-quality = Qualität
 effects-quality-hint = Wie fein ein ruhendes Bild gezeichnet wird
 effects-exposure-automatic = Belichtungsautomatik

@@ -1,5 +1,7 @@
 # The Events panel, titles and summaries of events.
 
+tab-events = Ereignisse
+tab-events-about = Finsternisse, Transite und Ereignisse der Monde um das gezeigte Datum
 range-month = Monat
 range-year = Jahr
 range-10-years = 10 Jahre

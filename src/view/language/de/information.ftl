@@ -1,5 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
+tab-information = Information
+tab-information-about = Entfernungen, Größen, Auf- und Untergang des ausgewählten Körpers; Angaben zu einem angeklickten Stern
 angle-second = Strg+Klick auf einen zweiten Ort misst den Winkel
 angle = Winkel: { $angle }
 angle-and-distance = Winkel: { $angle }; { $distance }
@@ -19,7 +21,10 @@ fact-none = keine
 fact-phase-angle = Phasenwinkel
 fact-illuminated = beleuchtet
 fact-sub-observer = Punkt unter dem Beobachter
+fact-sun-altitude = Sonnenhöhe dort
 fact-sub-solar = subsolarer Punkt
+fact-latitudes = Art der Breite
+fact-latitudes-centric = planetozentrisch
 fact-equatorial-radius = Äquatorradius
 fact-geometric-albedo = geometrische Albedo
 fact-estimate = Schätzung

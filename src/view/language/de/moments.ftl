@@ -1,5 +1,7 @@
 # Well-known moments, what to see now, tours.
 
+tab-moments = Momente
+tab-moments-about = Bekannte Momente, einen Klick entfernt
 now-moon = Der Mond heute Nacht
 now-eclipse = Nächste Finsternis
 now-saturn = Saturn jetzt

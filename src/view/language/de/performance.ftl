@@ -1,5 +1,7 @@
 # The Performance panel.
 
+tab-performance = Leistung
+tab-performance-about = Wofür jedes Bild seine Zeit braucht
 frames-none = noch kein Bild
 frames-description = { $frames } Bilder: Mittel { $whole } ms, Maximum { $max } ms; { $stages }
 frames-total = insgesamt

@@ -1,5 +1,7 @@
 # The Shader panel.
 
+tab-shader = Shader
+tab-shader-about = Der Shader, der den ausgewählten Körper zeichnet
 module-loading = Das Modul wird geladen
 cost-count = Anzahl
 cost-time = Zeit messen

@@ -1,5 +1,7 @@
 # The Share panel: links, images, animations, bookmarks, appearance.
 
+tab-share = Teilen
+tab-share-about = Links, Bilder, Lesezeichen, Darstellung
 share-view = Diese Ansicht
 share-copy-link = Link kopieren
 share-copy-link-hint = Einen Link kopieren, der diese Ansicht wiederherstellt

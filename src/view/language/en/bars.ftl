@@ -1,26 +1,10 @@
 # The bar above the sky, the list of bodies, and the camera controls below it.
 
-tab-moments = Moments
-tab-events = Events
-tab-effects = Effects
-tab-shader = Shader
-tab-compare = Compare
-tab-information = Information
-tab-performance = Performance
-tab-share = Share
 panel-keep = Keep open
 panel-keep-hint = Show this panel on the other side of the sky while another one is open
 panel-close = Close { $panel }
 panel-close-hint = Close this panel (Esc)
 panel-move-hint = Drag to the other half of the window to move the panel there
-tab-moments-about = Well-known moments, one click away
-tab-events-about = Eclipses, transits and moons' events around the shown date
-tab-effects-about = What is drawn and why, exposure, quality, renderer
-tab-shader-about = The shader that draws the selected body
-tab-compare-about = Two ways to draw this view, side by side
-tab-information-about = Distances, sizes, rise and set of the selected body; facts about a clicked star
-tab-performance-about = Where the time of each frame goes
-tab-share-about = Links, images, bookmarks, appearance
 bar-explore = Explore
 bar-bodies = Bodies
 bar-bodies-hint = Show the list of bodies (b)

@@ -1,5 +1,7 @@
 # The Compare panel.
 
+tab-compare = Compare
+tab-compare-about = Two ways to draw this view, side by side
 bound-up-to = up to { $max }
 bound-over = over { $min }
 bound-range = { $min } to { $max }

@@ -1,5 +1,7 @@
 # The Effects panel: quality, renderer, exposure, layers, projection.
 
+tab-effects = Effects
+tab-effects-about = What is drawn and why, exposure, quality, renderer
 effects-quality = Quality
 effects-quality-hint = How finely an image at rest is drawn
 effects-exposure-automatic = Automatic exposure

@@ -1,5 +1,7 @@
 # The Events panel, titles and summaries of events.
 
+tab-events = Events
+tab-events-about = Eclipses, transits and moons' events around the shown date
 range-month = month
 range-year = year
 range-10-years = 10 years

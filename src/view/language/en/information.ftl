@@ -1,5 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
+tab-information = Information
+tab-information-about = Distances, sizes, rise and set of the selected body; facts about a clicked star
 angle-second = Ctrl+click a second place to measure the angle
 angle = Angle: { $angle }
 angle-and-distance = Angle: { $angle }; { $distance }
@@ -19,7 +21,10 @@ fact-none = none
 fact-phase-angle = phase angle
 fact-illuminated = illuminated
 fact-sub-observer = sub-observer point
+fact-sun-altitude = solar altitude there
 fact-sub-solar = sub-solar point
+fact-latitudes = kind of latitude
+fact-latitudes-centric = planetocentric
 fact-equatorial-radius = equatorial radius
 fact-geometric-albedo = geometric albedo
 fact-estimate = estimate

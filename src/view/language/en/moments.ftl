@@ -1,5 +1,7 @@
 # Well-known moments, what to see now, tours.
 
+tab-moments = Moments
+tab-moments-about = Well-known moments, one click away
 now-moon = The Moon tonight
 now-eclipse = Next eclipse
 now-saturn = Saturn now

@@ -1,5 +1,7 @@
 # The Performance panel.
 
+tab-performance = Performance
+tab-performance-about = Where the time of each frame goes
 frames-none = no frame yet
 frames-description = { $frames } frames: mean { $whole } ms, maximum { $max } ms; { $stages }
 frames-total = total

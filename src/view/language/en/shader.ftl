@@ -1,5 +1,7 @@
 # The Shader panel.
 
+tab-shader = Shader
+tab-shader-about = The shader that draws the selected body
 module-loading = Loading the module
 cost-count = count
 cost-time = Time it

@@ -1,5 +1,7 @@
 # The Share panel: links, images, animations, bookmarks, appearance.
 
+tab-share = Share
+tab-share-about = Links, images, bookmarks, appearance
 share-view = This view
 share-copy-link = Copy link
 share-copy-link-hint = Copy a link that restores this view

@@ -141,6 +141,12 @@ pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, text: &str) -> Respo
     ui.add(button)
 }
 
+/// A button with only an icon that stays pressed while `on`; `name` is its accessible name.
+pub(crate) fn bare_selectable(ui: &mut Ui, icon: Icon, on: bool, name: &str) -> Response {
+    let button = Button::selectable(on, atom(ui, icon));
+    ui.add(button).accessible_name(name)
+}
+
 /// A toggle button.
 pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, text: &str) -> Response {
     let response = selectable(ui, icon, *on, text);
