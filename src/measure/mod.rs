@@ -103,7 +103,8 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule; ratios are relative to the last of the most accurate candidates.
+/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. It runs twice in each
+/// round, and its own ratio is that of the second run to the first: a measure of the noise.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
@@ -111,23 +112,25 @@ pub(crate) fn measure_choice(
     rounds: usize,
     candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {
-    let times = {
+    let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
+    let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
+    let mut times = {
         let timed = candidates.iter().map(|c| move || seconds_of(|| (c.workload)()));
         let workloads: Vec<Box<timing::Workload<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
-        let workloads: Vec<&timing::Workload<'_, f64, SessionError>> = workloads.iter().map(|w| &**w).collect();
+        let workloads: Vec<&timing::Workload<'_, f64, SessionError>> =
+            workloads.iter().chain(workloads.get(reference)).map(|w| &**w).collect();
         // Load modules, maps and tables before timing.
         interleaved(1, &workloads)?;
         interleaved(rounds, &workloads)?
     };
-    let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
-    let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
+    let repeated_reference = times.split_off(candidates.len());
     let equal_time = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
-        .map(|(k, c)| Measurement {
-            error: c.error,
-            relative_time: Quartiles::of_ratios(&times[k], &times[reference]).unwrap_or(equal_time),
+        .map(|(k, c)| {
+            let own_times = repeated_reference.first().filter(|_| k == reference).unwrap_or(&times[k]);
+            Measurement { error: c.error, relative_time: Quartiles::of_ratios(own_times, &times[reference]).unwrap_or(equal_time) }
         })
         .collect();
     let dominated = rule::dominated(&measurements);

@@ -36,8 +36,12 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     let folder = tempfile::tempdir().expect("a folder");
     let (png, svg) = (folder.path().join("trade.png"), folder.path().join("trade.svg"));
     let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
-    let violations: Vec<&str> = table.lines().filter(|l| l.contains("by rule")).collect();
-    assert!(violations.is_empty(), "{}\n{table}", violations.join("\n"));
+    // On a busy machine equally fast options may differ by chance. A real violation is found again.
+    let is_violated = |table: &str| table.lines().any(|l| l.contains("by rule"));
+    if is_violated(&table) {
+        let again = text(&["measure", "--short"]);
+        assert!(!is_violated(&again), "twice:\n{table}\n{again}");
+    }
     for choice in ["ephemeris", "eclipse", "air", "air-near", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
         assert!(table.lines().any(|l| l.starts_with(choice)), "{choice}: {table}");
     }
