@@ -342,7 +342,7 @@ impl GpuRenderer {
             if let Some(hdr_target) = hdr_index.and_then(|k| resources.targets.get(k)).filter(is_hdr) {
                 frame.hdr = floats(resources.readback.pixels(&self.device, &self.queue, &hdr_target.colour)?);
             }
-        } else if last.format == TextureFormat::Rgba32Float {
+        } else if last.format == TextureFormat::Rgba32Float && requested == FrameImages::DisplayAndHdr {
             frame.hdr = floats(resources.readback.pixels(&self.device, &self.queue, &last.colour)?);
         } else {
             return Err(GpuError::NotDrawn("a display image from a plan that ends with its linear image"));

@@ -131,6 +131,7 @@ const ROWS: &[Row] = &[
 impl Tab {
     /// All panels: digit key `k` opens the panel at index `k - 1`.
     pub const ALL: [Self; ROWS.len()] = {
+        assert!(ROWS.len() == Self::Share as usize + 1, "each variant has a row; name the last variant here");
         let mut all = [Self::Moments; ROWS.len()];
         let mut k = 0;
         while k < ROWS.len() {

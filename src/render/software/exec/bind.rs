@@ -167,7 +167,9 @@ impl<R: Real> BoundProgram<R> {
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
-        bind(&double_loops(program), class, unbound)
+        let doubled = double_loops(program);
+        debug_assert!(doubled.check().is_ok());
+        bind(&doubled, class, unbound)
     }
 
     /// Whether the program reads input `k`.
@@ -224,9 +226,10 @@ fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read before a write that no jump can skip, in tape order. Tape order suffices: a
-/// value that the next iteration of a loop needs is copied to another slot before the loop's end. A skip of instructions without an active lane
-/// ([`Instr::SkipIfNoLane`]) does not count as a jump: what it skips is merged by a select, which reads the old value.
+/// Whether the value that a slot has before the instruction `from` is read before a write that no jump can skip, in tape order. Tape order suffices for
+/// inputs and for results of texture reads: the next iteration of a loop, and the code after it, read them only through a loop variable, and
+/// [`double_loops`] does not exchange the place of a texture read's result. A skip of instructions without an active lane ([`Instr::SkipIfNoLane`]) does
+/// not count as a jump: what it skips is merged by a select, which reads the old value, or the skip leaves a loop.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
     // Instructions before this one can be skipped by a jump.

@@ -1,6 +1,7 @@
-//! Doubles the body of each innermost loop, so that its variables need no copies.
+//! Doubles the body of an innermost loop, so that its variables need no copies.
 //!
-//! In: a checked program. Out: a program with the same results. At the end of a loop's body, copies move the next value of each loop variable to
+//! In: a checked program. Out: a checked program with the same results. Doubled is a loop that ends with copies and an unconditional jump back; a loop
+//! that ends with a test (lanes that leave separately, `do while`) keeps its copies. At the end of a loop's body, copies move the next value of each loop variable to
 //! the variable's place. In the second body the two places are exchanged, so both bodies run without these copies; only a jump out of the second
 //! body makes them. Always: a variable keeps its copy if another value may be read from its place or from that of its next value. Not here: the
 //! stored program, which has one body.
@@ -86,7 +87,7 @@ fn append_doubled(tape: &[Instr], found: &InnerLoop, pairs: &[Pair], new_index: 
     // Position in a body of each instruction of the loop; of a removed one, the position of the next instruction that is not.
     let position = |at: usize| kept.partition_point(|k| *k < at);
     new_index.extend((head..back).map(|at| first + position(at)));
-    // A jump to the last instruction, the jump back, continues with the second body.
+    // The jump back itself. Nothing jumps to it; the entry keeps the indices in step.
     new_index.push(second);
     doubled.extend(kept.iter().map(|at| (tape[*at].clone(), Target::Original)));
     let first_exit = second + kept.len() + 1;
@@ -166,7 +167,8 @@ fn pairs_of(program: &Program, found: &InnerLoop) -> Vec<Pair> {
         .filter_map(|instr| instr.target().map(|t| t as usize))
         .filter(|to| !(found.head..=found.back).contains(to))
         .collect();
-    // A texture read leaves out channels that are not read later on the tape, so its results stay where the stored program has them.
+    // `bind` leaves out channels that are not read later on the tape, and does not look back to the first body: a texel that the next iteration
+    // reads must keep its copy.
     let is_texel = |place: Operand| {
         tape[found.head..found.back]
             .iter()

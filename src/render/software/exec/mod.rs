@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
 
-/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame.
+/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame. A doubled loop jumps back once in two iterations.
 const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// Instructions, each over all lanes, after which a batch is stopped at its next backward jump, because the iterations of a loop may be long. The
 /// most expensive shipped module runs some 10^4 instructions; this many take about a second.
@@ -268,7 +268,8 @@ impl<R: Real> Executor<R> {
         let registers = self.registers_mut().as_mut_ptr();
         for step in steps {
             let [a, b, c] = step.args.map(|r| r as usize);
-            // SAFETY: Program::check has verified every register against the count from which the arena was allocated.
+            // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `double_loops` only exchanges
+            // verified ones.
             unsafe {
                 registers.add(step.dst as usize).write((step.run)(
                     registers.add(a).read(),
@@ -295,8 +296,8 @@ impl<R: Real> Executor<R> {
         let base = self.arena.as_mut_ptr().cast::<R>();
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
-            // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, so each offset refers to
-            // a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
+            // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `double_loops` only
+            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
             // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
             // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
             unsafe {
