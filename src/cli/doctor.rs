@@ -66,7 +66,7 @@ fn shaders(common: &Common, out: &mut String) {
             let origins: Vec<String> = folder.as_ref().map(|folder| folder.display().to_string()).into_iter().chain(surface).collect();
             push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len());
             if !origins.is_empty() {
-                push_line!(out, "          {} replaced or added by {}", fragments.replaced().count(), origins.join(" and "));
+                push_line!(out, "          {} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and "));
             }
         }
         (Err(e), _) => push_line!(out, "shaders   {e}"),

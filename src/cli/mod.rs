@@ -88,7 +88,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test numerical stability on extreme views: f32 against f64, and images of neighbouring views against each other
+    /// Test extreme views: compare f32 with f64, images with images, and positions with another computation
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),

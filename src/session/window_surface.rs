@@ -32,7 +32,7 @@ pub enum PresenterChoice {
     /// No change.
     Unchanged,
     /// Present with a GPU for which the window has no surface yet.
-    OtherGpu,
+    NewGpu,
     /// Present with the CPU, because the software renderer draws or the user prefers the CPU.
     Cpu,
 }
@@ -90,7 +90,7 @@ mod with_gpu {
                 (DeviceState::Open(renderer), Some(window_surface)) if Arc::ptr_eq(&renderer, &window_surface.renderer) => {
                     PresenterChoice::Unchanged
                 }
-                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::OtherGpu,
+                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::NewGpu,
                 // The pipelines of the window's interface are still being compiled, together with those of the images.
                 (DeviceState::Open(_), _) => PresenterChoice::Unchanged,
                 (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::Unchanged,

@@ -44,51 +44,52 @@ fragments![
     "entry/tone_map.wesl",
     "entry/tone_map_bloom.wesl",
     "entry/warp.wesl",
-    "lib/air/scatter_along.wesl",
+    "lib/air/at_limb.wesl",
     "lib/air/coarse.wesl",
     "lib/air/coarse_samples.wesl",
     "lib/air/column_density.wesl",
     "lib/air/ground_depth.wesl",
-    "lib/air/sample_counts.wesl",
+    "lib/air/in_front.wesl",
     "lib/air/multi_scatter.wesl",
-    "lib/air/uniforms.wesl",
+    "lib/air/multi_scatter_in_shadow.wesl",
     "lib/air/path.wesl",
     "lib/air/phase.wesl",
-    "lib/air/scatter_monotonic.wesl",
+    "lib/air/sample_counts.wesl",
+    "lib/air/scatter_along.wesl",
     "lib/air/scatter_marched.wesl",
-    "lib/air/in_front.wesl",
-    "lib/air/at_limb.wesl",
-    "lib/air/sunlight_fraction.wesl",
-    "lib/air/multi_scatter_in_shadow.wesl",
+    "lib/air/scatter_monotonic.wesl",
     "lib/air/sums.wesl",
+    "lib/air/sunlight_fraction.wesl",
+    "lib/air/uniforms.wesl",
     "lib/clouds.wesl",
     "lib/clouds_over_ground.wesl",
     "lib/conic.wesl",
     "lib/cube_faces.wesl",
-    "lib/detail.wesl",
-    "lib/display.wesl",
-    "lib/draw.wesl",
-    "lib/eclipse/occluders.wesl",
-    "lib/eclipse/coarse_sunlight.wesl",
-    "lib/eclipse/coarse_sunlight_samples.wesl",
-    "lib/eclipse/chords.wesl",
-    "lib/eclipse/disc_overlap.wesl",
-    "lib/eclipse/linear_penumbra.wesl",
-    "lib/eclipse/quadrature_nodes.wesl",
-    "lib/eclipse/obscuration.wesl",
-    "lib/eclipse/refraction.wesl",
-    "lib/eclipse/silhouette.wesl",
-    "lib/eye_images.wesl",
-    "lib/filtered_map.wesl",
-    "lib/glint.wesl",
-    "lib/globe.wesl",
-    "lib/intersection.wesl",
     "lib/custom/surface_1.wesl",
     "lib/custom/surface_2.wesl",
     "lib/custom/surface_3.wesl",
     "lib/custom/surface_4.wesl",
     "lib/custom/surface_point.wesl",
-    "lib/probe_query.wesl",
+    "lib/detail.wesl",
+    "lib/display.wesl",
+    "lib/draw.wesl",
+    "lib/eclipse/chords.wesl",
+    "lib/eclipse/coarse_sunlight.wesl",
+    "lib/eclipse/coarse_sunlight_samples.wesl",
+    "lib/eclipse/disc_overlap.wesl",
+    "lib/eclipse/linear_penumbra.wesl",
+    "lib/eclipse/obscuration.wesl",
+    "lib/eclipse/occluders.wesl",
+    "lib/eclipse/quadrature_nodes.wesl",
+    "lib/eclipse/refraction.wesl",
+    "lib/eclipse/silhouette.wesl",
+    "lib/eye_images.wesl",
+    "lib/filtered_map.wesl",
+    "lib/foreground_limb.wesl",
+    "lib/fragment_depth.wesl",
+    "lib/glint.wesl",
+    "lib/globe.wesl",
+    "lib/intersection.wesl",
     "lib/limb_darkening.wesl",
     "lib/limb_distance.wesl",
     "lib/limb_heights.wesl",
@@ -97,29 +98,28 @@ fragments![
     "lib/mesh.wesl",
     "lib/night_lights.wesl",
     "lib/overlay.wesl",
-    "lib/fragment_depth.wesl",
     "lib/photometry/lambert.wesl",
     "lib/photometry/lommel_seeliger.wesl",
     "lib/photometry/lunar_lambert.wesl",
     "lib/photometry/oren_nayar.wesl",
     "lib/point_light.wesl",
     "lib/point_shape.wesl",
+    "lib/probe_query.wesl",
     "lib/rectangle.wesl",
     "lib/reflected.wesl",
     "lib/relief.wesl",
     "lib/ring/body_shadow.wesl",
+    "lib/ring/intervals.wesl",
     "lib/ring/photometry.wesl",
     "lib/ring/profile.wesl",
     "lib/ring/ring_patch.wesl",
     "lib/ring/shadow.wesl",
     "lib/ring/shine.wesl",
-    "lib/ring/intervals.wesl",
     "lib/ring/surface.wesl",
     "lib/screen.wesl",
     "lib/srgb_decoded.wesl",
     "lib/sunlight.wesl",
     "lib/texels_between.wesl",
-    "lib/foreground_limb.wesl",
     "lib/view_ray.wesl",
 ];
 
@@ -156,15 +156,20 @@ impl Eq for Fragments {}
 impl Fragments {
     /// The built-in fragments with these files on top, by path inside shaders/. A file equal to the built-in fragment replaces nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
-        let built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
-        let files = files.into_iter().filter(|(path, text)| !built_in(path, text));
-        Self { files: files.map(|(path, text)| (path, (text, Parsed::new()))).collect() }
+        Self::default().and_files(files)
     }
 
-    /// These fragments with further files on top.
+    /// These fragments with further files on top. A file equal to the built-in fragment restores it.
     #[must_use]
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
-        self.files.extend(Self::with_files(files).files);
+        let is_built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
+        for (path, text) in files {
+            if is_built_in(&path, &text) {
+                self.files.remove(&path);
+            } else {
+                self.files.insert(path, (text, Parsed::new()));
+            }
+        }
         self
     }
 
@@ -181,14 +186,14 @@ impl Fragments {
         Some((text, parsed.as_ref().map_err(Clone::clone)))
     }
 
-    /// A fragment's text by its path below shaders/.
+    /// A fragment's text by its path inside shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
         let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
         self.files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
     /// Paths of the fragments that a file replaces or adds.
-    pub fn replaced(&self) -> impl Iterator<Item = &str> {
+    pub fn replaced_or_added(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
     }
 
@@ -197,7 +202,7 @@ impl Fragments {
         self.files.is_empty()
     }
 
-    /// Files that replace no built-in fragment and that no fragment imports, sorted by path.
+    /// New files that no built-in or replaced fragment imports, directly or through others, sorted by path. Empty if any file has an error.
     pub fn unused(&self) -> Vec<&str> {
         let imports_of = |path: &str| match self.parsed(path) {
             Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),
@@ -220,5 +225,21 @@ impl Fragments {
         let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.files.get(*path).map_or(*text, |(text, _)| text.as_str())));
         let is_new = |(path, _): &(&String, &(String, Parsed))| FRAGMENTS.iter().all(|(known, _)| known != path);
         built_in.chain(self.files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_equal_to_the_built_in_fragment_restores_it() {
+        let (path, text) = FRAGMENTS[0];
+        let file = |text: &str| [(path.to_owned(), text.to_owned())];
+        let changed = Fragments::with_files(file("// nothing"));
+        assert_eq!((changed.text(path), changed.replaced_or_added().count()), (Some("// nothing"), 1));
+        let restored = changed.and_files(file(text));
+        assert_eq!(restored.text(path), Some(text));
+        assert!(restored.are_built_in() && restored == Fragments::default());
     }
 }

@@ -172,10 +172,10 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         polls += 1;
         assert!(polls < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::OtherGpu);
+    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::NewGpu);
     // Automatically a window uses a hardware GPU, but not a software driver (llvmpipe), for which it would wait at each image.
     let is_software = renderer.facts().kind == AdapterKind::Software;
-    let automatic = if is_software { PresenterChoice::Unchanged } else { PresenterChoice::OtherGpu };
+    let automatic = if is_software { PresenterChoice::Unchanged } else { PresenterChoice::NewGpu };
     assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), automatic);
     assert_eq!(session.presenter_choice(None, DisplayPreference::Processor), PresenterChoice::Unchanged);
     session.destroy_gpu();

@@ -8,6 +8,9 @@ use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
+/// The errors for values that are not read.
+const TOO_FEW_BITS: &str = "fewer than 8 bits per height";
+const UNSUPPORTED_VALUES: &str = "heights must be 8-bit or 16-bit unsigned, 16-bit signed, or 32-bit or 64-bit floating point";
 /// The hint for a file that does not state what its values mean.
 const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
 /// Unit of unsigned 16-bit values in the CGI Moon Kit (<https://svs.gsfc.nasa.gov/4720>).
@@ -18,6 +21,11 @@ const VALUE_OF_HEIGHT_0: f64 = 20_000.0;
 /// Number of columns, and heights in kilometres, row by row.
 type Heights = (usize, Vec<f32>);
 
+/// Reads a PNG or a TIFF. `range`: the heights of black and white. It is required for values of no known scale, and refused for floating point, which is in
+/// kilometres.
+///
+/// # Errors
+/// The reason why the file cannot be read, in one line.
 pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => read_png(bytes, range),
@@ -26,10 +34,10 @@ pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Hei
     }
 }
 
-/// The conversion to kilometres of values from `min` (black) to `max` (white).
-fn range_to_km(range: HeightRange, [min, max]: [f64; 2]) -> impl Fn(f64) -> f32 {
-    let slope = (range.white_km - range.black_km) / (max - min);
-    move |value| (range.black_km + (value - min) * slope) as f32
+/// The conversion to kilometres of values from `black` to `white`.
+fn range_to_km(range: HeightRange, [black, white]: [f64; 2]) -> impl Fn(f64) -> f32 {
+    let slope = (range.white_km - range.black_km) / (white - black);
+    move |value| (range.black_km + (value - black) * slope) as f32
 }
 
 /// The conversion of unsigned 16-bit values; without a range they are those of the CGI Moon Kit.
@@ -49,7 +57,7 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
     let (colour, depth) = (info.color_type, info.bit_depth);
     check_size(columns, rows)?;
     if colour != png::ColorType::Grayscale {
-        return Err("a coloured PNG: heights are grey, of 8 or 16 bits".into());
+        return Err("a colour, palette or alpha PNG: heights must be grey, of 8 or 16 bits".into());
     }
     let mut packed = vec![0; reader.output_buffer_size().ok_or("too large")?];
     reader.next_frame(&mut packed).map_err(|e| e.to_string())?;
@@ -62,7 +70,7 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
             let km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
             packed.iter().map(|v| km(f64::from(*v))).collect()
         }
-        _ => return Err("fewer than 8 bits per height".into()),
+        _ => return Err(TOO_FEW_BITS.into()),
     };
     Ok((columns, km))
 }
@@ -75,8 +83,11 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
     let (columns, rows) = decoder.dimensions().map_err(|e| e.to_string())?;
     let (columns, rows) = (columns as usize, rows as usize);
     check_size(columns, rows)?;
-    if !matches!(decoder.colortype().map_err(|e| e.to_string())?, ColorType::Gray(_)) {
-        return Err("a coloured TIFF: heights are one band".into());
+    match decoder.colortype().map_err(|e| e.to_string())? {
+        ColorType::Gray(8 | 16 | 32 | 64) => {}
+        ColorType::Gray(..8) => return Err(TOO_FEW_BITS.into()),
+        ColorType::Gray(_) => return Err(UNSUPPORTED_VALUES.into()),
+        _ => return Err("a TIFF that is coloured, or of several bands: heights must be one grey band".into()),
     }
     let required_range = |what: &str| range.ok_or(format!("{what} have no stated scale: {GIVE_A_RANGE}"));
     fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
@@ -90,10 +101,10 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
         DecodingResult::I16(v) => each(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
         DecodingResult::F32(v) => require_no_range().map(|()| v)?,
         DecodingResult::F64(v) => require_no_range().map(|()| each(&v, |km| km as f32))?,
-        _ => return Err("heights are read of 8, 16 or 32 bits".into()),
+        _ => return Err(UNSUPPORTED_VALUES.into()),
     };
     if km.len() != columns * rows {
-        return Err("more than one band".into());
+        return Err("not one value per pixel".into());
     }
     Ok((columns, km))
 }
@@ -149,7 +160,28 @@ mod tests {
         let signed = tiff::<colortype::GrayI16>(4, 2, &[-32_768, 32_767, 0, 0, 0, 0, 0, 0]);
         assert!(heights_km(&signed, None).is_err());
         assert_eq!(heights_km(&signed, Some(RANGE)).expect("read").1[..2], [-9.0, 10.0]);
-        assert!(heights_km(&tiff::<colortype::RGB8>(4, 2, &[0; 24]), Some(RANGE)).is_err());
+        let double = tiff::<colortype::Gray64Float>(4, 2, &[-1.5, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 3.25]);
+        assert_eq!(heights_km(&double, None).expect("read").1[..2], [-1.5, 2.5]);
+        let error_of = |bytes: &[u8]| heights_km(bytes, Some(RANGE)).expect_err("refused");
+        assert!(error_of(&tiff::<colortype::RGB8>(4, 2, &[0; 24])).contains("several bands"));
+        for bytes in [
+            tiff::<colortype::GrayI8>(4, 2, &[0; 8]),
+            tiff::<colortype::Gray32>(4, 2, &[0; 8]),
+            tiff::<colortype::GrayI32>(4, 2, &[0; 8]),
+            tiff::<colortype::Gray64>(4, 2, &[0; 8]),
+        ] {
+            assert_eq!(error_of(&bytes), UNSUPPORTED_VALUES);
+        }
+        // The entry BitsPerSample (258) of an 8-bit TIFF (type 3: 16-bit integer, one of them) is given other numbers of bits.
+        let eight = tiff::<colortype::Gray8>(4, 2, &[0; 8]);
+        let mut entry = [258_u16.to_ne_bytes(), 3_u16.to_ne_bytes()].concat();
+        entry.extend(1_u32.to_ne_bytes());
+        let value = eight.windows(entry.len()).position(|bytes| bytes == entry).expect("an entry") + entry.len();
+        for (bits, error) in [(1_u16, TOO_FEW_BITS), (2, TOO_FEW_BITS), (4, TOO_FEW_BITS), (12, UNSUPPORTED_VALUES)] {
+            let mut bytes = eight.clone();
+            bytes[value..value + 2].copy_from_slice(&bits.to_ne_bytes());
+            assert_eq!(error_of(&bytes), error, "{bits} bits");
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ use super::pass_fusion::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
-use super::tile_rows::{Rows, unorm8};
+use super::tile_rows::{TileRows, unorm8};
 use super::tiles::TileTarget;
 use super::timings::PassTimings;
 use super::tone_map::ToneMapUniforms;
@@ -123,11 +123,11 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let all_timings = [&mut timings, &mut PassTimings::default()];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
-            let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [f32; 4]>, _| worker.first.target.write_to(rows, |c| c);
+            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_to(rows, |c| c);
             PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
-            let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
+            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
             PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
@@ -160,7 +160,7 @@ pub(crate) fn execute_fused<R: Real>(
     let tone_map = full_screen.fragment.tone_map();
     let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
-    let write = |worker: &Worker<'_, R>, rows: Rows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
+    let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
         Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, clear_bytes),
         None => worker.final_target().write_to(rows, unorm8),
     };
@@ -236,7 +236,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     fused: Option<&FusedPass<'_, R>>,
     allocation: &'static str,
     empty_tile_colour: Option<T>,
-    write: impl Fn(&Worker<'_, R>, Rows<'_, '_, T>, [usize; 2]) + Sync,
+    write: impl Fn(&Worker<'_, R>, TileRows<'_, '_, T>, [usize; 2]) + Sync,
     timings: [&mut PassTimings; 2],
 ) -> Result<Vec<T>, RenderError> {
     let pass = first.pass;

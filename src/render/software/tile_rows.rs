@@ -12,7 +12,7 @@ const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 
 /// `rows[y]` is the part of the tile's row `y` that lies inside the image.
-pub(super) type Rows<'a, 'b, T> = &'a mut [&'b mut [MaybeUninit<T>]];
+pub(super) type TileRows<'a, 'b, T> = &'a mut [&'b mut [MaybeUninit<T>]];
 
 /// Converts values 0..=1 to bytes, rounding to nearest, ties to even; NaN becomes 0. Avoids saturating conversions, which would keep loops from being
 /// vectorised.
@@ -27,9 +27,9 @@ pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
-/// Writes a block's pixels, given in lane order.
+/// Writes a block's pixels, given in lane order ([`coverage`]).
 #[inline(always)]
-fn place_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
+fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
     // The pixels of a quad are two pairs, one in each of two rows.
     let (pairs, _) = pixels.as_chunks::<2>();
     for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
@@ -51,7 +51,7 @@ fn place_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T
 
 /// Writes a block's pixels, given as little-endian words by rows.
 #[inline(always)]
-fn place_rows(rows: Rows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRows) {
+fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRows) {
     for (row, words) in rows.iter_mut().skip(y0).zip(words) {
         let pixels = words.map(|word| MaybeUninit::new(word.to_le_bytes()));
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
@@ -64,7 +64,7 @@ fn place_rows(rows: Rows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRo
 
 /// Fills a block with one value.
 #[inline(always)]
-fn fill_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], value: T) {
+fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T) {
     for row in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT) {
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
             Some(to) => *to = [MaybeUninit::new(value); BLOCK_WIDTH],
@@ -75,7 +75,7 @@ fn fill_block<T: Copy>(rows: Rows<'_, '_, T>, [x0, y0]: [usize; 2], value: T) {
 
 impl TileTarget {
     /// Writes every pixel of a resolved tile.
-    pub(crate) fn write_to<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+    pub(crate) fn write_to<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
@@ -89,12 +89,12 @@ impl TileTarget {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn write_avx2<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+    unsafe fn write_avx2<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
         self.write(rows, convert);
     }
 
     #[inline(always)]
-    fn write<T: Copy>(&self, rows: Rows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+    fn write<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
         let clear_value = convert(self.clear_colour());
         let mut converted = [clear_value; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
@@ -112,7 +112,7 @@ impl TileTarget {
     }
 
     /// Writes the display bytes of every pixel of a resolved tile of linear light. `clear_bytes`: those of the clear colour.
-    pub(super) fn write_tone_mapped(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
+    pub(super) fn write_tone_mapped(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
@@ -123,29 +123,29 @@ impl TileTarget {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn tone_map_avx2(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
+    fn tone_map_avx2(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
+            if let Some(light) = self.written_light(block, rows, clear_bytes) {
                 tone_map.map_rows_avx2(light, &mut words);
-                place_rows(rows, block_position(block).map(|v| v as usize), &words);
+                place_block_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
         }
     }
 
-    fn tone_map_generic(&self, rows: Rows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
+    fn tone_map_generic(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
+            if let Some(light) = self.written_light(block, rows, clear_bytes) {
                 tone_map.map_rows_generic(light, &mut words);
-                place_rows(rows, block_position(block).map(|v| v as usize), &words);
+                place_block_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
         }
     }
 
     /// Red, green and blue of a block that was drawn. Any other block is filled, if it is inside the image, and gives `None`.
     #[inline(always)]
-    fn light_or_fill(&self, block: usize, rows: Rows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
+    fn written_light(&self, block: usize, rows: TileRows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);
         if corner[1] >= rows.len() {
             return None;

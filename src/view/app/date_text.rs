@@ -1,5 +1,5 @@
 //! Parser for typed dates: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`; in German
-//! `8. April 2024`, `28. Mai 585 v. Chr.`, `jetzt`.
+//! `8. April 2024`, `28. Mai 585 v. Chr.`, `19. August 14 n. Chr.`, `jetzt`.
 //!
 //! In: text, the current time. Out: an instant (UTC), or `None` if the text is not a date. Always: ISO 8601 text has its ISO 8601 meaning. Not
 //! supported: dates of ambiguous order, such as 4/8/2024.
@@ -60,39 +60,54 @@ fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is not part of a date, a part occurs twice, a year BC is not positive, or a day has no month.
+    /// `None`: a word is not part of a date, a part occurs twice, an era has no positive year, a time of day is announced (`at`) but missing, or a day
+    /// has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
-        let mut before_christ = false;
-        for word in text.split([' ', ',']).filter(|w| !w.is_empty()) {
+        let mut is_before_christ = None;
+        let mut announces_clock = false;
+        let mut words = text.split([' ', ',']).filter(|w| !w.is_empty());
+        while let Some(word) = words.next() {
             match word {
                 _ if UTC_WORDS.contains(&word) => {}
-                "at" | "of" | "ad" | "ce" | "um" | "uhr" | "v." => {}
-                "bc" | "bce" | "chr." => before_christ = true,
-                _ if word.contains(':') => set_once(&mut parts.clock, word.trim_end_matches('z'))?,
+                "of" => {}
+                "at" | "um" | "uhr" => announces_clock = true,
+                "ad" | "ce" | "n.chr." => set_once(&mut is_before_christ, false)?,
+                "bc" | "bce" | "v.chr." => set_once(&mut is_before_christ, true)?,
+                "v." | "n." => {
+                    words.next().filter(|next| *next == "chr.")?;
+                    set_once(&mut is_before_christ, word == "v.")?;
+                }
+                _ if word.contains(':') => set_once(&mut parts.clock, word.strip_suffix('z').unwrap_or(word))?,
                 _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month(word)?)?,
                 _ if word.trim_end_matches('.').contains(['.', '/']) => parts.dotted(word)?,
                 _ => parts.number(word)?,
             }
         }
-        if before_christ {
-            parts.year = Some(1 - parts.year.filter(|y| *y > 0)?);
+        if let Some(is_before_christ) = is_before_christ {
+            let year = parts.year.filter(|y| *y > 0)?;
+            parts.year = Some(if is_before_christ { 1 - year } else { year });
+        }
+        if announces_clock && parts.clock.is_none() {
+            return None;
         }
         // This also rejects a lone number of one or two digits, which was read as a day.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
     }
 
-    /// Reads a day such as `8`, `8th` or `8.`, or a year of up to four digits.
+    /// Reads a day (`8`, `8th`, `8.`) or a year of up to four digits (`2024`, `-584`). One or two digits without a sign are a day, unless the day is already
+    /// set or there is no such day.
     fn number(&mut self, word: &str) -> Option<()> {
-        let digits = word.trim_start_matches('-').trim_end_matches(|c: char| c.is_alphabetic() || c == '.');
+        let unsigned = word.strip_prefix('-').unwrap_or(word);
+        let digits_end = unsigned.find(|c: char| !c.is_ascii_digit()).unwrap_or(unsigned.len());
+        let (digits, ending) = unsigned.split_at(digits_end);
         let value: i64 = digits.parse().ok().filter(|_| digits.len() <= 4)?;
-        let ending = word.trim_start_matches('-').strip_prefix(digits)?;
         let is_ordinal = ["st", "nd", "rd", "th", "."].contains(&ending);
         if !ending.is_empty() && !is_ordinal {
             return None;
         }
         if word.starts_with('-') {
-            return set_once(&mut self.year, -value);
+            return if is_ordinal { None } else { set_once(&mut self.year, -value) };
         }
         if digits.len() <= 2 && self.day.is_none() && (1..=31).contains(&value) {
             return set_once(&mut self.day, value as u32);
@@ -100,8 +115,11 @@ impl<'t> Parts<'t> {
         if is_ordinal { None } else { set_once(&mut self.year, value) }
     }
 
-    /// Reads `8.4.2024` as day, month, year, and `2024/4/8` as year, month, day.
+    /// Reads `8.4.2024` as day, month, year, and `2024/4/8` as year, month, day. Both separators must be the same.
     fn dotted(&mut self, word: &str) -> Option<()> {
+        if word.contains('.') && word.contains('/') {
+            return None;
+        }
         let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
         let (year, day) = if first > 31 {
@@ -120,7 +138,7 @@ impl<'t> Parts<'t> {
 /// The number of a month from its name, or from at least the first three letters of its name.
 fn month(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
-    let begins = |m: &&str| word.len() >= 3 && m.starts_with(word);
+    let begins = |m: &&str| word.chars().count() >= 3 && m.starts_with(word);
     let index = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
     Some(index as u32 + 1)
 }
@@ -207,6 +225,13 @@ mod tests {
             ("8. Mai 2024, 18:17 UTC", "2024-05-08T18:17:00Z"),
             ("8.4.2024 18:17", "2024-04-08T18:17:00Z"),
             ("28. Mai 585 v. Chr.", "-0584-05-28T00:00:00Z"),
+            ("28. Mai 585 v.Chr.", "-0584-05-28T00:00:00Z"),
+            ("19. August 14 n. Chr.", "0014-08-19T00:00:00Z"),
+            ("19. August 14 n.Chr.", "0014-08-19T00:00:00Z"),
+            ("19 August 14 AD", "0014-08-19T00:00:00Z"),
+            ("mär 2024", "2024-03-01T00:00:00Z"),
+            ("28 May -584", "-0584-05-28T00:00:00Z"),
+            ("8 April 2024 at 18:17z", "2024-04-08T18:17:00Z"),
             ("jetzt", "2026-11-22T23:00:00Z"),
         ] {
             let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
@@ -245,6 +270,23 @@ mod tests {
             "-",
             ":",
             "8th",
+            "mä 2024",
+            "8 april 2024 18:17zz",
+            "28 mai 585 v.",
+            "28 mai 585 chr.",
+            "28 mai 585 n.",
+            "28 mai 585 v. 18:17",
+            "28 mai 585 bc ad",
+            "0 ad",
+            "8 april 2024 uhr",
+            "8 april 2024 at",
+            "8 april --584",
+            "8 april --5",
+            "8 april -5th",
+            "april +5 2024",
+            "4/8.2024",
+            "8.4/2024",
+            "2024/4.8",
         ] {
             assert_eq!(parse_date(text, now()), None, "{text}");
         }

@@ -420,7 +420,7 @@ impl ApplicationHandler<Wake> for App<'_> {
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         if matches!(event, WindowEvent::RedrawRequested) {
             let result = match self.redraw() {
-                Err(PresentError::Gpu(why)) => self.reopen(event_loop, why),
+                Err(PresentError::ReplaceWindow(why)) => self.reopen(event_loop, why),
                 Err(PresentError::Cpu(why)) => Err(why),
                 Ok(()) => Ok(()),
             };

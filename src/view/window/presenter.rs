@@ -24,7 +24,7 @@ enum PresentBackend {
 /// Presents one window, with either backend.
 pub(crate) struct Presenter {
     window: Arc<Window>,
-    /// `None` only during a change of backend.
+    /// `None` during a change of backend and after a failed one.
     backend: Option<PresentBackend>,
     /// A GPU failed to present; this window does not try one again.
     gpu_failed: bool,
@@ -32,9 +32,9 @@ pub(crate) struct Presenter {
 
 /// Why a window cannot be presented.
 pub(crate) enum PresentError {
-    /// The GPU failed or should no longer present, so a new window, presented by the CPU, must replace this one. The text is the failure,
-    /// if it was not reported yet.
-    Gpu(Option<String>),
+    /// The GPU failed or should no longer present, so a new window, presented by the CPU at first, must replace this one. The text is the
+    /// failure of the GPU, if it was not reported yet.
+    ReplaceWindow(Option<String>),
     /// The CPU failed to present.
     Cpu(String),
 }
@@ -67,7 +67,8 @@ impl Presenter {
     /// for the user, if any.
     ///
     /// # Errors
-    /// The GPU no longer renders or should no longer present, so the window must be replaced.
+    /// [`PresentError::ReplaceWindow`]: the GPU that presents no longer renders or should no longer present, or the GPU that takes over cannot
+    /// present in this window. [`PresentError::Cpu`]: no GPU can present, and the system provides no pixel buffer.
     pub(crate) fn update_backend(&mut self, session: &Session, preference: DisplayPreference) -> Result<Option<String>, PresentError> {
         let surface = match &self.backend {
             Some(PresentBackend::Gpu(surface)) => Some(&**surface),
@@ -75,9 +76,9 @@ impl Presenter {
         };
         match session.presenter_choice(surface, preference) {
             PresenterChoice::Unchanged => return Ok(None),
-            PresenterChoice::Cpu => return Err(PresentError::Gpu(None)),
-            PresenterChoice::OtherGpu if self.gpu_failed => return Ok(None),
-            PresenterChoice::OtherGpu => {}
+            PresenterChoice::Cpu => return Err(PresentError::ReplaceWindow(None)),
+            PresenterChoice::NewGpu if self.gpu_failed => return Ok(None),
+            PresenterChoice::NewGpu => {}
         }
         // Only one backend at a time can own the window's surface.
         let was_on_gpu = self.is_on_gpu();
@@ -87,13 +88,13 @@ impl Presenter {
                 self.backend = Some(PresentBackend::Gpu(Box::new(surface)));
                 Ok(None)
             }
-            Some(Err(why)) if was_on_gpu => Err(PresentError::Gpu(Some(why.to_string()))),
+            Some(Err(why)) if was_on_gpu => Err(PresentError::ReplaceWindow(Some(why.to_string()))),
             Some(Err(why)) => {
                 self.gpu_failed = true;
                 self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(Some(format!("{why}: displaying via the CPU")))
             }
-            None if was_on_gpu => Err(PresentError::Gpu(None)),
+            None if was_on_gpu => Err(PresentError::ReplaceWindow(None)),
             None => {
                 self.backend = Some(cpu_backend(&self.window).map_err(PresentError::Cpu)?);
                 Ok(None)
@@ -122,7 +123,7 @@ impl Presenter {
                 // After this notification, Wayland delays the next redraw until this frame has been presented. If the frame were then not
                 // sent, no redraw would ever follow, so the notification is sent right before presentation.
                 let before_present = || self.window.pre_present_notify();
-                session.show(surface, ui_primitives, size, before_present).map_err(|why| PresentError::Gpu(Some(why.to_string())))
+                session.show(surface, ui_primitives, size, before_present).map_err(|why| PresentError::ReplaceWindow(Some(why.to_string())))
             }
             Some(PresentBackend::Cpu(surface)) => {
                 let cpu_error = |e: softbuffer::SoftBufferError| PresentError::Cpu(e.to_string());
@@ -134,7 +135,7 @@ impl Presenter {
                 buffer.present().map_err(cpu_error)?;
                 Ok(true)
             }
-            None => Err(PresentError::Gpu(None)),
+            None => Err(PresentError::ReplaceWindow(None)),
         }
     }
 }
