@@ -34,8 +34,8 @@ fn number(value: &serde_json::Value) -> f64 {
 /// Largest allowed error of a sub-point, in degrees.
 const SUB_POINT_TOLERANCE_DEG: f64 = 0.01;
 
-/// Largest allowed error of the Sun's altitude, in degrees: the errors of both sub-points, and the Sun's parallax, which the test neglects (up to 0.005).
-const SUN_ALTITUDE_TOLERANCE_DEG: f64 = 0.025;
+/// Largest allowed error of the Sun's altitude, in degrees: more than the Sun's parallax, which the test neglects.
+const SUN_ALTITUDE_TOLERANCE_DEG: f64 = 0.005;
 
 /// Altitude of a point of the sky by spherical trigonometry: latitude of the place's vertical, declination and hour angle, degrees.
 fn altitude_deg(latitude_deg: f64, declination_deg: f64, hour_angle_deg: f64) -> f64 {
