@@ -321,15 +321,15 @@ fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
     latitude_longitude_text(latitude_deg, longitude_deg, 2)
 }
 
-/// `kernel (±0.017″)`.
+/// `kernel (±0.018″)`. The error is rounded up, because it is a bound.
 fn source_text(source: Source, error_arcsec: f64) -> String {
     let name = match source {
         Source::Kernel => text!("source-kernel"),
         Source::Series => text!("source-series"),
         Source::Mean => text!("source-mean"),
     };
-    let digits = if error_arcsec < 1.0 { 3 } else { 0 };
-    if error_arcsec.is_finite() { format!("{name} (±{}″)", decimal(error_arcsec, digits)) } else { name.to_owned() }
+    let (bound_arcsec, digits) = if error_arcsec < 1.0 { ((1e3 * error_arcsec).ceil() / 1e3, 3) } else { (error_arcsec.ceil(), 0) };
+    if error_arcsec.is_finite() { format!("{name} (±{}″)", decimal(bound_arcsec, digits)) } else { name.to_owned() }
 }
 
 #[cfg(test)]
@@ -343,7 +343,8 @@ mod tests {
         assert_eq!(LengthUnit::AstronomicalUnits.format_length(KM_PER_AU, 1.0), "1.000000 au");
         assert_eq!(LengthUnit::BodyRadii.format_length(12.0, 4.0), "3.000 radii");
         assert_eq!(latitude_longitude(-33.3, 0.1), "33.30° S, 0.10° E");
-        assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.017″)");
+        assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.018″)");
+        assert_eq!(source_text(Source::Series, 0.0003), "series (±0.001″)");
         assert_eq!(duration_text(90.0 * 60.0), "90.0 min");
     }
 }
