@@ -25,9 +25,9 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Number of points in the mean over the visible lit ground.
-const MEAN_POINTS: u32 = 400;
+const MEAN_POINTS: u32 = 300;
 /// The same where a shadow is smaller than the receiver or has a sharp edge, so that single points decide.
-const FINE_MEAN_POINTS: u32 = 1000;
+const FINE_MEAN_POINTS: u32 = 600;
 /// Width of a penumbra, receiver radii, below which its edge is sharp.
 const SHARP_EDGE_WIDTH: f64 = 0.2;
 
@@ -70,13 +70,18 @@ impl<'a> ApproximateShadow<'a> {
             // Solar radii per unit of length at the occluder's distance.
             let scale = self.axis.cot_sun_radius / depth;
             let offset = occluder.offset_across - offset_across;
+            let layers = self.layers.as_ref().filter(|_| index == 0);
+            // Most points are outside the penumbra, and need no radius.
+            if layers.is_none() && offset.length_squared() * scale * scale >= (1.0 + occluder.semi_axes.x * scale).powi(2) {
+                continue;
+            }
             let (separation, radius) = (offset.length() * scale, radius_towards(occluder, offset) * scale);
             // Linear in the separation: 0 at outer contact; at inner contact the largest fraction of the disc's area that the ellipse can hide (each
             // semi-axis counts up to one solar radius).
             let max_obscuration = (occluder.semi_axes * scale).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
             fraction = fraction.min(1.0 - obscuration);
-            if let Some(layers) = self.layers.as_ref().filter(|_| index == 0) {
+            if let Some(layers) = layers {
                 // The layers are circles around the major semi-axis: the separation is that at which their limb is as far from the Sun as the outline's.
                 fraction += layers.light(separation + (occluder.semi_axes.x * scale - radius), depth, scale);
             }
