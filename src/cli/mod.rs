@@ -88,7 +88,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test extreme views: compare f32 with f64, images with images, and positions with another computation
+    /// Test extreme views: compare f32 with f64, images that should agree, and positions with another computation
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),

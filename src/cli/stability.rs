@@ -14,7 +14,7 @@ const AFTER_HELP: &str = "Examples:
   orrery stability --sweep needs-display --views 500 --seed 7 --json
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
-to break, and compares f32 with f64, images with images, or positions with another
+to break, and compares f32 with f64, images that should agree, or positions with another
 computation. The output of a sweep: the number of cases, the largest error with its bound,
 the case with that error, and the first difference in it (a named value of the module, a
 decision or a pixel). The exit status is 1 if an error exceeds its bound. --short runs
