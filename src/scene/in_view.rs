@@ -66,7 +66,7 @@ pub struct BodyInView {
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
     /// Altitude of the Sun's centre at `sub_observer`: the angle above the plane that touches the ellipsoid there, without refraction, when the light that the
-    /// camera sees was emitted. `None` for the Sun itself, and without a line to the camera: for a body around the camera or not placed.
+    /// camera sees was emitted. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
     pub sun_altitude_deg: Option<f64>,
     /// Its apparent position and orientation.
     pub placement: Placement,

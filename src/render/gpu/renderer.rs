@@ -43,7 +43,7 @@ pub(super) struct FrameResources {
     pipelines: Pipelines,
     resolve_pipelines: ResolvePipelines,
     uploads: Uploads,
-    targets: Vec<PassTarget>,
+    pub(super) targets: Vec<PassTarget>,
     buffers: Buffers,
     readback: Readback,
     pass_timer: Option<PassTimer>,
@@ -270,24 +270,9 @@ impl GpuRenderer {
         self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded.
+    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded. The last target stays in `resources`, also the
+    /// caller's texture: [`Self::submit_to_window`] drops that.
     pub(super) fn submit(
-        &self,
-        resources: &mut FrameResources,
-        plan: &Plan,
-        modules: &impl ModuleProvider,
-        target: RenderTarget<'_>,
-    ) -> Result<u64, GpuError> {
-        let result = self.submit_keeping_targets(resources, plan, modules, target);
-        if matches!(target, RenderTarget::External(_)) {
-            // Even after an error nothing refers to the caller's texture.
-            resources.targets.truncate(plan.passes.len().saturating_sub(1));
-        }
-        result
-    }
-
-    /// As [`Self::submit`], but the last target stays in `resources`, even if it is the caller's texture.
-    fn submit_keeping_targets(
         &self,
         resources: &mut FrameResources,
         plan: &Plan,

@@ -3,7 +3,7 @@
 //! In: a window's handle, and plans of its size. Out: the window's next frame. Always: the surface has the size of the last plan; a plan's output
 //! bytes are shown unchanged, because they are already encoded for the display. Not here: what is shown, and when.
 
-use super::renderer::RenderTarget;
+use super::renderer::{FrameResources, RenderTarget};
 use super::{GpuError, GpuRenderer, with_error_scopes};
 use crate::render::plan::{ModuleProvider, Plan};
 use wgpu::{
@@ -76,11 +76,24 @@ impl GpuRenderer {
                     usage: TextureUsages::RENDER_ATTACHMENT,
                     view_formats: &[],
                 });
-                self.submit(&mut resources, plan, modules, RenderTarget::External(&off_screen))?;
+                self.submit_to_window(&mut resources, plan, modules, &off_screen)?;
             }
             self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
             Ok(())
         })
+    }
+
+    /// Submits a plan that draws to a window's texture, which `resources` do not keep, even after an error.
+    fn submit_to_window(
+        &self,
+        resources: &mut FrameResources,
+        plan: &Plan,
+        modules: &impl ModuleProvider,
+        texture: &wgpu::Texture,
+    ) -> Result<(), GpuError> {
+        let submitted = self.submit(resources, plan, modules, RenderTarget::External(texture));
+        resources.targets.truncate(plan.passes.len().saturating_sub(1));
+        submitted.map(|_| ())
     }
 
     /// Whether a frame can be drawn to a window of any supported format without waiting for the compiler; `None` while such a frame is being drawn.
@@ -106,7 +119,7 @@ impl GpuRenderer {
         let Some(mut resources) = self.window_resources.try_lock() else { return Ok(false) };
         self.run_checked(plan, || {
             let Some(next) = self.next_texture(surface, size)? else { return Ok(false) };
-            self.submit(&mut resources, plan, modules, RenderTarget::External(&next.texture))?;
+            self.submit_to_window(&mut resources, plan, modules, &next.texture)?;
             before_present();
             self.queue.present(next);
             Ok(true)

@@ -13,7 +13,7 @@
 //! - 0.13 behind round bodies of 1 and 2 solar radii;
 //! - 0.16 behind elongated ones (semi-axes 0.75 to 2 solar radii).
 //!
-//! Light refracted by the occluder's air is not part of this comparison. The mean over the visible lit ground adds at most 0.004 by its number of points, and 0.012
+//! Light refracted by the occluder's air is not part of this comparison. The mean over the visible lit ground adds at most 0.005 by its number of points, and 0.02
 //! between Pluto and Charon, whose shadows have sharp edges.
 
 use crate::catalog::Body;
@@ -344,14 +344,14 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         let (mut of_sphere, mut partial) = (0.0_f64, 0);
-        for (ids, bound) in [([501, 599], 0.004), ([606, 699], 0.004), ([599, 501], 0.004), ([999, 901], 0.012)] {
+        for (ids, bound) in [([501, 599], 0.005), ([606, 699], 0.005), ([599, 501], 0.005), ([999, 901], 0.02)] {
             let passage = Passage::of(&catalog, &ephemeris, ids, None);
             let outline = passage.occluder_at(DVec2::ZERO);
             let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
             let mut largest_error = 0.0_f64;
             for phase_deg in [0.0, 1.0, 60.0, 120.0, 165.0] {
-                for (azimuth, k) in (0..3).flat_map(|k| (-4..=4).map(move |j| (TAU * f64::from(k) / 3.0, j))) {
-                    let distance = outline.semi_axes.x.max(1.0) + reach * (f64::from(k) * 0.237 - 0.05);
+                for (azimuth, k) in (0..3).flat_map(|k| (-20..=20).map(move |j| (TAU * f64::from(k) / 3.0, j))) {
+                    let distance = outline.semi_axes.x.max(1.0) + reach * (f64::from(k) * 0.0471 - 0.05);
                     let occluders = [passage.occluder_at(outline.long_axis * distance)];
                     let shadow =
                         ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun).expect("an occluder");

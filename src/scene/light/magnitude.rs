@@ -1,9 +1,9 @@
 //! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
 //! Always: a body entirely in an umbra without refracted light has no magnitude. In a partial eclipse of the bodies named below, the error is at most 0.1
-//! magnitudes where more than 0.4 of the light is left. Where less is left, the body is too bright, by up to 0.7 magnitudes where a twentieth is left and more below that, because of the
-//! linear ramp in [`crate::scene::eclipse::approximate_shadow`]; its test compares Titan, Io, Callisto and Phobos with rays. The error is largest for a moon
-//! that is much smaller than the penumbra is wide.
+//! magnitudes where more than 0.4 of the light is left. Where less is left, the body is too bright, by up to 0.7 magnitudes where a twentieth is left and
+//! more below that, because of the linear ramp in [`crate::scene::eclipse::approximate_shadow`]; its test compares Titan, Io, Callisto and Phobos with
+//! rays. The error is largest for a moon that is much smaller than the penumbra is wide.
 
 use crate::catalog::NaifId;
 use crate::scene::eclipse::sun_occluders;

@@ -117,43 +117,27 @@ impl Condition {
         }
     }
 
-    /// The text that the source map gives for a condition that holds: a feature's name, or `not` and names. `&&` takes its last term, by
-    /// convention the most specific one; `||` its first true one.
-    pub fn reason_if_true(&self, features: FeatureSet) -> String {
+    /// The text that the source map gives for why a condition holds or fails: names of features that are on, then `not` and those that are off. `&&`
+    /// takes its first false term or, if it holds, its last term, by convention the most specific one; `||` its first true term or, if it fails, all.
+    pub fn reason(&self, features: FeatureSet) -> String {
         let mut names = ReasonNames::default();
-        self.add_names_if_true(features, &mut names);
+        self.add_names(features, &mut names);
         names.text()
     }
 
-    /// The text that the source map gives for a condition that does not hold. `&&` takes its first false term; `||` all its terms, as all are
-    /// false.
-    pub fn reason_if_false(&self, features: FeatureSet) -> String {
-        let mut names = ReasonNames::default();
-        self.add_names_if_false(features, &mut names);
-        names.text()
-    }
-
-    fn add_names_if_true(&self, features: FeatureSet, names: &mut ReasonNames) {
+    fn add_names(&self, features: FeatureSet, names: &mut ReasonNames) {
+        let holds = self.holds(features);
+        let same_truth = if holds { &mut names.on } else { &mut names.off };
         match self {
-            Self::Constant(value) => names.on.push(constant_name(*value)),
-            Self::Feature(index) => names.on.push(FEATURE_NAMES[*index]),
-            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names_if_true(features, names),
-            Self::Not(c) => c.add_names_if_false(features, names),
-            Self::And(_, b) => b.add_names_if_true(features, names),
-            Self::Or(a, b) => if a.holds(features) { a } else { b }.add_names_if_true(features, names),
-        }
-    }
-
-    fn add_names_if_false(&self, features: FeatureSet, names: &mut ReasonNames) {
-        match self {
-            Self::Constant(value) => names.off.push(constant_name(*value)),
-            Self::Feature(index) => names.off.push(FEATURE_NAMES[*index]),
-            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names_if_false(features, names),
-            Self::Not(c) => c.add_names_if_true(features, names),
-            Self::And(a, b) => if a.holds(features) { b } else { a }.add_names_if_false(features, names),
+            Self::Constant(value) => same_truth.push(constant_name(*value)),
+            Self::Feature(index) => same_truth.push(FEATURE_NAMES[*index]),
+            Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names(features, names),
+            Self::Not(c) => c.add_names(features, names),
+            Self::And(a, b) => if a.holds(features) { b } else { a }.add_names(features, names),
+            Self::Or(a, b) if holds => if a.holds(features) { a } else { b }.add_names(features, names),
             Self::Or(a, b) => {
-                a.add_names_if_false(features, names);
-                b.add_names_if_false(features, names);
+                a.add_names(features, names);
+                b.add_names(features, names);
             }
         }
     }
@@ -242,7 +226,7 @@ mod tests {
     fn reason(text: &str, holds: bool, names_on: &[&str]) -> String {
         let (condition, on) = (Condition::parse(text).expect(text), FeatureSet::of(names_on));
         assert_eq!(condition.holds(on), holds, "{text}");
-        if holds { condition.reason_if_true(on) } else { condition.reason_if_false(on) }
+        condition.reason(on)
     }
 
     #[test]

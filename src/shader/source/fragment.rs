@@ -169,10 +169,10 @@ impl Fragment {
             Block::Root => None,
             Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),
             Block::When { condition: Condition::Constant(true), unless: Some(previous), .. } => match &self.blocks[*previous as usize] {
-                Block::When { condition, .. } => Some(condition.reason_if_false(features)),
+                Block::When { condition, .. } => Some(condition.reason(features)),
                 _ => None,
             },
-            Block::When { condition, .. } => Some(condition.reason_if_true(features)),
+            Block::When { condition, .. } => Some(condition.reason(features)),
         }
     }
 }
