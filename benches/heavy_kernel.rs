@@ -37,7 +37,9 @@ fn main() {
         KernelClass::available().into_iter().filter(|c| wanted.is_empty() || wanted.iter().any(|w| w == c.name())).collect();
     let renderers: Vec<_> = classes
         .iter()
-        .map(|c| SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32 }).expect("a renderer"))
+        .map(|c| {
+            SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32, ..Options::default() }).expect("a renderer")
+        })
         .collect();
     let mut by_hand_image = vec![[0f32; 4]; SIZE * SIZE];
     let mut hand_s = Vec::new();
@@ -64,7 +66,8 @@ fn main() {
     let (plan, module) = (tone_map_plan(SIZE as u32), simple_module("tone_map"));
     for class in &classes {
         // A separate renderer, because a renderer caches modules by name.
-        let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32 }).expect("a renderer");
+        let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32, ..Options::default() })
+            .expect("a renderer");
         let times = (0..ROUNDS).map(|_| {
             let start = cpu_seconds();
             renderer.render(&plan, &module, FrameImages::Display).expect("draws");

@@ -94,7 +94,8 @@ impl SampleBodyRenderer {
     /// # Errors
     /// The thread cannot be started.
     pub(crate) fn new(side: u32) -> Result<Self, SessionError> {
-        let renderer = |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable });
+        let renderer =
+            |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable, ..Options::default() });
         Ok(Self { side, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
     }
 

@@ -315,6 +315,14 @@ impl Session {
         software_renderers::renderer(Some(self.renderer().threads()), double_precision)
     }
 
+    /// As [`Self::renderer_in`] in f64, but with the vertices on the grid of GPUs, so that edges cover the same pixels as a GPU's.
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn renderer_for_gpu_comparison(&self) -> Result<SoftwareRenderer, RenderError> {
+        software_renderers::renderer_for_gpu_comparison(Some(self.renderer().threads()))
+    }
+
     /// Destroys the GPU device, as a driver reset would, to test the fallback.
     #[cfg(feature = "gpu")]
     pub fn destroy_gpu(&self) {

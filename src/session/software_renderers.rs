@@ -1,6 +1,6 @@
 //! Creates software renderers with a session's options.
 
-use crate::render::software::{self, Options, Precision, RenderError, SoftwareRenderer};
+use crate::render::software::{self, Options, Precision, RenderError, SoftwareRenderer, VertexGrid};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::shader::Lowering;
 
@@ -16,4 +16,10 @@ pub fn lowering() -> Lowering {
 pub fn renderer(threads: Option<usize>, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
     let precision = if double_precision { Precision::F64 } else { Precision::F32 };
     SoftwareRenderer::new(Options { threads: threads.unwrap_or(0), precision, ..Options::default() })
+}
+
+/// A software renderer in f64 that snaps vertices to the grid of GPUs, as [`renderer`] otherwise.
+pub fn renderer_for_gpu_comparison(threads: Option<usize>) -> Result<SoftwareRenderer, RenderError> {
+    let threads = threads.unwrap_or(0);
+    SoftwareRenderer::new(Options { threads, precision: Precision::F64, vertex_grid: VertexGrid::Gpu, ..Options::default() })
 }

@@ -124,7 +124,9 @@ impl<'a> SweepBench<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
-        Ok(Self { renderers: PrecisionRenderers::new(session)?, effort, seed, views: None, faults })
+        let is_on_gpu = session.renderers().1 == RendererPreference::Gpu;
+        let renderers = if is_on_gpu { PrecisionRenderers::for_gpu_comparison(session) } else { PrecisionRenderers::new(session) };
+        Ok(Self { renderers: renderers?, effort, seed, views: None, faults })
     }
 
     /// Sets the number of random views; `None`: the effort decides.

@@ -289,8 +289,10 @@ mod heavy;
 #[test]
 fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
-    let renderer =
-        || SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32 }).expect("a renderer");
+    let renderer = || {
+        SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
+            .expect("a renderer")
+    };
     let (frame, _) =
         renderer().render(&heavy::plan(64), &heavy::module(heavy::WGSL), FrameImages::DisplayAndHdr).expect("the heavy shader draws");
     let [corner, middle] = [0, 32 * 64 + 32].map(|k: usize| frame.hdr[k]);

@@ -1,6 +1,7 @@
 //! Shader stages written as closures over one lane, to test the rasteriser without the shader compiler.
 
 use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, PlanDraw, ShadingRate, Vertices};
+use orrery::render::software::VertexGrid;
 use orrery::render::software::math::Real;
 use orrery::render::software::pass::{DrawStages, PassImage, execute};
 use orrery::render::software::program::{LaneInput, LaneOutput};
@@ -135,7 +136,10 @@ pub fn pass(width: u32, height: u32, samples: u8, draws: Vec<PlanDraw>) -> Pass 
 
 /// Renders a pass; `stages` has the vertex and the fragment shader of each draw.
 pub fn render<R: Real>(pass: &Pass, stages: &[(&HandShader<'_, R>, &HandShader<'_, R>)]) -> Vec<[f32; 4]> {
-    let stages: Vec<_> = stages.iter().map(|(vertex, fragment)| DrawStages { vertex: *vertex, fragment: *fragment }).collect();
+    let stages: Vec<_> = stages
+        .iter()
+        .map(|(vertex, fragment)| DrawStages { vertex: *vertex, vertex_grid: VertexGrid::Fine, fragment: *fragment })
+        .collect();
     match execute(pass, &stages).expect("the pass renders").0 {
         PassImage::Float(image) => image,
         PassImage::Unorm(_) => panic!("the pass must render floats"),

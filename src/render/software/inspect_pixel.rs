@@ -89,7 +89,8 @@ impl SoftwareRenderer {
         // The scissor leaves one quad, so the pixel is one of the first four lanes.
         let lane = (y % 2 * 2 + x % 2) as usize;
         let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
-        let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, fragment: &recording }])?;
+        let (image, _) =
+            execute(&pass, &[DrawStages { vertex: &bound.vertex, vertex_grid: self.options().vertex_grid, fragment: &recording }])?;
         let PassImage::Float(pixels) = image else { return Ok(None) };
         // The pixel still has the clear colour: it was not covered, or was discarded. A draw whose red is NaN cannot be told from these.
         if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {

@@ -42,6 +42,7 @@ pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub(crate) use inspect_pixel::{NamedValue, PixelValues};
 pub use lower::lowering;
+pub use raster::setup::VertexGrid;
 pub use renderer::{Options, Precision, SoftwareRenderer};
 pub(crate) use timings::Timings;
 

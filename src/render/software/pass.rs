@@ -12,6 +12,7 @@ use super::fragment_plan::FragmentPlan;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
+use super::raster::setup::VertexGrid;
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
 use super::tile_rows::{TileRows, unorm8};
@@ -31,9 +32,10 @@ use std::time::Instant;
 /// Centres of a tile's pixels.
 static PIXEL_CENTRES: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
 
-/// The stages of one draw, bound to its uniforms and textures.
+/// The stages of one draw, bound to its uniforms and textures, and the grid of the vertices between them.
 pub struct DrawStages<'a, R: Real> {
     pub vertex: &'a dyn LaneProgram<R>,
+    pub vertex_grid: VertexGrid,
     pub fragment: &'a dyn LaneProgram<R>,
 }
 
@@ -208,7 +210,7 @@ fn prepare_draw<'a, R: Real>(
 ) -> Result<DrawJob<'a, R>, RenderError> {
     let fragment = stages.fragment;
     let AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds } =
-        assemble(draw, stages.vertex, fragment.inputs(), pass.width, pass.height)?;
+        assemble(draw, stages.vertex, fragment.inputs(), [pass.width, pass.height], stages.vertex_grid)?;
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
     timings.submitted += submitted;

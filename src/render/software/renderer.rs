@@ -11,6 +11,7 @@ use super::math::Real;
 use super::pass::{DrawStages, PassImage, execute, execute_fused};
 use super::pass_fusion::can_fuse_with_next_pass;
 use super::program::{Program, ShaderStage};
+use super::raster::setup::VertexGrid;
 use super::sample::texels::Texels;
 use super::sample::{BoundTexture, Textures};
 use super::tape_stage::TapeStage;
@@ -44,11 +45,12 @@ pub struct Options {
     pub threads: usize,
     pub kernels: KernelClass,
     pub precision: Precision,
+    pub vertex_grid: VertexGrid,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 0, kernels: KernelClass::detect(), precision: Precision::F32 }
+        Self { threads: 0, kernels: KernelClass::detect(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
     }
 }
 
@@ -208,7 +210,7 @@ impl SoftwareRenderer {
         let entry_points = self.entry_points_of_pass(pass, modules)?;
         let bound = self.bind_all::<R>(pass, &entry_points, &outputs_of(earlier))?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
-        let (image, timings) = execute(pass, &stages_of(&bound))?;
+        let (image, timings) = execute(pass, &self.stages_of(&bound))?;
         check_loop_limits(pass, &bound)?;
         Ok((image, timings, prepare_ms))
     }
@@ -227,7 +229,7 @@ impl SoftwareRenderer {
         outputs.push(texels_of(&PLACEHOLDER, 1, 1));
         let second_bound = self.bind_all::<R>(second, &entry_points[1], &outputs)?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
-        let fused = execute_fused(first, &stages_of(&first_bound), second, &stages_of(&second_bound))?;
+        let fused = execute_fused(first, &self.stages_of(&first_bound), second, &self.stages_of(&second_bound))?;
         check_loop_limits(first, &first_bound)?;
         check_loop_limits(second, &second_bound)?;
         Ok(fused.map(|(image, timings)| (image, timings, prepare_ms)))
@@ -278,6 +280,11 @@ impl SoftwareRenderer {
         Ok(entry_points)
     }
 
+    fn stages_of<'a, R: Real>(&self, bound: &'a [BoundStages<'_, R>]) -> Vec<DrawStages<'a, R>> {
+        let vertex_grid = self.options.vertex_grid;
+        bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, vertex_grid, fragment: &b.fragment as _ }).collect()
+    }
+
     /// Both stages of a draw, bound to its uniforms and textures. `outputs`: images of earlier passes.
     pub(super) fn bind<'a, R: Real>(
         &self,
@@ -303,10 +310,6 @@ static PLACEHOLDER: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec!
 
 fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {
     earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect()
-}
-
-fn stages_of<'a, R: Real>(bound: &'a [BoundStages<'_, R>]) -> Vec<DrawStages<'a, R>> {
-    bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, fragment: &b.fragment as _ }).collect()
 }
 
 /// # Errors

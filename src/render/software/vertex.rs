@@ -7,7 +7,7 @@ use super::RenderError;
 use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::raster::setup::{Interpolation, RasterGeometry, RasterState, set_up};
+use super::raster::setup::{Interpolation, RasterGeometry, RasterState, VertexGrid, set_up};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
@@ -249,14 +249,15 @@ pub(crate) fn assemble<R: Real>(
     draw: &PlanDraw,
     vertex: &dyn LaneProgram<R>,
     fragment_inputs: &[LaneInput],
-    width: u32,
-    height: u32,
+    [width, height]: [u32; 2],
+    vertex_grid: VertexGrid,
 ) -> Result<AssembledDraw, RenderError> {
     let start = Instant::now();
     let varyings = link_varyings(&draw.label, vertex.outputs(), fragment_inputs)?;
     let stage = VertexStage::new(draw, vertex, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
-    let raster_state = RasterState { width, height, scissor: [x0, y0, x1.min(width), y1.min(height)], cull_back: draw.cull == Cull::Back };
+    let scissor = [x0, y0, x1.min(width), y1.min(height)];
+    let raster_state = RasterState { width, height, scissor, cull_back: draw.cull == Cull::Back, vertex_grid };
     let setup = TriangleSetup { raster_state, varyings: &varyings };
     let instances = draw.instances.count as usize;
     let mut program_wall_seconds = None;

@@ -1,6 +1,6 @@
 //! Triangle set-up: edges in fixed point, and the plane equations of depth, 1/w and the varyings.
 //!
-//! Positions are snapped to 1/4096 pixel (a silhouette moves by at most 0.00012 pixel); edge functions are exact in i64 up to the guard band.
+//! Positions are snapped to a [`VertexGrid`]; edge functions are exact in i64 up to the guard band.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
 //! 1997), so clipped parts share the planes of the unclipped triangle.
 
@@ -10,7 +10,28 @@ use crate::render::software::{RenderError, try_grow};
 /// Fixed-point steps per pixel.
 pub(crate) const SUBPIXEL: i64 = 4096;
 
-/// Size of the target, scissor rectangle and culling.
+/// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum VertexGrid {
+    /// 1/4096 pixel: a silhouette moves by at most 0.00012 pixel along each axis.
+    #[default]
+    Fine,
+    /// 1/256 pixel, as on GPUs (Direct3D 11.3 Functional Specification, 3.4.4.1; `subPixelPrecisionBits` is 8 with most Vulkan drivers). Images
+    /// that are compared with a GPU's need it: a silhouette moves by up to 0.002 pixel along each axis, which decides whether an edge covers a pixel's centre.
+    Gpu,
+}
+
+impl VertexGrid {
+    /// Distance of two grid points, in fixed-point steps.
+    const fn spacing(self) -> i64 {
+        match self {
+            Self::Fine => 1,
+            Self::Gpu => SUBPIXEL / 256,
+        }
+    }
+}
+
+/// Size of the target, scissor rectangle, culling and grid of the vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RasterState {
     pub width: u32,
@@ -18,6 +39,7 @@ pub(crate) struct RasterState {
     /// x0, y0, x1, y1, exclusive; inside the target.
     pub scissor: [u32; 4],
     pub cull_back: bool,
+    pub vertex_grid: VertexGrid,
 }
 
 /// Edge function: `a x + b y + c >= 0` inside the triangle, with x and y in fixed point; c includes the top-left rule.
@@ -176,9 +198,11 @@ pub(crate) enum Interpolation {
     Flat,
 }
 
-fn snap(c: &ClipVertex) -> [i64; 2] {
-    let step = SUBPIXEL as f64;
-    [(c.x / c.w * step).round_ties_even() as i64, (c.y / c.w * step).round_ties_even() as i64]
+/// The nearest point of the grid, in fixed point.
+fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
+    let spacing = vertex_grid.spacing();
+    let points_per_pixel = (SUBPIXEL / spacing) as f64;
+    [c.x, c.y].map(|v| (v / c.w * points_per_pixel).round_ties_even() as i64 * spacing)
 }
 
 fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
@@ -222,7 +246,7 @@ pub(crate) fn set_up(
     if !polygon.is_clipped {
         // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
         for c in &mut corners {
-            let [x, y] = snap(c).map(|v| v as f64 / SUBPIXEL as f64);
+            let [x, y] = snap(c, raster_state.vertex_grid).map(|v| v as f64 / SUBPIXEL as f64);
             (c.x, c.y) = (x * c.w, y * c.w);
         }
     }
@@ -253,7 +277,7 @@ pub(crate) fn set_up(
     let triangles_before = triangles.len();
     let points = polygon.corners();
     for k in 1..points.len() - 1 {
-        let p = [snap(&points[0]), snap(&points[k]), snap(&points[k + 1])];
+        let p = [points[0], points[k], points[k + 1]].map(|c| snap(&c, raster_state.vertex_grid));
         triangles.extend(raster_triangle(p, !is_front_facing, raster_state, source_triangle));
     }
     if triangles.len() == triangles_before {
@@ -290,7 +314,8 @@ pub(crate) fn set_up(
 mod tests {
     use super::*;
 
-    const BOUNDS: RasterState = RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false };
+    const BOUNDS: RasterState =
+        RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false, vertex_grid: VertexGrid::Fine };
 
     fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
         let mut g = RasterGeometry::default();
@@ -309,6 +334,18 @@ mod tests {
             assert!((varying.at(x, y) / s.inverse_w.at(x, y) - v).abs() < 1e-2, "{v}");
             assert!((s.depth.at(x, y) - c[2] / c[3]).abs() < 1e-4);
         }
+    }
+
+    #[test]
+    fn each_grid_moves_a_vertex_by_at_most_half_its_spacing() {
+        // x in pixels of a target 64 pixels wide; 10.3 pixels lie between two points of either grid.
+        let vertex = |x_px: f64| ClipVertex::from_clip([2.0 * x_px / 64.0 - 1.0, 0.0, 0.5, 1.0], 64, 64);
+        for (grid, spacing_px) in [(VertexGrid::Fine, 1.0 / 4096.0), (VertexGrid::Gpu, 1.0 / 256.0)] {
+            let snapped_px = snap(&vertex(10.3), grid)[0] as f64 / SUBPIXEL as f64;
+            assert!((snapped_px - 10.3).abs() <= 0.5 * spacing_px, "{grid:?}: {snapped_px}");
+            assert_eq!((snapped_px / spacing_px).fract(), 0.0, "{grid:?}: {snapped_px}");
+        }
+        assert_ne!(snap(&vertex(10.3), VertexGrid::Fine), snap(&vertex(10.3), VertexGrid::Gpu));
     }
 
     #[test]
