@@ -64,7 +64,7 @@ fn shaders(common: &Common, out: &mut String) {
         (Ok(fragments), folder) => {
             let surface = (!common.surface.is_empty()).then(|| "--surface".to_owned());
             let origins: Vec<String> = folder.as_ref().map(|folder| folder.display().to_string()).into_iter().chain(surface).collect();
-            push_line!(out, "shaders   {} built-in fragments", crate::shader::fragments::FRAGMENTS.len());
+            push_line!(out, "shaders   {} built-in sources", crate::shader::fragments::FRAGMENTS.len());
             if !origins.is_empty() {
                 push_line!(out, "          {} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and "));
             }

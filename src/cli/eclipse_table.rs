@@ -2,29 +2,49 @@
 
 use crate::catalog::Catalog;
 use crate::events;
+use crate::time::Instant;
 use serde_json::{Value, json};
 
-/// An ISO time without fractions of a second: `2024-04-08 18:17:20`.
-fn short_time(iso: &Value) -> String {
+/// An ISO time rounded to a decimal of the second: with 0 decimals `2024-04-08 18:17:20`. A carry may reach the date.
+fn rounded_time(iso: &Value, decimals: u8) -> String {
     let text = iso.as_str().unwrap_or("");
-    text.split('.').next().unwrap_or("").trim_end_matches('Z').replace('T', " ")
+    let half_unit_s = 0.5 * 0.1_f64.powi(i32::from(decimals));
+    // `to_utc_iso` omits a fraction of 0.
+    let later = Instant::parse(text).map_or_else(|_| text.to_owned(), |t| t.plus_seconds(half_unit_s).to_utc_iso());
+    let later = later.trim_end_matches('Z').replace('T', " ");
+    let (whole, fraction) = later.split_once('.').unwrap_or((later.as_str(), ""));
+    match usize::from(decimals) {
+        0 => whole.to_owned(),
+        kept => format!("{whole}.{:0<kept$}", fraction.get(..kept).unwrap_or(fraction)),
+    }
 }
 
-/// The time of day of an ISO time: `18:17:20`.
+/// The time of day of an ISO time, rounded to a second: `18:17:20`.
 fn time_of_day(iso: &Value) -> String {
-    short_time(iso).rsplit(' ').next().unwrap_or("").to_owned()
+    rounded_time(iso, 0).rsplit(' ').next().unwrap_or("").to_owned()
 }
 
-fn number(value: &Value, digits: usize) -> String {
-    value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+/// A key to sort ISO times by. As texts, times in negative years would sort backwards.
+fn seconds_past_j2000(iso: &Value) -> f64 {
+    iso.as_str().and_then(|text| Instant::parse(text).ok()).map_or(f64::INFINITY, Instant::tdb_seconds_past_j2000)
 }
 
-/// A duration as text: `4m28s` or `1h02m`.
+/// A number with this many decimals; what rounds to zero has no minus sign.
+fn number(value: &Value, decimals: usize) -> String {
+    let Some(v) = value.as_f64() else { return "-".to_owned() };
+    let text = format!("{v:.decimals$}");
+    text.strip_prefix('-').filter(|digits| digits.bytes().all(|b| matches!(b, b'0' | b'.'))).unwrap_or(&text).to_owned()
+}
+
+/// A duration as text, rounded to its last unit: `4m28s` or `1h02m`.
 fn duration(seconds: &Value) -> String {
-    match seconds.as_f64().map(|s| s.round() as i64) {
+    match seconds.as_f64() {
         None => "-".to_owned(),
-        Some(s) if s < 3600 => format!("{}m{:02}s", s / 60, s % 60),
-        Some(s) => format!("{}h{:02}m", s / 3600, s % 3600 / 60),
+        Some(s) if s.round() < 3600.0 => format!("{}m{:02}s", s.round() as i64 / 60, s.round() as i64 % 60),
+        Some(s) => {
+            let minutes = (s / 60.0).round() as i64;
+            format!("{}h{:02}m", minutes / 60, minutes % 60)
+        }
     }
 }
 
@@ -37,7 +57,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
     for row in rows {
         let word = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
         table.push([
-            short_time(&row["greatest"]),
+            rounded_time(&row["greatest"], 0),
             word("kind"),
             row["body"].as_str().map_or_else(
                 || word("type"),
@@ -75,7 +95,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
 fn contacts_text(row: &Value) -> String {
     let Some(contacts) = row["contacts"].as_object() else { return String::new() };
     let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
-    by_time.sort_by_key(|(_, time)| time.as_str().unwrap_or(""));
+    by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(a).total_cmp(&seconds_past_j2000(b)));
     by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
 }
 
@@ -92,7 +112,7 @@ fn local_text(local: &Value) -> String {
     let mut by_time: Vec<(String, &Value)> =
         local["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.clone(), c)).collect();
     by_time.push(("maximum".to_owned(), &local["maximum"]));
-    by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
+    by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
     parts.push(format!("magnitude {}", number(&local["magnitude"], 4)));
     if !local["obscuration"].is_null() {
@@ -114,7 +134,7 @@ fn local_text(local: &Value) -> String {
 /// `by the Moon's own limb: C1 … · C2, last bead, 18:42:12.4 (+1.3 s, at 72° from north) · …; 16.0000 heights a degree …`.
 fn limb_text(limb: &Value) -> String {
     let mut by_time: Vec<(&str, &Value)> = limb["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.as_str(), c)).collect();
-    by_time.sort_by_key(|(_, c)| c["time"].as_str().unwrap_or("").to_owned());
+    by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let contact_text = |(name, c): &(&str, &Value)| {
         let bead = if *name == "C2" {
             ", last bead,"
@@ -123,13 +143,58 @@ fn limb_text(limb: &Value) -> String {
         } else {
             ""
         };
-        // To a tenth of a second.
-        let time =
-            c["time"].as_str().unwrap_or("").trim_end_matches('Z').rsplit('T').next().unwrap_or("").chars().take(10).collect::<String>();
-        let delay_s = c["later_s"].as_f64().unwrap_or(0.0);
-        format!("{name}{bead} {time} ({delay_s:+.1} s, at {}° from north)", number(&c["position_angle_deg"], 0))
+        let time = rounded_time(&c["time"], 1);
+        let time = time.rsplit(' ').next().unwrap_or("");
+        // The sum turns a negative zero into a positive one.
+        let later_s = (10.0 * c["later_s"].as_f64().unwrap_or(0.0)).round() / 10.0 + 0.0;
+        let angle_deg = c["position_angle_deg"].as_f64().unwrap_or(0.0).round().rem_euclid(360.0);
+        format!("{name}{bead} {time} ({later_s:+.1} s, at {angle_deg:.0}° from north)")
     };
     let found = by_time.iter().map(contact_text).collect::<Vec<_>>().join(" · ");
     let missing = if limb["last_bead"].is_null() { "; beads throughout, or no inner contacts" } else { "" };
     format!("by the Moon's own limb: {found}{missing}; {}", limb["heights"].as_str().unwrap_or(""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A lunar eclipse over midnight at the end of the year -2523.
+    #[test]
+    fn contacts_of_negative_years_are_in_order_of_time() {
+        let contacts = json!({
+            "P1": "-2523-12-31T20:18:32Z", "P4": "-2522-01-01T01:33:08Z", "U1": "-2523-12-31T21:25:02Z", "U4": "-2522-01-01T00:26:30Z",
+        });
+        assert_eq!(contacts_text(&json!({ "contacts": contacts })), "P1 20:18:32 U1 21:25:02 U4 00:26:30 P4 01:33:08");
+        let contact = |time: &str| json!({ "time": time, "altitude_deg": 30.0, "up": true, "later_s": 0.0, "position_angle_deg": 90.0 });
+        let by_name = json!({ "U1": contact("-2523-12-31T21:25:02Z"), "U4": contact("-2522-01-01T00:26:30Z") });
+        let maximum = contact("-2523-12-31T22:55:46Z");
+        let local = json!({ "visible": true, "contacts": by_name, "maximum": maximum, "magnitude": 0.5, "obscuration": null });
+        let text = local_text(&local);
+        assert!(text.starts_with("here: U1 21:25:02 (30.0°) · maximum 22:55:46 (30.0°) · U4 00:26:30 (30.0°) · magnitude"), "{text}");
+        let text = limb_text(&json!({ "contacts": by_name, "last_bead": "", "heights": "" }));
+        assert!(text.find("U1") < text.find("U4"), "{text}");
+    }
+
+    #[test]
+    fn times_and_durations_are_rounded_and_carry() {
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.942Z"), 0), "2024-04-08 18:11:49");
+        assert_eq!(rounded_time(&json!("2024-12-31T23:59:59.500Z"), 0), "2025-01-01 00:00:00");
+        // The last minute of 2016 had a leap second.
+        assert_eq!(rounded_time(&json!("2016-12-31T23:59:59.700Z"), 0), "2016-12-31 23:59:60");
+        assert_eq!(rounded_time(&json!("2016-12-31T23:59:60.700Z"), 0), "2017-01-01 00:00:00");
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.960Z"), 1), "2024-04-08 18:11:49.0");
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.940Z"), 1), "2024-04-08 18:11:48.9");
+        for (seconds, text) in [(267.6, "4m28s"), (3599.4, "59m59s"), (3599.6, "1h00m"), (3697.7, "1h02m"), (7199.0, "2h00m")] {
+            assert_eq!(duration(&json!(seconds)), text, "{seconds}");
+        }
+    }
+
+    #[test]
+    fn what_rounds_to_zero_or_to_a_full_circle_is_zero() {
+        assert_eq!((number(&json!(-0.00004), 4), number(&json!(-0.00006), 4)), ("0.0000".to_owned(), "-0.0001".to_owned()));
+        let contact = json!({ "time": "2026-08-12T18:27:00Z", "later_s": -0.04, "position_angle_deg": 359.6 });
+        let text = limb_text(&json!({ "contacts": { "C1": contact }, "last_bead": "", "heights": "" }));
+        assert!(text.contains("C1 18:27:00.0 (+0.0 s, at 0° from north)"), "{text}");
+    }
 }

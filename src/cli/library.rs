@@ -12,7 +12,7 @@ use crate::wording::echo;
 
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\n`status`, `verify` and `clear` also cover the decoded maps that are kept beside the library. Modules of edited fragments (--shaders) stay in memory; `warm` then only checks that they compile."
+    after_help = "Examples:\n  orrery library warm\n  orrery library status --json\n\n`status`, `verify` and `clear` also cover the decoded maps that are kept beside the library. Modules of edited shader sources (--shaders) stay in memory; `warm` then only checks that they compile."
 )]
 pub(crate) struct LibraryArgs {
     #[command(subcommand)]

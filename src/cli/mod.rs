@@ -88,7 +88,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test extreme views: compare f32 with f64, images that should agree, and positions with another computation
+    /// Test extreme views: compare f32 with f64, pairs of images that should be equal, and positions with an independent computation
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
@@ -110,10 +110,10 @@ pub(crate) struct Common {
     /// Quality: draft takes 1 sample per pixel, standard 4, reference 4 in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
-    /// Folder of shader fragments that replace built-in ones (`orrery shader export` writes them)
+    /// Folder of shader sources that replace built-in ones (`orrery shader export` writes them)
     #[arg(long, global = true, value_name = "DIR")]
     pub shaders: Option<PathBuf>,
-    /// Fragment that colours the ground of a body, BODY=FILE, with `fn custom_surface(point: SurfacePoint) -> CustomSurface`; repeat for up to four bodies
+    /// Shader source that colours the ground of a body, BODY=FILE, with `fn custom_surface(point: SurfacePoint) -> CustomSurface`; repeat for up to four bodies
     #[arg(long, global = true, value_name = "BODY=FILE")]
     pub surface: Vec<SurfaceFile>,
     /// Folder of the disk cache: shader library, decoded maps, tables

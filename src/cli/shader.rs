@@ -91,7 +91,7 @@ enum ShaderVerb {
     /// Compile the modules of all reachable keys and covering sets, translate them to all languages and compare them with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
-        /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder, a folder of library files, a folder of fragments, or `built-in`
+        /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder, a folder of library files, a folder of shader sources, or `built-in`
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value
@@ -112,19 +112,19 @@ enum ShaderVerb {
         #[command(flatten)]
         which: KeySelection,
     },
-    /// Write modules with inputs, expected pixels and tolerances, to test other executors of WGSL
+    /// Write conformance test cases, to test other executors of WGSL: modules with inputs, expected pixels and tolerances
     Corpus {
-        /// Folder for the cases; new, empty, or with a corpus in it
+        /// Folder for the cases; new, empty, or with earlier cases in it
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
         which: KeySelection,
     },
-    /// Write the shader fragments as files to edit, for --shaders
+    /// Write the shader sources as files to edit, for --shaders
     Export {
         #[arg(value_name = "DIR")]
         folder: PathBuf,
-        /// Overwrite files that differ from the built-in fragments
+        /// Overwrite files that differ from the built-in sources
         #[arg(long)]
         overwrite: bool,
     },
@@ -136,7 +136,7 @@ const REPORT_HELP: &str = "Two revisions side by side:
   orrery shader verify --report old new
   orrery shader verify --report built-in my-shaders
 
-For each cause (a changed fragment, the generator, the lowering) the report names the modules that it changed,
+For each cause (a changed shader source, the generator, the lowering) the report names the modules that it changed,
 the greatest change of their images of the sample body, and their cost before and after.";
 
 fn module_id(text: &str) -> Result<ModuleId, String> {
@@ -284,7 +284,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
         match read_bytes(&path, MAX_FILE_BYTES) {
             Ok(bytes) if bytes == text.as_bytes() => same += 1,
             Ok(_) if !overwrite => {
-                return Err(CliError::Failed(format!("{}: differs from the built-in fragment; --overwrite replaces it", shown(&path))));
+                return Err(CliError::Failed(format!("{}: differs from the built-in source; --overwrite replaces it", shown(&path))));
             }
             _ => new.push((path, *text)),
         }
@@ -295,7 +295,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
     let unchanged_note = if same == 0 { String::new() } else { format!(", {same} unchanged") };
-    print_result(&format!("{} fragments written to {}{unchanged_note}; use this folder with --shaders\n", new.len(), shown(folder)))
+    print_result(&format!("{} shader sources written to {}{unchanged_note}; use this folder with --shaders\n", new.len(), shown(folder)))
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {

@@ -66,7 +66,8 @@ struct ExportFolder {
 }
 
 const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", folders: ["pages", "pictures"] };
-const CORPUS: ExportFolder = ExportFolder { what: "a corpus", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
+const CORPUS: ExportFolder =
+    ExportFolder { what: "a set of test cases", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
 /// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's subfolders are removed, because
 /// another selection of keys has files of other names.

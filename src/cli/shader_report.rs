@@ -87,7 +87,7 @@ fn more(total: usize) -> String {
 /// The description of a cause; a fragment is named by its path in the source tree.
 fn cause_text(cause: &str) -> String {
     let description = |cause: &str| match cause {
-        "generator" => "the generator: lines without a fragment, or their order".to_owned(),
+        "generator" => "the generator: lines from no shader source, or their order".to_owned(),
         "lowering" => "the lowering: the same text, another tape".to_owned(),
         path => format!("shaders/{path}"),
     };

@@ -14,12 +14,13 @@ const AFTER_HELP: &str = "Examples:
   orrery stability --sweep needs-display --views 500 --seed 7 --json
 
 Each sweep draws, probes or places bodies where arithmetic and decisions are most likely
-to break, and compares f32 with f64, images that should agree, or positions with another
-computation. The output of a sweep: the number of cases, the largest error with its bound,
-the case with that error, and the first difference in it (a named value of the module, a
-decision or a pixel). The exit status is 1 if an error exceeds its bound. --short runs
-fewer cases, within two minutes on two cores. With --renderer gpu the GPU draws the f32
-images; sweeps for which its arithmetic is less precise have separate bounds.";
+to break, and compares f32 with f64, pairs of images that should be equal, or positions
+with an independent computation. The output of a sweep: the number of cases, the largest
+error with its bound, the case with that error, and the first difference in it (a named
+value of the module, a decision or a pixel). The exit status is 1 if an error exceeds its
+bound. --short runs fewer cases, within two minutes on two cores. With --renderer gpu the
+GPU draws the f32 images; sweeps for which its arithmetic is less precise have separate
+bounds.";
 
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = AFTER_HELP, next_help_heading = "Sweeps")]

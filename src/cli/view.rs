@@ -5,7 +5,7 @@ use super::view_args::instant;
 use super::{CliError, Common};
 
 const AFTER_HELP: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
-With --shaders DIR, fragments are reloaded when a file changes. Press `?` in the window for keyboard and mouse help.
+With --shaders DIR, shader sources are reloaded when a file changes. Press `?` in the window for keyboard and mouse help.
 
 Fields that a link or a file omits have the defaults of a new window: the Earth, now, the lit side from 3.5 radii.
 `target` and `eye.body` are names or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. If a link cannot

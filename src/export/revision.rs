@@ -19,7 +19,7 @@ pub enum RevisionError {
     #[error("{}: {source}", folder.display())]
     Folder { folder: PathBuf, source: std::io::Error },
     /// It contains neither entries nor fragments.
-    #[error("{}: no shader library and no fragments in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the fragments", .0.display())]
+    #[error("{}: no shader library and no shader sources in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the sources", .0.display())]
     Nothing(PathBuf),
     /// It contains libraries of several generators.
     #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]

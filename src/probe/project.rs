@@ -1,20 +1,21 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
-//! `view`, `time` and `size` are those of `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
+//! `view`, `time` and `size` are those of the query `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
 //! and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no
 //! parallax. Pixels count from the upper left corner of the image. Positions behind the camera are not in the frame; the pixel returned for
 //! them is that of the opposite direction.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
+use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
+use crate::scene::Scene;
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::composite::{Arrangement, CompositeFrames};
 use crate::scene::request::{CameraFile, Composition, Projection, ViewRequest};
 use crate::scene::sky::stars::StarPlacer;
 use crate::scene::viewpoint::viewer;
-use crate::scene::{BodyInView, Scene};
 use crate::wording::{echo_within, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
@@ -66,29 +67,29 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(requested, 40), suggestion_or_list(requested, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
-    let (direction, distance_km) = match (&query.body, &query.star, query.ra_deg, query.dec_deg) {
+    let (direction, distance_km, target) = match (&query.body, &query.star, query.ra_deg, query.dec_deg) {
         (Some(name), None, None, None) => {
             let id = prober.catalog().body_named(name).map_err(|e| format!("field `body`: {e}"))?.id;
             let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
             let body = body.ok_or_else(|| format!("field `body`: {name} cannot be placed at this time"))?;
-            (body.placement.centre_km, body.distance_km)
+            (body.placement.centre_km, body.distance_km, Some(id))
         }
         (None, Some(name), None, None) => {
             let stars = prober.catalog().stars();
             let star = hip_number(name).and_then(|n| stars.hip(n));
             let star =
                 star.ok_or_else(|| format!("field `star`: no star `{}` in the catalog; write HIP and a number", echo_within(name, 40)))?;
-            (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY)
+            (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY, None)
         }
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
             let geometric = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
-            (aberrated(geometric, viewer.body_velocity_km_s), f64::INFINITY)
+            (aberrated(geometric, viewer.body_velocity_km_s), f64::INFINITY, None)
         }
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
     };
-    let hidden = is_hidden(&scene, direction, distance_km);
+    let hidden = is_hidden(&scene, direction, distance_km, target);
     if projection != Projection::Perspective {
         let composition = Composition { projection, ..Composition::default() };
         let composed = ViewRequest { composition, ..request };
@@ -106,13 +107,43 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
-/// Whether a body closer to the camera intersects the line of sight to a position.
-fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64) -> bool {
-    let towards = direction.normalize();
-    let is_hit = |placement: &Placement| {
-        let (camera, along) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(towards).normalize());
-        camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
-    };
-    let is_in_front = |b: &&BodyInView| b.distance_km < distance_km * (1.0 - 1e-12) && !b.placement.camera_is_inside();
-    scene.bodies.iter().filter(is_in_front).any(|b| is_hit(&b.placement))
+/// Whether a body other than `target` hides the position at this distance in a direction.
+fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64, target: Option<NaifId>) -> bool {
+    scene.bodies.iter().filter(|b| Some(b.id) != target).any(|b| hides(&b.placement, direction, distance_km))
+}
+
+/// Whether a ray enters a body within a distance of the camera. A moon just behind a planet's limb is nearer than the planet's centre, but farther than
+/// the planet's surface.
+fn hides(placement: &Placement, direction: DVec3, distance_km: f64) -> bool {
+    let entry_km = |unit: DVec3| ((unit - placement.camera_in_unit_sphere()) * placement.radii_km).length();
+    !placement.camera_is_inside() && placement.surface_along(direction).is_some_and(|unit| entry_km(unit) < distance_km)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    /// A globe of 1000 km whose centre is 1500 km away: its limb is at an angle of asin(2/3) = 41.81 degrees from the centre, at a distance of 1118 km. The
+    /// ray at 41.70 degrees enters it after 1500 cos(41.70) - sqrt(1000^2 - (1500 sin(41.70))^2) = 1054 km and leaves it after 1186 km.
+    #[test]
+    fn a_globe_hides_what_is_behind_its_surface_and_not_what_is_behind_its_centre_alone() {
+        let globe = Placement { centre_km: DVec3::new(1500.0, 0.0, 0.0), body_from_icrf: DMat3::IDENTITY, radii_km: DVec3::splat(1000.0) };
+        let at = |degrees: f64, distance_km: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            hides(&globe, DVec3::new(cos, sin, 0.0), distance_km)
+        };
+        assert!(at(41.70, 1200.0), "behind the limb, but nearer than the centre");
+        assert!(at(41.70, 2000.0) && at(41.70, f64::INFINITY), "behind the centre");
+        assert!(!at(41.70, 1050.0), "in front of the limb");
+        assert!(!at(41.90, f64::INFINITY), "beside the limb");
+        assert!(!at(180.0, f64::INFINITY), "behind the camera");
+    }
+
+    #[test]
+    fn an_ellipsoid_hides_by_its_distance_in_kilometres() {
+        let radii_km = DVec3::new(1000.0, 1000.0, 500.0);
+        let globe = Placement { centre_km: DVec3::new(0.0, 0.0, 3000.0), body_from_icrf: DMat3::IDENTITY, radii_km };
+        assert!(hides(&globe, DVec3::Z, 2501.0) && !hides(&globe, DVec3::Z, 2499.0));
+    }
 }

@@ -11,6 +11,7 @@ use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -28,15 +29,21 @@ struct Fields {
     model: ModelName,
 }
 
+/// An atmosphere. The fields that are ignored here and in [`Species`] are those that tests/data/rayleigh_reference_public.json has besides.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Atmosphere {
     planet_radius_km: f64,
     top_km: f64,
     species: Vec<Species>,
+    #[serde(rename = "note", default)]
+    _note: IgnoredAny,
+    #[serde(rename = "r_top", default)]
+    _top_radius: IgnoredAny,
 }
 
 #[derive(Deserialize)]
-#[serde(tag = "profile", rename_all = "kebab-case")]
+#[serde(tag = "profile", rename_all = "kebab-case", deny_unknown_fields)]
 enum Species {
     Exponential {
         scale_height_km: f64,
@@ -45,11 +52,24 @@ enum Species {
         phase: PhaseName,
         #[serde(default)]
         g: f64,
+        #[serde(rename = "scattering_per_planet_radius", default)]
+        _scattering_per_radius: IgnoredAny,
+        #[serde(rename = "extinction_per_planet_radius", default)]
+        _extinction_per_radius: IgnoredAny,
     },
     Tent {
         centre_km: f64,
         half_width_km: f64,
         extinction_per_m: [f64; 3],
+        /// Zero: a tent only absorbs.
+        #[serde(default)]
+        scattering_per_m: [f64; 3],
+        #[serde(rename = "phase", default)]
+        _phase: IgnoredAny,
+        #[serde(rename = "scattering_per_planet_radius", default)]
+        _scattering_per_radius: IgnoredAny,
+        #[serde(rename = "extinction_per_planet_radius", default)]
+        _extinction_per_radius: IgnoredAny,
     },
 }
 
@@ -75,6 +95,9 @@ enum ModelName {
     Table,
 }
 
+/// Greatest distance of the camera from the planet's centre, planet radii. There the rounding of a direction moves the ray by 1e-7 radii.
+const MAX_CAMERA_RADII: f64 = 1e9;
+
 pub(super) static KIND: QueryKind = QueryKind {
     name: "scatter",
     description: "radiance of sunlight that is scattered once into a ray through air, per unit of solar irradiance, and the ray's transmittance; lengths in planet radii, centre at the origin",
@@ -82,12 +105,12 @@ pub(super) static KIND: QueryKind = QueryKind {
         required(
             "atmosphere",
             "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
-             phase rayleigh or hg, g) or tent (centre_km, half_width_km, extinction_per_m)",
+             phase rayleigh or hg (Henyey-Greenstein), its asymmetry g) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
-        required("cam", "[x, y, z], not inside the planet"),
+        required("cam", "[x, y, z], not inside the planet, at most 1e9 from its centre"),
         required("dir", "[x, y, z] away from the camera, of any length"),
         required("sun", "[x, y, z] towards the Sun, of any length"),
-        required("tier", "vertex, pixel-8, pixel-16 or pixel-32"),
+        required("tier", "the model: vertex, pixel-8, pixel-16, pixel-32 or table (its single scattering)"),
     ],
     example: r#"{"q":"scatter","atmosphere":{"planet_radius_km":6371,"top_km":60,"species":[{"profile":"exponential","scale_height_km":8,"scattering_per_m":[5.8e-6,1.35e-5,3.31e-5],"extinction_per_m":[5.8e-6,1.35e-5,3.31e-5],"phase":"rayleigh"}]},"cam":[0,0,1.0001],"dir":[1,0,0.2],"sun":[1,0,1],"tier":"pixel-16"}"#,
     answer,
@@ -104,22 +127,28 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let (camera, direction, sun) = (DVec3::from_array(query.cam), unit_vector("dir", query.dir)?, unit_vector("sun", query.sun)?);
     let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
-    if !(radius_sq_minus_1.is_finite() && radius_sq_minus_1 > -1e-9) {
+    if radius_sq_minus_1 <= -1e-9 {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
+    }
+    if camera.abs().max_element() > MAX_CAMERA_RADII {
+        return Err(format!("field \"cam\" is more than {MAX_CAMERA_RADII:e} planet radii away").into());
     }
     check_atmosphere(&query.atmosphere)?;
     let atmosphere = catalog_atmosphere(&query.atmosphere);
     let features = species::features_of(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    let hits_ground = camera.dot(direction) < 0.0 && radius_sq_minus_1 - camera.dot(direction).powi(2) < 0.0;
+    // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64. The point of its line nearest the centre is of order
+    // one, whereas |camera|^2 - along^2 would cancel for a distant camera.
+    let along = camera.dot(direction);
+    let nearest = camera - along * direction;
+    let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;
+    let hits_ground = along < 0.0 && nearest_radius_sq_minus_1 < 0.0;
     let uniform_bytes =
         air_uniform_bytes(prober, &module, &atmosphere, query.atmosphere.planet_radius_km, camera.length() - 1.0, !hits_ground)?;
     let mut numbers: ProbeInputs = [0.0; 12];
-    // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64.
-    let along = camera.dot(direction);
-    numbers[..3].copy_from_slice(&(camera - along * direction).to_array());
-    numbers[3] = radius_sq_minus_1 - along * along;
+    numbers[..3].copy_from_slice(&nearest.to_array());
+    numbers[3] = nearest_radius_sq_minus_1;
     numbers[4..7].copy_from_slice(&direction.to_array());
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
@@ -141,14 +170,22 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
     }
     for s in &atmosphere.species {
         let (lengths, coefficients, g) = match s {
-            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, g, .. } => (
-                vec![("scale_height_km", *scale_height_km)],
-                vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
-                *g,
-            ),
-            Species::Tent { centre_km, half_width_km, extinction_per_m } => {
+            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, g, .. } => {
+                if extinction_per_m.iter().zip(scattering_per_m).any(|(extinction, scattering)| extinction < scattering) {
+                    return out_of_range("extinction_per_m", "at least scattering_per_m, which it includes");
+                }
+                (
+                    vec![("scale_height_km", *scale_height_km)],
+                    vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
+                    *g,
+                )
+            }
+            Species::Tent { centre_km, half_width_km, extinction_per_m, scattering_per_m, .. } => {
                 if !(*centre_km >= 0.0 && centre_km.is_finite()) {
                     return out_of_range("centre_km", "0 or greater");
+                }
+                if *scattering_per_m != [0.0; 3] {
+                    return out_of_range("scattering_per_m", "0 in a tent, which only absorbs");
                 }
                 (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], 0.0)
             }
@@ -182,12 +219,13 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
 fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
     let per_km = |per_m: &[f64; 3]| per_m.map(|x| x * 1000.0);
     let species = |s: &Species| match s {
-        Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g } => catalog::Species {
+        Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g, .. } => catalog::Species {
             name: String::new(),
             scale_height_km: *scale_height_km,
             tent_centre_km: None,
             scattering_per_km: per_km(scattering_per_m),
-            // A difference of the products, so that the sum with scattering is the extinction without rounding where absorption is the smaller part.
+            // Converted to per kilometre before subtracting: then scattering + absorption gives back exactly the converted extinction if
+            // extinction <= 2 * scattering (Sterbenz).
             absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
             phase: match phase {
                 PhaseName::Rayleigh => PhaseFunction::Rayleigh,
@@ -195,7 +233,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
             },
             estimate_percent: None,
         },
-        Species::Tent { centre_km, half_width_km, extinction_per_m } => catalog::Species {
+        Species::Tent { centre_km, half_width_km, extinction_per_m, .. } => catalog::Species {
             name: String::new(),
             scale_height_km: *half_width_km,
             tent_centre_km: Some(*centre_km),

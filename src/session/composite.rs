@@ -11,8 +11,9 @@ use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
 
-/// Smallest height and largest side of the image that a warp mesh samples, pixels.
-const UNWARPED_LIMITS_PX: (f64, f64) = (256.0, 8192.0);
+/// Limits of the unwarped image: least height, largest side.
+const MIN_UNWARPED_HEIGHT_PX: f64 = 256.0;
+const MAX_UNWARPED_SIDE_PX: f64 = 8192.0;
 
 impl Session {
     pub(super) fn composite_plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
@@ -24,7 +25,7 @@ impl Session {
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
-                Err(_) if self.replace_forged(&modules) => {}
+                Err(_) if self.replace_tampered(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
@@ -41,10 +42,11 @@ impl Session {
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
-            // Where the mesh magnifies most, one pixel of the image covers about one of the screen. The mesh's unit of length is half the screen's height.
-            let height = 0.5 * f64::from(request.height) / mesh.smallest_derivative(aspect);
+            // Except at the tenth of the nodes that magnify most, a pixel of the image covers at most about one of the screen. The mesh's unit of length is
+            // half the screen's height.
+            let height = 0.5 * f64::from(request.height) / mesh.tenth_percentile_derivative(aspect);
             // The width is limited, too; on a very wide screen this upper limit of the height is below the lower one, and has precedence.
-            let height = height.max(UNWARPED_LIMITS_PX.0).min(UNWARPED_LIMITS_PX.1 / aspect.max(1.0));
+            let height = height.max(MIN_UNWARPED_HEIGHT_PX).min(MAX_UNWARPED_SIDE_PX / aspect.max(1.0));
             // A screen a pixel wide would round to an image without a column.
             let side_px = |side: f64| side.round().max(1.0) as u32;
             (unwarped.width, unwarped.height) = (side_px(height * aspect), side_px(height));

@@ -1,7 +1,7 @@
 //! Chooses the renderer, and falls back to software when the GPU cannot draw.
 //!
 //! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened for the first frame, or earlier by
-//! [`Devices::begin`]. If it is missing or fails, this is reported in one line and the plan is drawn in software; so are all later plans if the device
+//! [`Devices::start_opening_gpu`]. If it is missing or fails, this is reported in one line and the plan is drawn in software; so are all later plans if the device
 //! has become unusable. Outside a window, a missing GPU that the user requires is an error.
 
 #[cfg(feature = "gpu")]
@@ -27,13 +27,13 @@ pub struct Devices {
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
-    /// Modules with the user's fragments that the software renderer has executed without an endless loop.
+    /// Modules with the user's shader sources that the software renderer has executed without an endless loop.
     #[cfg(feature = "gpu")]
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
-    /// How often the fragments were changed. Locked until everything compiled from the former ones is dropped.
-    fragment_changes: Mutex<u64>,
+    /// Number of changes of the shader sources. Held during a change.
+    shader_source_changes: Mutex<u64>,
 }
 
 impl Devices {
@@ -59,10 +59,10 @@ impl Devices {
             notify,
             gpu: gpu::Gpu::new(preference),
             dry_run_modules: Mutex::default(),
-            fragment_changes: Mutex::default(),
+            shader_source_changes: Mutex::default(),
         };
         #[cfg(not(feature = "gpu"))]
-        Self { software, background_renderer: OnceLock::new(), notify, preference, fragment_changes: Mutex::default() }
+        Self { software, background_renderer: OnceLock::new(), notify, preference, shader_source_changes: Mutex::default() }
     }
 
     /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
@@ -83,14 +83,14 @@ impl Devices {
         Ok(RenderOutput { frame, gpu_image: None, by })
     }
 
-    /// If a plan has new modules with the user's fragments, draws it in software first, because the software renderer detects an endless loop, which would hang
+    /// If a plan has new modules with the user's shader sources, draws it in software first, because the software renderer detects an endless loop, which would hang
     /// a GPU.
     #[cfg(feature = "gpu")]
     fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(());
         }
-        let changes_before = self.fragment_changes();
+        let changes_before = self.shader_source_changes();
         let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
         let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         if new.is_empty() {
@@ -100,8 +100,8 @@ impl Devices {
         if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, FrameImages::Display) {
             return Err(endless.into());
         }
-        // If the fragments changed meanwhile, the run may have executed the old modules. Locked in the same order as by a change.
-        let changes = self.fragment_changes.lock();
+        // If the shader sources changed meanwhile, the run may have executed the old modules. Locked in the same order as by a change.
+        let changes = self.shader_source_changes.lock();
         if *changes == changes_before {
             self.dry_run_modules.lock().extend(new);
         }
@@ -109,7 +109,7 @@ impl Devices {
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw(
+    pub fn draw_waiting(
         &self,
         software: &SoftwareRenderer,
         plan: &Plan,
@@ -123,12 +123,12 @@ impl Devices {
         Self::draw_in_software(software, plan, library, requested)
     }
 
-    /// Draws the plan with the GPU if one is available, else with the given software renderer.
+    /// Draws the plan with the GPU if one is available, else with the given software renderer. Waits until the GPU's pipelines are compiled.
     ///
     /// # Errors
     /// The reason why neither can draw, or that the user requires a GPU and no adapter was found.
     #[cfg(feature = "gpu")]
-    pub fn draw(
+    pub fn draw_waiting(
         &self,
         software: &SoftwareRenderer,
         plan: &Plan,
@@ -142,10 +142,10 @@ impl Devices {
         }
     }
 
-    /// As [`Self::draw`], for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles these pipelines and those
-    /// of `window`, the plan of the window's interface.
+    /// As [`Self::draw_waiting`], for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles these
+    /// pipelines and those of `window`, the plan of the window's interface.
     #[cfg(feature = "gpu")]
-    pub fn draw_or_fall_back(
+    pub fn draw_without_waiting(
         &self,
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
@@ -160,14 +160,14 @@ impl Devices {
     }
 
     #[cfg(not(feature = "gpu"))]
-    pub fn draw_or_fall_back(
+    pub fn draw_without_waiting(
         &self,
         plan: &Plan,
         _: impl FnOnce() -> Option<Plan>,
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.draw(&self.software, plan, library, requested)
+        self.draw_waiting(&self.software, plan, library, requested)
     }
 
     /// The renderers that the user can choose; only software if frames are computed in f64 or the build has no GPU renderer.
@@ -204,22 +204,22 @@ impl Devices {
     }
 
     /// Starts to open the preferred GPU on a thread, so that the first frame waits less.
-    pub fn begin(&self) {
+    pub fn start_opening_gpu(&self) {
         #[cfg(feature = "gpu")]
-        self.gpu.begin();
+        self.gpu.start_opening();
     }
 
-    /// Changes the fragments by `change`, and drops everything compiled from the old ones.
-    pub fn change_fragments(&self, change: impl FnOnce()) {
-        let mut changes = self.fragment_changes.lock();
+    /// Changes the shader sources by `change`, and drops everything compiled from the old ones.
+    pub fn change_shader_sources(&self, change: impl FnOnce()) {
+        let mut changes = self.shader_source_changes.lock();
         change();
         self.forget_modules();
         *changes += 1;
     }
 
-    /// How often the fragments were changed. Waits for the end of a change.
-    pub fn fragment_changes(&self) -> u64 {
-        *self.fragment_changes.lock()
+    /// Number of changes of the shader sources. Waits for the end of a change.
+    pub fn shader_source_changes(&self) -> u64 {
+        *self.shader_source_changes.lock()
     }
 
     /// Drops everything compiled from modules. Called when the modules of some names have changed.

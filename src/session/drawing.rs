@@ -1,7 +1,7 @@
 //! From a view request to a plan and a drawn frame.
 //!
-//! In: a request. Out: its scene with a plan, or the finished frame. Always: a frame is drawn from one set of fragments, also when they change meanwhile;
-//! modules whose entries on disk were forged are rebuilt.
+//! In: a request. Out: its scene with a plan, or the finished frame. Always: a frame is drawn from one set of shader sources, also when they change meanwhile;
+//! modules whose entries on disk were tampered with are rebuilt.
 
 use super::renderers::{RenderOutput, RendererError, RequestedOutput};
 use super::{DrawnFrame, Session, SessionError, Stage};
@@ -30,7 +30,7 @@ impl Session {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not list is unreadable: the scene is built again without it.
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
-                Err(_) if self.replace_forged(&modules) => {}
+                Err(_) if self.replace_tampered(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
         }
@@ -68,22 +68,24 @@ impl Session {
         sampling: SamplingQuality,
         images: FrameImages,
     ) -> Result<DrawnFrame, SessionError> {
-        self.draw_planned(request, sampling, |plan| self.devices.draw(software, plan, &self.library, RequestedOutput::Frame(images)))
+        self.draw_planned(request, sampling, |plan| {
+            self.devices.draw_waiting(software, plan, &self.library, RequestedOutput::Frame(images))
+        })
     }
 
-    /// Plans a view and draws it by `draw`; again if a module was forged on disk, or if the fragments change meanwhile.
+    /// Plans a view and draws it by `draw`; again if a module was tampered with on disk, or if the shader sources change meanwhile.
     fn draw_planned(
         &self,
         request: &ViewRequest,
         sampling: SamplingQuality,
         draw: impl Fn(&Plan) -> Result<RenderOutput, RendererError>,
     ) -> Result<DrawnFrame, SessionError> {
-        self.with_unchanged_fragments(|| {
+        self.with_unchanged_shader_sources(|| {
             loop {
                 let (scene, plan) = self.plan(request, sampling)?;
                 match self.timed(Stage::Draw, || draw(&plan)) {
                     Ok(output) => return Ok(drawn_frame(scene, &plan, output)),
-                    Err(_) if self.replace_forged(&plan.modules()) => {}
+                    Err(_) if self.replace_tampered(&plan.modules()) => {}
                     Err(why) => return Err(why.into()),
                 }
             }
@@ -92,26 +94,26 @@ impl Session {
 
     /// Draws a plan with the chosen renderer, as [`Self::draw`] does.
     pub(crate) fn draw_plan(&self, plan: &Plan, images: FrameImages) -> Result<Frame, SessionError> {
-        Ok(self.devices.draw(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
+        Ok(self.devices.draw_waiting(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
     }
 
-    /// Drops the modules whose entries on disk were forged, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
+    /// Drops the modules whose entries on disk were tampered with, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry is
     /// of no use.
-    pub(super) fn replace_forged(&self, modules: &[ModuleId]) -> bool {
-        let replaced = self.library.replace_forged(modules) > 0;
+    pub(super) fn replace_tampered(&self, modules: &[ModuleId]) -> bool {
+        let replaced = self.library.replace_tampered(modules) > 0;
         if replaced {
             self.devices.forget_modules();
         }
         replaced
     }
 
-    /// Compiles modules from these fragments from now on.
+    /// Compiles modules from these shader sources from now on.
     pub fn set_fragments(&self, fragments: Fragments) {
-        self.devices.change_fragments(|| self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned())));
+        self.devices.change_shader_sources(|| self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned())));
     }
 
     /// Draws a view for a window; in software if the GPU is not ready for this view.
-    pub fn draw_or_fall_back(
+    pub fn draw_without_waiting(
         &self,
         request: &ViewRequest,
         sampling: SamplingQuality,
@@ -119,16 +121,16 @@ impl Session {
     ) -> Result<DrawnFrame, SessionError> {
         // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
         let window = || plan::warm_up_interface(self).ok();
-        self.draw_planned(request, sampling, |plan| self.devices.draw_or_fall_back(plan, window, &self.library, requested))
+        self.draw_planned(request, sampling, |plan| self.devices.draw_without_waiting(plan, window, &self.library, requested))
     }
 
-    /// Repeats `draw` until the fragments have not changed meanwhile. A plan has the layouts and uniform bytes of its modules, but a renderer fetches each
+    /// Repeats `draw` until the shader sources have not changed meanwhile. A plan has the layouts and uniform bytes of its modules, but a renderer fetches each
     /// module only when it draws the module's pass: after a change, that module no longer fits the plan.
-    fn with_unchanged_fragments<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
+    fn with_unchanged_shader_sources<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
         loop {
-            let changes_before = self.devices.fragment_changes();
+            let changes_before = self.devices.shader_source_changes();
             let drawn = draw();
-            if self.devices.fragment_changes() == changes_before {
+            if self.devices.shader_source_changes() == changes_before {
                 return drawn;
             }
         }
@@ -146,17 +148,17 @@ mod tests {
     use crate::shader::fragments::FRAGMENTS;
 
     #[test]
-    fn a_frame_during_which_the_fragments_change_is_drawn_again() {
+    fn a_frame_during_which_the_shader_sources_change_is_drawn_again() {
         let cache = tempfile::tempdir().expect("a folder");
         let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
         let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
         let (path, text) = FRAGMENTS[0];
         let mut drawn = 0;
-        let last = session.with_unchanged_fragments(|| {
+        let last = session.with_unchanged_shader_sources(|| {
             drawn += 1;
             if drawn == 1 {
                 session.set_fragments(Fragments::with_files([(path.to_owned(), format!("{text}\n// edited\n"))]));
-                // Undone within the same frame: the fragments are the same again, but the frame may be mixed.
+                // Undone within the same frame: the shader sources are the same again, but the frame may be mixed.
                 session.set_fragments(Fragments::default());
                 // The mixture of old and new modules may be an error.
                 return Err(SessionError::File { path: path.to_owned(), why: "does not fit".to_owned() });

@@ -35,16 +35,16 @@ pub enum FragmentFolderError {
     #[error("{0}: more than {MAX_FILES} *.wesl files")]
     TooMany(String),
     /// The folder has a `.wgsl` fragment of an earlier version.
-    #[error("{0}: fragments are *.wesl files now; `orrery shader export` writes those of this version")]
+    #[error("{0}: shader sources are *.wesl files now; `orrery shader export` writes those of this version")]
     Outdated(String),
     /// The folder has no fragments.
-    #[error("{0}: no *.wesl file is here; `orrery shader export` writes the fragments into a folder")]
+    #[error("{0}: no *.wesl file is here; `orrery shader export` writes the shader sources into a folder")]
     Empty(String),
     /// A file longer than a megabyte.
-    #[error("{0}: longer than any fragment")]
+    #[error("{0}: longer than any shader source")]
     TooLong(String),
     /// A file neither replaces a built-in fragment nor is imported by a fragment.
-    #[error("{path}: no fragment has this path, and none uses it; {hint}")]
+    #[error("{path}: no shader source has this path, and none uses it; {hint}")]
     Unused {
         /// The file.
         path: String,
@@ -126,6 +126,6 @@ fn suggestion(path: &str) -> String {
     match same_name.first() {
         Some(p) => format!("did you mean `{p}`?"),
         None => did_you_mean(path, FRAGMENTS.iter().map(|(p, _)| *p))
-            .unwrap_or_else(|| "`orrery shader export` writes all built-in fragments".into()),
+            .unwrap_or_else(|| "`orrery shader export` writes all built-in sources".into()),
     }
 }

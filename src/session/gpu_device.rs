@@ -184,7 +184,7 @@ impl Gpu {
     }
 
     /// Starts to open the device on a thread, in parallel with the other work before the first frame.
-    pub fn begin(&self) {
+    pub fn start_opening(&self) {
         let mut state = self.state.lock();
         if matches!(*state, DeviceLifecycle::Unopened) {
             let accept_software = self.preference() == RendererPreference::Gpu;

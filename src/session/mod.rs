@@ -205,7 +205,7 @@ impl Session {
         let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
         if sources.draws {
-            devices.begin();
+            devices.start_opening_gpu();
         }
         let mut stages = Stages::default();
         let catalog =

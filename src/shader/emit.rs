@@ -66,7 +66,7 @@ pub fn emit_fragment(path: &str, base: &str, feature_names: &[&str]) -> Result<E
 fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
     let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), map: SourceMap::default() };
     let base = emitter.map.feature_index(base);
-    let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such fragment".into() };
+    let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
     emitter.append_fragment(path, text, fragment?, base)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
@@ -142,7 +142,7 @@ impl Emitter<'_> {
         let error = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;
         let Some((text, fragment)) = fragments.parsed(&import.path) else {
-            return Err(error(format!("there is no fragment `{}`; an import names a fragment and an item of it", import.path)));
+            return Err(error(format!("there is no shader source `{}`; an import names a source and an item of it", import.path)));
         };
         let fragment = fragment?;
         if !fragment.declared.contains(&import.item) {

@@ -141,7 +141,7 @@ impl DigestRecord {
                 push(
                     name,
                     if changed.is_empty() {
-                        "has another text though its fragments are as recorded: the emitter or the key's features changed".into()
+                        "has another text though its shader sources are as recorded: the emitter or the key's features changed".into()
                     } else {
                         format!("has another text: shaders/{} changed", changed.join(", shaders/"))
                     },

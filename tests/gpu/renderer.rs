@@ -165,7 +165,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
         "a window would wait for the pipelines of its frames"
     );
     // The pipelines of a window's frame are compiled while the software renderer draws it.
-    session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
+    session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let mut polls = 0;
     while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
@@ -196,7 +196,7 @@ fn a_window_never_blocks_on_shader_compilation() {
     }
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
-    let draw = || session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
+    let draw = || session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let first = draw();
     assert_eq!(first.by.renderer, "software", "the device was not open yet");
     let mut frames = 0;
@@ -220,7 +220,7 @@ fn a_window_never_waits_for_background_images() {
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
     let draw_window =
-        || session.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
+        || session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
     let mut frames = 0;
     while draw_window() != "gpu" {
         frames += 1;
@@ -263,7 +263,7 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     let (session, messages, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
     let renderer_used =
-        |s: &Session| s.draw_or_fall_back(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
+        |s: &Session| s.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
     assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software", "the window must not wait for a compiler");

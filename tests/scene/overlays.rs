@@ -156,6 +156,33 @@ fn an_orthographic_overlay_covers_the_ground_below_it() {
     assert!(on_far_side.draw(MOON, "", PixelView::Albedo).1 == without);
 }
 
+/// On an oblate body the limb of an image is where the normal is perpendicular to the view, not where the position is. An image of the whole of Saturn from
+/// above 45 N covers what faces that viewpoint; on the meridian of its middle it ends at 45 S, where by position it would end at 50.9 S.
+#[test]
+fn an_orthographic_image_of_an_oblate_body_ends_at_its_limb() {
+    let region = "projection = \"orthographic\"\nlatitude_deg = 45.0\nlongitude_deg = 0.0\nwidth_km = 150000.0\nheight_km = 150000.0\n";
+    let user_overlays = UserOverlays::new(&overlay_toml("Saturn", "seen", "green.png", region), &[("green.png", [10, 255, 10, 255])]);
+    let (scene, with) = user_overlays.draw(SATURN, "", PixelView::Albedo);
+    let (_, without) = user_overlays.draw(SATURN, "-overlays", PixelView::Albedo);
+    let radii_km = scene.body(SATURN).expect("Saturn").placement.radii_km;
+    let up = DVec3::new(1.0, 0.0, 1.0).normalize();
+    let (mut facing, mut averted) = (0, 0);
+    for (k, ground) in ground_points(&scene, SATURN).into_iter().enumerate() {
+        let Some(ground) = ground else { continue };
+        let sin_above_limb = (ground / (radii_km * radii_km)).normalize().dot(up);
+        let differs = with[k] != without[k];
+        // The limb of the image crosses the view where a pixel spans about a degree.
+        if sin_above_limb > 0.02 {
+            assert!(differs, "{ground} faces the image and is not covered");
+            facing += 1;
+        } else if sin_above_limb < -0.02 {
+            assert!(!differs, "{ground} is behind the image's limb and is covered");
+            averted += 1;
+        }
+    }
+    assert!(facing > 2000 && averted > 100, "{facing} {averted}");
+}
+
 #[test]
 fn the_second_overlay_covers_the_first_according_to_its_alpha() {
     let blended_albedo = |alpha: u8| {

@@ -271,7 +271,7 @@ fn a_full_disk_only_warns() {
 }
 
 /// An entry with edited content and a correct checksum, such as an attacker with write access to the folder could create.
-fn forged(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+fn tampered(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
     // An entry is a magic number of 8 bytes, a checksum of 32, and the content.
     let (magic, content) = (&intact[..8], &intact[40..]);
@@ -283,7 +283,7 @@ fn forged(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
 /// One byte is changed at each of 400 positions throughout the content. Every entry that is still accepted is a valid module with a matching tape, by
 /// the software renderer's lowering; `verify` reports each changed entry and never panics.
 #[test]
-fn forged_entries_are_accepted_only_if_valid() {
+fn tampered_entries_are_accepted_only_if_valid() {
     let dir = tempfile::tempdir().expect("temp");
     let lowering = orrery::lowering();
     let id: ModuleId = "point".parse().expect("name");
@@ -295,7 +295,7 @@ fn forged_entries_are_accepted_only_if_valid() {
     let (mut accepted, mut replaced) = (0, 0);
     for k in 0..400 {
         let at = k * (length - 1) / 399;
-        let damaged = forged(&intact, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
+        let damaged = tampered(&intact, |content| content[at] = content[at].wrapping_add([1, 0x80, 0xff, 7][k % 4]));
         std::fs::write(&path, &damaged).expect("write");
         let library = ShaderLibrary::open(dir.path(), lowering.clone(), |_| {});
         assert_eq!(library.verify().damaged.len(), 1, "byte {at}");
@@ -310,23 +310,23 @@ fn forged_entries_are_accepted_only_if_valid() {
         (lowering.check)(&module.module, &module.tape).expect("its own tape");
         // A renderer that cannot use the module has it rebuilt.
         assert_eq!(
-            (library.replace_forged(std::slice::from_ref(&id)), library.replace_forged(std::slice::from_ref(&id))),
+            (library.replace_tampered(std::slice::from_ref(&id)), library.replace_tampered(std::slice::from_ref(&id))),
             (1, 0),
             "byte {at}"
         );
         assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
         assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
     }
-    println!("of 400 forged entries {replaced} are replaced when read, {accepted} are valid modules");
+    println!("of 400 tampered entries {replaced} are replaced when read, {accepted} are valid modules");
     assert!(replaced > 100 && accepted > 0, "{replaced} and {accepted}: the sweep needs both rejected and accepted entries");
     // The unmodified entry itself is valid.
     let library = ShaderLibrary::open(dir.path(), lowering, |_| {});
-    assert_eq!((library.verify().valid, library.get(&id).is_ok(), library.replace_forged(&[id])), (1, true, 0));
+    assert_eq!((library.verify().valid, library.get(&id).is_ok(), library.replace_tampered(&[id])), (1, true, 0));
 }
 
-/// A forged entry that a plan or a renderer cannot use does not fail the frame: the entry is replaced and the image is the same.
+/// A tampered entry that a plan or a renderer cannot use does not fail the frame: the entry is replaced and the image is the same.
 #[test]
-fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
+fn a_tampered_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
     use orrery::{NaifId, SamplingQuality, Session, Sources, ViewRequest};
     let dir = tempfile::tempdir().expect("temp");
     let messages = Arc::new(Mutex::new(Vec::<String>::new()));
@@ -365,7 +365,7 @@ fn a_forged_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
             if !sweep::runs(renamed, 3) {
                 continue;
             }
-            let damaged = forged(&intact, |content| places.iter().for_each(|at| content[*at] = b'Z'));
+            let damaged = tampered(&intact, |content| places.iter().for_each(|at| content[*at] = b'Z'));
             std::fs::write(path, damaged).expect("write");
             assert_eq!(draw().as_ref(), Ok(&expected), "{name} in {}", path.display());
             let lines: Vec<String> = messages.lock().expect("no panic").drain(..).collect();

@@ -57,6 +57,67 @@ fn an_invalid_query_gets_an_error_of_one_line() {
     }
 }
 
+/// The atmosphere of the example of `scatter`, with `more` after its fields and `species` after those of its gas.
+fn scatter_query(more: &str, species: &str, cam: [f64; 3], dir: [f64; 3]) -> String {
+    let gas = r#""scattering_per_m":[5.8e-6,1.35e-5,3.31e-5],"extinction_per_m":[5.8e-6,1.35e-5,3.31e-5],"phase":"rayleigh""#;
+    format!(
+        r#"{{"q":"scatter","atmosphere":{{"planet_radius_km":6371,"top_km":60,"species":[{{"profile":"exponential","scale_height_km":8,{gas}{species}}}]{more}}},"cam":{cam:?},"dir":{dir:?},"sun":[0,1,0],"tier":"pixel-16"}}"#
+    )
+}
+
+/// A ray through the air is the same from every distance: 1.001 radii from the centre it passes through the air, half a radius from it it hits the ground.
+#[test]
+fn a_distant_camera_sees_the_same_air() {
+    let renderer = renderer(Precision::F64);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    for (offset, hits_ground) in [(1.001, false), (0.5, true)] {
+        let answer = |distance: f64| prober.answer(&scatter_query("", "", [distance, offset, 0.0], [-1.0, 0.0, 0.0])).expect("an answer");
+        let near = answer(2.0);
+        assert_eq!(near["hits_ground"], hits_ground);
+        assert!(near["transmittance"][2].as_f64().expect("a number") < 0.9, "the ray passes through air: {near}");
+        for distance in [1e4, 1e6, 1e8] {
+            let far = answer(distance);
+            assert_eq!(far["hits_ground"], hits_ground, "{distance}");
+            for (name, k) in ["transmittance", "radiance"].into_iter().flat_map(|name| (0..3_usize).map(move |k| (name, k))) {
+                let [near, far] = [&near, &far].map(|answer| answer[name][k].as_f64().expect("a number"));
+                assert!((far - near).abs() < 1e-5, "{distance}: {name} {far}, from 2 radii {near}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_atmosphere_that_would_be_misread_is_refused() {
+    let renderer = renderer(Precision::F32);
+    let prober = Prober { session: &SESSION, renderer: &renderer };
+    let (cam, dir) = ([0.0, 0.0, 1.0001], [1.0, 0.0, 0.2]);
+    let tent = r#"},{"profile":"tent","centre_km":25,"half_width_km":15,"extinction_per_m":[1e-6,1e-6,1e-6]"#;
+    for (query, message_part) in [
+        (scatter_query("", r#","G":0.8"#, cam, dir), "`G`"),
+        (scatter_query(r#","topp_km":60"#, "", cam, dir), "`topp_km`"),
+        (scatter_query("", &format!(r#"{tent},"scattering_per_m":[1e-6,0,0]"#), cam, dir), "scattering_per_m must be 0"),
+        (
+            scatter_query("", "", cam, dir).replace(r#"extinction_per_m":[5.8e-6"#, r#"extinction_per_m":[5.7e-6"#),
+            "at least scattering_per_m",
+        ),
+        (scatter_query("", "", [0.9, 0.0, 0.0], dir), "inside the planet"),
+        (scatter_query("", "", [1e200, 0.0, 0.0], dir), "more than 1e9 planet radii away"),
+    ] {
+        let error = prober.answer(&query).expect_err(&query).to_string();
+        assert!(error.contains(message_part) && !error.contains('\n'), "{query}: {error}");
+    }
+    // The reference files have further fields, which say the same in other units.
+    let more = r#","note":"air","r_top":1.0094"#;
+    let species = format!(
+        r#","scattering_per_planet_radius":[36.9,86.2,210.5],"extinction_per_planet_radius":[36.9,86.2,210.5]{tent},"scattering_per_m":[0.0,0.0,0.0],"phase":"none","scattering_per_planet_radius":[0,0,0],"extinction_per_planet_radius":[4.1,12.0,0.5]"#
+    );
+    let with_more = scatter_query(more, &species, cam, dir);
+    assert_eq!(
+        prober.answer(&with_more).unwrap_or_else(|e| panic!("{with_more}: {e}")),
+        prober.answer(&scatter_query("", tent, cam, dir)).expect("an answer")
+    );
+}
+
 /// The list that `probe --questions` prints agrees with the parser on the fields of each query, and on which of them are optional.
 #[test]
 fn the_list_of_queries_matches_their_fields() {

@@ -36,7 +36,7 @@ fn an_error_in_a_fragment_has_line_and_column() {
         (law.replace("-> f32", "-> @if(lights_1) f32"), 1, 74, "before a declaration"),
         (format!("{law}fn more( {{\n"), 4, 10, "closed"),
         (format!("{law}fn more() {{ let = 1; }}\n"), 4, 17, "is unexpected here"),
-        (format!("import package::lib::none::a;\n{law}"), 1, 1, "there is no fragment `lib/none.wesl`"),
+        (format!("import package::lib::none::a;\n{law}"), 1, 1, "there is no shader source `lib/none.wesl`"),
         (format!("import package::lib::screen::corner;\n{law}"), 1, 1, "declares no `corner`"),
         (format!("import package::lib::screen::screen_corner as corner;\n{law}"), 1, 1, "rename"),
     ] {

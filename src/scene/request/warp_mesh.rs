@@ -172,7 +172,7 @@ impl WarpMesh {
 
     /// The smaller of the derivatives by screen x and y, in image heights per screen unit: its tenth percentile over the nodes. `aspect`: the
     /// image's width divided by its height. If no derivative is positive, 0.5, that of an undistorted mesh.
-    pub fn smallest_derivative(&self, aspect: f64) -> f64 {
+    pub fn tenth_percentile_derivative(&self, aspect: f64) -> f64 {
         let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
         let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
         all.sort_by(f64::total_cmp);

@@ -57,7 +57,7 @@ pub struct Statistics {
     /// Entries written, and the time spent writing them in seconds.
     pub written: u64,
     pub writing_s: f64,
-    /// Entries on disk that were damaged, of another format or forged, and were replaced.
+    /// Entries on disk that were damaged, of another format or tampered with, and were replaced.
     #[serde(rename = "healed")]
     pub repaired: u64,
 }
@@ -373,17 +373,17 @@ impl ShaderLibrary {
     }
 
     /// For callers that could not run a module. Rebuilds those of the modules that came from disk, and drops each entry that differs from its
-    /// rebuilt module: a forged entry, which decodes but was not written by the generator. Returns the number of dropped entries.
-    pub fn replace_forged(&self, ids: &[ModuleId]) -> usize {
+    /// rebuilt module: a tampered entry, which decodes but was not written by the generator. Returns the number of dropped entries.
+    pub fn replace_tampered(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
-        let is_forged = |id: &&ModuleId| {
+        let is_tampered = |id: &&ModuleId| {
             let cell = self.modules.lock().peek(id).cloned();
             let Some(Ok((loaded, Origin { outcome: CacheOutcome::Read, .. }))) = cell.as_ref().and_then(|s| s.get()) else { return false };
             let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok();
             built.is_some_and(|built| entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded))
         };
-        let forged: Vec<&ModuleId> = ids.iter().filter(is_forged).collect();
-        for id in &forged {
+        let tampered: Vec<&ModuleId> = ids.iter().filter(is_tampered).collect();
+        for id in &tampered {
             let path = self.entry_path(id).unwrap_or_default();
             (self.report)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
             self.counters.repaired.fetch_add(1, Ordering::Relaxed);
@@ -391,7 +391,7 @@ impl ShaderLibrary {
             drop(std::fs::remove_file(path));
             self.modules.lock().remove(id);
         }
-        forged.len()
+        tampered.len()
     }
 
     /// Removes every entry of every generator, and temporary files of crashed writers. Returns the number of files removed.

@@ -69,7 +69,7 @@ impl Fragment {
         };
         if let Some(legacy_at) = legacy_directive_at(text) {
             let what = "`//: if`, `//: else` and `//: use` are no longer read: write `@if(lights_1)` before each declaration, member or \
-                        statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the fragments of this version)";
+                        statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the shader sources of this version)";
             return Err(error(legacy_at, what.into()));
         }
         let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|ScanError { at: byte, what }| error(byte, what))?;

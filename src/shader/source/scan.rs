@@ -308,8 +308,12 @@ impl<'a> Scanner<'a> {
 /// Flattens an import's content to (fragment path without extension, item).
 fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, String)>) -> Result<(), String> {
     match content {
-        ImportContent::Item(item) if item.rename.is_some() => Err("a fragment's text is taken as it is: `as` cannot rename an item".into()),
-        ImportContent::Item(_) if base.is_empty() => Err("an import names a fragment and an item of it: `package::lib::draw::draw`".into()),
+        ImportContent::Item(item) if item.rename.is_some() => {
+            Err("a shader source's text is taken as it is: `as` cannot rename an item".into())
+        }
+        ImportContent::Item(_) if base.is_empty() => {
+            Err("an import names a shader source and an item of it: `package::lib::draw::draw`".into())
+        }
         ImportContent::Item(item) => {
             items.push((base.join("/"), item.ident.name().clone()));
             Ok(())

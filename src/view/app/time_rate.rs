@@ -10,7 +10,7 @@ use crate::view::language::{plain, text};
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
 /// Longest real time, seconds, that one frame converts to scene time: after a stall (a hidden window, a slow frame) scene time at a high speed does
 /// not jump. At real time forward there is no limit, so that a view of the current sky stays current.
-const MAX_STEP_S: f64 = 2.0;
+const MAX_REAL_STEP_S: f64 = 2.0;
 
 /// Limits of the speed, scene seconds per real second.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
@@ -93,10 +93,10 @@ impl TimeRate {
         if self.paused { 0.0 } else { rate }
     }
 
-    /// Scene seconds that pass in one frame of `real_s` real seconds; see [`MAX_STEP_S`].
+    /// Scene seconds that pass in one frame of `real_s` real seconds; see [`MAX_REAL_STEP_S`].
     pub(crate) fn scene_seconds(&self, real_s: f64) -> f64 {
         let rate = self.rate();
-        let max_step_s = if rate == 1.0 { f64::INFINITY } else { MAX_STEP_S };
+        let max_step_s = if rate == 1.0 { f64::INFINITY } else { MAX_REAL_STEP_S };
         rate * real_s.clamp(0.0, max_step_s)
     }
 
@@ -172,10 +172,10 @@ mod tests {
         let mut time_rate = TimeRate::default();
         assert_eq!((time_rate.scene_seconds(3600.0), time_rate.scene_seconds(-1.0)), (3600.0, 0.0));
         time_rate.faster();
-        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * MAX_STEP_S);
+        assert_eq!(time_rate.scene_seconds(3600.0), 10.0 * MAX_REAL_STEP_S);
         time_rate.reset();
         time_rate.backward();
-        assert_eq!(time_rate.scene_seconds(3600.0), -MAX_STEP_S);
+        assert_eq!(time_rate.scene_seconds(3600.0), -MAX_REAL_STEP_S);
         time_rate.toggle_pause();
         assert_eq!(time_rate.scene_seconds(3600.0), 0.0);
     }

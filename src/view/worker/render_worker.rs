@@ -120,7 +120,7 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = WallInstant::now();
-    let drawn = session.draw_or_fall_back(&job.request, job.sampling, job.output)?;
+    let drawn = session.draw_without_waiting(&job.request, job.sampling, job.output)?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(RenderedView {

@@ -1,7 +1,9 @@
-//! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, chains, then allocation of slots and registers by live range.
+//! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
+//! (`FusedKernel`), then allocation of slots (one value per lane) and registers (one value for all lanes) by live range.
 //!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
-//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap.
+//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap; except a
+//! copy, which then emits no instruction.
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
@@ -62,11 +64,11 @@ fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
 struct Product {
     /// Index in the code.
     index: usize,
-    region: u32,
+    straight_line_id: u32,
     factors: [SsaValue; 2],
 }
 
-/// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and is in the same region.
+/// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and its factors are unchanged at the addition.
 fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut uses: HashMap<SsaValue, u32> = HashMap::default();
     for v in builder.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
@@ -74,33 +76,35 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     }
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // Every jump starts a new region, because operands that a loop reassigns must not be read later than the original product.
-    let mut region = 0u32;
-    // The region before each jump whose label has not been reached, with that label.
+    // From a step to a later one with the same id no loop variable is assigned that a product between them reads, so its factors may be read at the
+    // addition. A jump starts a new id; its label restores the id before it. After a loop this may be an id of its body, but no product of the body is
+    // read there.
+    let mut straight_line_id = 0u32;
+    // The id before each jump whose label has not been reached, with that label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
-    let mut last_region = 0u32;
+    let mut last_id = 0u32;
     for i in 0..builder.code.len() {
         match &builder.code[i] {
             SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } => {
-                open_jumps.push((region, *label));
-                last_region += 1;
-                region = last_region;
+                open_jumps.push((straight_line_id, *label));
+                last_id += 1;
+                straight_line_id = last_id;
             }
             SsaStep::Label(l) => {
                 while let Some(k) = open_jumps.iter().rposition(|(_, label)| label == l) {
-                    region = open_jumps[k].0;
+                    straight_line_id = open_jumps[k].0;
                     open_jumps.truncate(k);
                 }
             }
             SsaStep::LoopStart | SsaStep::LoopEnd | SsaStep::Jump { .. } => {
-                last_region += 1;
-                region = last_region;
+                last_id += 1;
+                straight_line_id = last_id;
             }
             SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
-                products.insert(*dst, Product { index: i, region, factors: [args[0], args[1]] });
+                products.insert(*dst, Product { index: i, straight_line_id, factors: [args[0], args[1]] });
             }
             SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
-                let product_of = |v: SsaValue| products.get(&v).filter(|p| p.region == region).copied();
+                let product_of = |v: SsaValue| products.get(&v).filter(|p| p.straight_line_id == straight_line_id).copied();
                 let (product, op, addend) = match (op, product_of(args[0]), product_of(args[1])) {
                     (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
                     (Op::Add, None, Some(p)) => (p, Op::Fma, args[0]),
@@ -152,13 +156,13 @@ fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> H
     ranges
 }
 
-/// Allocates slot or register numbers.
-struct NumberPool {
+/// Allocates slots, or registers.
+struct SlotAllocator {
     free: Vec<u16>,
     count: u32,
 }
 
-impl NumberPool {
+impl SlotAllocator {
     fn allocate(&mut self) -> Result<u16, LowerError> {
         if let Some(s) = self.free.pop() {
             return Ok(s);
@@ -172,7 +176,7 @@ impl NumberPool {
 }
 
 /// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
-/// `fuse_chains`: whether to fuse operations into chains.
+/// `fuse_chains`: whether to fuse operations into chains, each one `FusedKernel`.
 pub(crate) fn finish(
     mut builder: SsaBuilder,
     inputs: &[SsaValue],
@@ -189,8 +193,8 @@ pub(crate) fn finish(
     }
     let live_ranges = live_ranges(&builder.code, inputs, outputs);
     let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
-    let mut registers = NumberPool { free: Vec::new(), count: builder.constants.len() as u32 };
-    let mut slots = NumberPool { free: Vec::new(), count: inputs.len() as u32 };
+    let mut registers = SlotAllocator { free: Vec::new(), count: builder.constants.len() as u32 };
+    let mut slots = SlotAllocator { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
@@ -206,10 +210,9 @@ pub(crate) fn finish(
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
-    let operand_of = |allocation: &HashMap<SsaValue, Operand>, v: SsaValue| allocation.get(&v).copied().unwrap_or(Operand::Reg(0));
     let mut draw_tape = Vec::new();
     for step in &builder.draw {
-        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v)));
+        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v))?);
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut target_of: HashMap<JumpLabel, u32> = HashMap::default();
@@ -241,41 +244,43 @@ pub(crate) fn finish(
             }
         }
         let operand = |v: SsaValue| operand_of(&allocation, v);
-        let operands = |vs: &[SsaValue]| vs.iter().map(|v| operand(*v)).collect::<Vec<_>>();
+        let number = |v: SsaValue| operand(v).map(number_of);
+        let operands = |vs: &[SsaValue]| vs.iter().map(|v| operand(*v)).collect::<Result<Vec<_>, LowerError>>();
         match step {
             SsaStep::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
-                lane_tape.push(Instr::Lane { op: *op, dst: number(operand(*dst)), args: operands(args) })
+                lane_tape.push(Instr::Lane { op: *op, dst: number(*dst)?, args: operands(args)? })
             }
             SsaStep::Assign { dst: dst @ SsaValue::Lane(_), from } => {
-                if operand(*dst) != operand(*from) {
-                    lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] });
+                let from = operand(*from)?;
+                if operand(*dst)? != from {
+                    lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(*dst)?, args: vec![from] });
                 }
             }
             SsaStep::LoadUniform { dst: dst @ SsaValue::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
-                    dst: number(operand(*dst)),
+                    dst: number(*dst)?,
                     kind: *kind,
                     offset: *offset,
-                    index: operand(*k),
+                    index: operand(*k)?,
                     stride: *stride,
                     count: *count,
                 })
             }
             SsaStep::FusedKernel { dst, ops, args } => {
-                lane_tape.push(Instr::FusedKernel { ops: ops.clone(), dst: number(operand(*dst)), args: operands(args) })
+                lane_tape.push(Instr::FusedKernel { ops: ops.clone(), dst: number(*dst)?, args: operands(args)? })
             }
             SsaStep::Op { .. } | SsaStep::Assign { .. } | SsaStep::LoadUniform { .. } | SsaStep::TextureSize { .. } => {
-                lane_tape.push(scalar_instr(step, &operand));
+                lane_tape.push(scalar_instr(step, &operand)?);
             }
-            SsaStep::Texture { op, texture, dst, args, mask } => lane_tape.push(Instr::Texture {
+            SsaStep::Texture { op, texture, dst: [r, g, b, a], args, mask } => lane_tape.push(Instr::Texture {
                 op: *op,
                 texture: *texture,
-                dst: dst.map(|d| number(operand(d))),
-                args: operands(args),
-                mask: operand(*mask),
+                dst: [number(*r)?, number(*g)?, number(*b)?, number(*a)?],
+                args: operands(args)?,
+                mask: operand(*mask)?,
             }),
-            SsaStep::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask), target: *label }),
-            SsaStep::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond), when: *when, target: *label }),
+            SsaStep::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask)?, target: *label }),
+            SsaStep::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond)?, when: *when, target: *label }),
             SsaStep::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
             SsaStep::Label(l) => {
                 target_of.insert(*l, lane_tape.len() as u32);
@@ -292,38 +297,65 @@ pub(crate) fn finish(
     Ok(FinishedTapes {
         draw_tape,
         lane_tape,
-        outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect(),
+        outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect::<Result<_, _>>()?,
         registers: registers.count.max(1),
         slots: slots.count.max(1),
     })
 }
 
+/// The slot or register of a value.
+fn operand_of(allocation: &HashMap<SsaValue, Operand>, v: SsaValue) -> Result<Operand, LowerError> {
+    let unwritten = || LowerError::new(format!("{v:?} is read, but no earlier step writes it"), naga::Span::UNDEFINED);
+    allocation.get(&v).copied().ok_or_else(unwritten)
+}
+
 /// The number of a slot or register.
-fn number(o: Operand) -> u16 {
+fn number_of(o: Operand) -> u16 {
     match o {
         Operand::Slot(k) | Operand::Reg(k) => k,
     }
 }
 
 /// The instruction of a step whose result is a register.
-fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Operand) -> Instr {
-    match step {
+fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Result<Operand, LowerError>) -> Result<Instr, LowerError> {
+    let number = |v: SsaValue| operand(v).map(number_of);
+    Ok(match step {
         SsaStep::Op { dst, op, args } => {
-            Instr::Scalar { op: *op, dst: number(operand(*dst)), args: args.iter().map(|v| operand(*v)).collect() }
+            Instr::Scalar { op: *op, dst: number(*dst)?, args: args.iter().map(|v| operand(*v)).collect::<Result<_, _>>()? }
         }
-        SsaStep::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(operand(*dst)), args: vec![operand(*from)] },
+        SsaStep::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(*dst)?, args: vec![operand(*from)?] },
         SsaStep::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
-            dst: number(operand(*dst)),
+            dst: number(*dst)?,
             kind: *kind,
             offset: *offset,
-            index: k.map(operand),
+            index: k.map(operand).transpose()?,
             stride: *stride,
             count: *count,
         },
         SsaStep::TextureSize { dst, texture, axis, level } => {
-            Instr::TextureSize { dst: number(operand(*dst)), texture: *texture, axis: *axis, level: operand(*level) }
+            Instr::TextureSize { dst: number(*dst)?, texture: *texture, axis: *axis, level: operand(*level)? }
         }
         // No other step has a register as its result; `Program::check` would refuse this target.
         _ => Instr::Jump { target: u32::MAX },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_no_step_writes_is_an_error() {
+        // The sum of two values; `inputs`: how many of them are inputs of the program.
+        let sum = |inputs: usize| {
+            let mut builder = SsaBuilder::new();
+            let terms = [builder.fresh_lane(), builder.fresh_lane()];
+            let dst = builder.fresh_lane();
+            builder.code.push(SsaStep::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
+            finish(builder, &terms[..inputs], &[dst], false)
+        };
+        assert!(sum(2).is_ok());
+        let error = sum(1).err().expect("the second term has no value");
+        assert!(error.to_string().contains("no earlier step writes"), "{error}");
     }
 }

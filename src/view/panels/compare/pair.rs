@@ -92,8 +92,8 @@ impl PairView {
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         ui.horizontal(|ui| {
-            for (mode, name, about) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| bound.is_some() || *mode != DisplayMode::Bound) {
-                ui.selectable_value(&mut self.mode, mode, plain(name)).on_hover_text(plain(about));
+            for (mode, name, hint) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| bound.is_some() || *mode != DisplayMode::Bound) {
+                ui.selectable_value(&mut self.mode, mode, plain(name)).on_hover_text(plain(hint));
             }
             if self.mode == DisplayMode::Split {
                 let split = self.split.get_or_insert(0.5);
@@ -135,8 +135,8 @@ impl PairView {
 
     fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
         let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::click_and_drag());
-        let about = text!("pair-split-of", left = left, right = right);
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &about));
+        let label = text!("pair-split-of", left = left, right = right);
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
         if let Some(at) = response.interact_pointer_pos() {
             self.split = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
         }
