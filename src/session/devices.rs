@@ -7,13 +7,15 @@
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
+#[cfg(feature = "gpu")]
+use crate::render::plan::ModuleProvider;
 use crate::render::plan::{FrameImages, Plan};
 #[cfg(feature = "gpu")]
 use crate::render::software::RenderError;
 use crate::render::software::{Precision, SoftwareRenderer};
-#[cfg(feature = "gpu")]
-use crate::shader::ModuleId;
 use crate::shader::ShaderLibrary;
+#[cfg(feature = "gpu")]
+use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use parking_lot::Mutex;
 #[cfg(feature = "gpu")]
 use std::collections::HashSet;
@@ -34,6 +36,23 @@ pub struct Devices {
     preference: RendererPreference,
     /// Number of changes of the shader sources. Held during a change.
     shader_source_changes: Mutex<u64>,
+}
+
+/// The modules with which the GPU draws a plan.
+#[cfg(feature = "gpu")]
+struct PlanModules<'a> {
+    library: &'a ShaderLibrary,
+    /// With the user's shader sources: the plan's modules, and the number of changes of the sources before them.
+    executed: Option<(gpu::ModuleSet, u64)>,
+}
+
+#[cfg(feature = "gpu")]
+impl ModuleProvider for PlanModules<'_> {
+    /// A module of another plan, such as that of the window's interface, comes from the library.
+    fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        let executed = self.executed.as_ref().and_then(|(modules, _)| modules.module(id).ok());
+        executed.map_or_else(|| self.library.module(id), Ok)
+    }
 }
 
 impl Devices {
@@ -83,29 +102,55 @@ impl Devices {
         Ok(RenderOutput { frame, gpu_image: None, by })
     }
 
-    /// If a plan has new modules with the user's shader sources, draws it in software first, because the software renderer detects an endless loop, which would hang
-    /// a GPU.
+    /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software
+    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly the executed modules, whatever changes meanwhile.
+    /// [`Self::forget_if_outdated`] must follow the drawing.
     #[cfg(feature = "gpu")]
-    fn dry_run_new_modules(&self, software: &SoftwareRenderer, plan: &Plan, library: &ShaderLibrary) -> Result<(), RendererError> {
+    fn modules_for_gpu<'a>(
+        &self,
+        software: &SoftwareRenderer,
+        plan: &Plan,
+        library: &'a ShaderLibrary,
+    ) -> Result<PlanModules<'a>, RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
-            return Ok(());
+            return Ok(PlanModules { library, executed: None });
         }
-        let changes_before = self.shader_source_changes();
-        let all = plan.passes.iter().flat_map(|pass| &pass.draws).map(|draw| &draw.module);
-        let new: Vec<ModuleId> = all.filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
+        let (modules, changes) = loop {
+            let changes = self.shader_source_changes();
+            let modules = gpu::ModuleSet::of(plan, library);
+            if self.shader_source_changes() == changes {
+                break (modules, changes);
+            }
+        };
+        let new: Vec<ModuleId> = modules.ids().filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
+        let modules = PlanModules { library, executed: Some((modules, changes)) };
         if new.is_empty() {
-            return Ok(());
+            return Ok(modules);
         }
-        // Any other error is ignored here, because drawing on the GPU reports it.
-        if let Err(endless @ RenderError::LoopLimit { .. }) = software.render(plan, library, FrameImages::Display) {
-            return Err(endless.into());
+        match software.render(plan, &modules, FrameImages::Display) {
+            Ok(_) => {
+                // Locked in the same order as by a change.
+                let changes_now = self.shader_source_changes.lock();
+                if *changes_now == changes {
+                    self.dry_run_modules.lock().extend(new);
+                }
+            }
+            Err(endless @ RenderError::LoopLimit { .. }) => {
+                self.forget_if_outdated(&modules);
+                return Err(endless.into());
+            }
+            // Drawing on the GPU reports any other error. Not all modules were executed, so they are executed again before the next image.
+            Err(_) => {}
         }
-        // If the shader sources changed meanwhile, the run may have executed the old modules. Locked in the same order as by a change.
-        let changes = self.shader_source_changes.lock();
-        if *changes == changes_before {
-            self.dry_run_modules.lock().extend(new);
+        Ok(modules)
+    }
+
+    /// Drops everything compiled from `modules` if the shader sources have changed since.
+    #[cfg(feature = "gpu")]
+    fn forget_if_outdated(&self, modules: &PlanModules<'_>) {
+        if modules.executed.as_ref().is_some_and(|(_, changes)| *changes != self.shader_source_changes()) {
+            self.forget_modules();
         }
-        Ok(())
     }
 
     #[cfg(not(feature = "gpu"))]
@@ -135,8 +180,10 @@ impl Devices {
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.dry_run_new_modules(software, plan, library)?;
-        match self.gpu.draw(plan, library, requested, &*self.notify)? {
+        let modules = self.modules_for_gpu(software, plan, library)?;
+        let drawn = self.gpu.draw(plan, &modules, requested, &*self.notify);
+        self.forget_if_outdated(&modules);
+        match drawn? {
             Some(drawn) => Ok(drawn),
             None => Self::draw_in_software(software, plan, library, requested),
         }
@@ -152,8 +199,10 @@ impl Devices {
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
-        self.dry_run_new_modules(&self.software, plan, library)?;
-        match self.gpu.draw_if_ready(plan, window, library, requested, &self.notify) {
+        let modules = self.modules_for_gpu(&self.software, plan, library)?;
+        let drawn = self.gpu.draw_if_ready(plan, window, &modules, requested, &self.notify);
+        self.forget_if_outdated(&modules);
+        match drawn {
             Some(drawn) => Ok(drawn),
             None => Self::draw_in_software(&self.software, plan, library, requested),
         }

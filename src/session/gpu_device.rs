@@ -8,9 +8,9 @@ use crate::render::frame::Frame;
 use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
 use crate::render::plan::{FrameImages, ModuleProvider, Plan};
 use crate::shader::ModuleId;
-use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
+use crate::shader::{ShaderError, ShaderModule};
 use parking_lot::Mutex;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
@@ -57,8 +57,20 @@ pub struct Gpu {
     last_error: Mutex<Option<GpuError>>,
 }
 
-/// The modules of a plan, for a thread that cannot borrow the library.
-struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
+/// The modules of plans as they are at one time.
+pub struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
+
+impl ModuleSet {
+    /// The modules of a plan, without those that cannot be compiled.
+    pub fn of(plan: &Plan, provider: &impl ModuleProvider) -> Self {
+        let ids: HashSet<&ModuleId> = plan.passes.iter().flat_map(|p| &p.draws).map(|d| &d.module).collect();
+        Self(ids.into_iter().filter_map(|id| Some((id.clone(), provider.module(id).ok()?))).collect())
+    }
+
+    pub fn ids(&self) -> impl Iterator<Item = &ModuleId> {
+        self.0.keys()
+    }
+}
 
 impl ModuleProvider for ModuleSet {
     fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
@@ -151,13 +163,9 @@ impl Gpu {
         }
     }
 
-    /// Starts a preparing thread.
-    fn prepare(&self, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> DeviceLifecycle {
-        DeviceLifecycle::Preparing(Preparing {
-            thread: std::thread::spawn(work),
-            epoch: self.epoch.load(Ordering::SeqCst),
-            preference: self.preference(),
-        })
+    /// Starts a preparing thread. `epoch`: read before the modules that the thread compiles.
+    fn prepare(&self, epoch: u64, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> DeviceLifecycle {
+        DeviceLifecycle::Preparing(Preparing { thread: std::thread::spawn(work), epoch, preference: self.preference() })
     }
 
     /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
@@ -188,7 +196,7 @@ impl Gpu {
         let mut state = self.state.lock();
         if matches!(*state, DeviceLifecycle::Unopened) {
             let accept_software = self.preference() == RendererPreference::Gpu;
-            *state = self.prepare(move || GpuRenderer::open(accept_software).map(Arc::new));
+            *state = self.prepare(self.epoch.load(Ordering::SeqCst), move || GpuRenderer::open(accept_software).map(Arc::new));
         }
     }
 
@@ -224,7 +232,7 @@ impl Gpu {
     pub fn draw(
         &self,
         plan: &Plan,
-        library: &ShaderLibrary,
+        modules: &impl ModuleProvider,
         output: RequestedOutput,
         notify: &Notify,
     ) -> Result<Option<RenderOutput>, RendererError> {
@@ -232,7 +240,7 @@ impl Gpu {
             return Ok(None);
         }
         // The state is not locked while drawing, so that `device_state` and `draw_if_ready` can read it meanwhile.
-        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, library, output, notify)))
+        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, modules, output, notify)))
     }
 
     /// Draws a plan with an open device. `None`: the GPU failed, and the software renderer must draw.
@@ -241,15 +249,15 @@ impl Gpu {
         renderer: &Arc<GpuRenderer>,
         frame_guard: FrameGuard<'_>,
         plan: &Plan,
-        library: &ShaderLibrary,
+        modules: &impl ModuleProvider,
         output: RequestedOutput,
         notify: &Notify,
     ) -> Option<RenderOutput> {
         let drawn = match output {
             RequestedOutput::Frame(images) => {
-                renderer.render_in(frame_guard, plan, library, images).map(|(frame, timings)| (frame, None, timings))
+                renderer.render_in(frame_guard, plan, modules, images).map(|(frame, timings)| (frame, None, timings))
             }
-            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, library).map(|(image, timings)| {
+            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, modules).map(|(image, timings)| {
                 let frame = Frame { width: image.width, height: image.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(image), timings)
             }),
@@ -282,7 +290,7 @@ impl Gpu {
         &self,
         plan: &Plan,
         window: impl FnOnce() -> Option<Plan>,
-        library: &ShaderLibrary,
+        modules: &impl ModuleProvider,
         output: RequestedOutput,
         notify: &Arc<Notify>,
     ) -> Option<RenderOutput> {
@@ -303,14 +311,16 @@ impl Gpu {
             let windows_are_ready = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
             if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| windows_are_ready) {
                 drop(state);
-                return self.draw_in(renderer, frame_guard, plan, library, output, &**notify);
+                return self.draw_in(renderer, frame_guard, plan, modules, output, &**notify);
             }
         }
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
         let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
-        let modules = ids.into_iter().map(|n| Some((n.clone(), library.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
+        // Read before the modules: if they change in between, the pipelines are dropped once too often instead of kept though outdated.
+        let epoch = self.epoch.load(Ordering::SeqCst);
+        let modules = ids.into_iter().map(|n| Some((n.clone(), modules.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
         let (plan, preference) = (plan.clone(), self.preference());
-        *state = self.prepare(move || {
+        *state = self.prepare(epoch, move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [
