@@ -8,7 +8,7 @@ use egui::{Rect, Vec2};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::scene::labels::{LabelMetrics, LabelSide, label_rect};
-use orrery::view::app::settings::HintsUsed;
+use orrery::view::app::settings::HintsFollowed;
 use orrery::view::app::view_state::CameraPose;
 
 /// Targets and distances in radii: Jupiter with its moons, Saturn with its moons, the planets around the Sun.
@@ -37,7 +37,7 @@ fn names(shapes: &[ClippedShape], view: Rect, bodies: &[String]) -> Vec<(String,
 /// A window over a system, with all hints.
 fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
     let mut interface = interface(target, "2024-12-07T20:00:00Z");
-    interface.settings.hints = HintsUsed::default();
+    interface.settings.hints_followed = HintsFollowed::default();
     interface.settings.panels.now_shown = true;
     interface.bodies_shown = size[0] > 700.0;
     if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.eye {

@@ -8,7 +8,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
-use orrery::view::app::settings::HintsUsed;
+use orrery::view::app::settings::HintsFollowed;
 use orrery::view::panels::Tab;
 
 fn utc(window: &Window) -> String {
@@ -88,7 +88,7 @@ fn one_press_leads_to_the_next_or_previous_event() {
 #[test]
 fn hints_disappear_when_used() {
     let mut first_start = interface(NaifId(499), "2017-05-17T00:00:00Z");
-    first_start.settings.hints = HintsUsed::default();
+    first_start.settings.hints_followed = HintsFollowed::default();
     let mut window = harness(first_start);
     settle(&mut window);
     const HINTS: [&str; 3] = ["Drag to turn", "Scroll to zoom", "Press / to search"];
@@ -114,7 +114,7 @@ fn hints_disappear_when_used() {
     window.key_press(Key::Enter);
     settle(&mut window);
     assert_eq!(hints_shown(&window), [false; 3]);
-    assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
+    assert_eq!(window.state().settings.hints_followed, HintsFollowed { drag: true, scroll: true, search: true });
 }
 
 /// Messages about drivers appear only in the Performance panel. Other messages also appear over the image, for a while.

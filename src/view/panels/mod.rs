@@ -245,8 +245,8 @@ impl Interface {
         }
         for action in actions {
             match action {
-                Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
-                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
+                Action::Turn(..) | Action::LookAround(..) => self.settings.hints_followed.drag = true,
+                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints_followed.scroll = true,
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {

@@ -161,7 +161,7 @@ fn apply_typed_effects(interface: &mut Interface) -> Option<Result<(), String>> 
 
 /// Applies the chosen suggestion.
 fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, target: SearchTarget, actions: &mut Vec<Action>) {
-    interface.settings.hints.search = true;
+    interface.settings.hints_followed.search = true;
     let session = worker.session();
     let catalog = session.catalog();
     let places = SessionPositions(session);

@@ -162,9 +162,9 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
 fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
-    let used = interface.settings.hints;
-    let hints = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
-    if hints.iter().all(|(is_used, _)| *is_used) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
+    let followed = interface.settings.hints_followed;
+    let hints = [(followed.drag, text!("hint-drag")), (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
+    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
@@ -174,7 +174,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
             |ui| {
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 18.0;
-                    for (_, hint) in hints.into_iter().filter(|(is_used, _)| !is_used) {
+                    for (_, hint) in hints.into_iter().filter(|(is_followed, _)| !is_followed) {
                         ui.add(egui::Label::new(egui::RichText::new(hint).color(NAME_COLOUR)).selectable(false));
                     }
                 });
