@@ -135,6 +135,29 @@ fn driver_messages_do_not_cover_the_image() {
     assert_eq!(window.state().message_line(), "");
 }
 
+#[test]
+fn all_messages_of_a_frame_are_shown() {
+    let mut window = window_without_images(NaifId(499));
+    let lines = ["earth.png: not an image", "moon.png: not an image"];
+    window.state().session_messages.lock().extend(lines.map(String::from));
+    window.run_steps(2);
+    assert_eq!(window.state().message_line(), lines.join("\n"));
+}
+
+/// Replies are shown for 20 seconds. 30 seconds after the first copy, the reply to the second one is 15 seconds old.
+#[test]
+fn a_repeated_reply_is_shown_for_its_full_time() {
+    let mut window = window_without_images(NaifId(499));
+    for _ in 0..2 {
+        window.event(Event::Copy);
+        window.run_steps(1);
+        advance(&mut window, 15.0);
+        assert_ne!(window.state().message_line(), "");
+    }
+    advance(&mut window, 10.0);
+    assert_eq!(window.state().message_line(), "");
+}
+
 /// A click selects a body without lowering the resolution, and a change of the view lowers it.
 #[test]
 fn a_click_keeps_the_full_resolution() {
