@@ -150,7 +150,7 @@ fn a_repeated_reply_is_shown_for_its_full_time() {
     let mut window = window_without_images(NaifId(499));
     for _ in 0..2 {
         window.event(Event::Copy);
-        window.run_steps(1);
+        window.run_steps(2);
         advance(&mut window, 15.0);
         assert_ne!(window.state().message_line(), "");
     }
