@@ -22,8 +22,8 @@ use glam::DVec3;
 const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The Moon leaves the penumbra within 3.2 hours of the greatest eclipse.
 const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
-/// Danjon's enlargement of the shadow, in Earth radii: 1/85 for the air, less 1/594, by which the Earth's radius at 45 degrees is smaller than the equatorial one:
-/// 0.0101, rounded.
+/// Danjon's enlargement of the shadow, in Earth radii: 1/85 for the air, less 1/594, by which the Earth's radius at 45 degrees is smaller than the
+/// equatorial one: 0.0101, rounded.
 const DANJON_ENLARGEMENT: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -191,6 +191,6 @@ impl LunarEclipse {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar(&contacts, self.geometry.greatest_s, magnitude)
+        station.lunar(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
     }
 }
