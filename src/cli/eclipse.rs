@@ -339,6 +339,7 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         "contacts": contacts,
         "maximum": contact(&seen.maximum),
         "magnitude": seen.magnitude,
+        "penumbral_magnitude": seen.penumbral_magnitude,
         "obscuration": seen.obscuration,
         "rise": seen.rise.map(Instant::to_utc_iso),
         "set": seen.set.map(Instant::to_utc_iso),

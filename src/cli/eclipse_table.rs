@@ -114,7 +114,14 @@ fn local_text(local: &Value) -> String {
     by_time.push(("maximum".to_owned(), &local["maximum"]));
     by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
-    parts.push(format!("magnitude {}", number(&local["magnitude"], 4)));
+    // A Moon that is up only outside the umbra has no umbral magnitude. In a penumbral eclipse both values are the same.
+    let (magnitude, penumbral) = (&local["magnitude"], &local["penumbral_magnitude"]);
+    let in_penumbra = !penumbral.is_null() && (magnitude == penumbral || magnitude.as_f64().is_some_and(|m| m <= 0.0));
+    parts.push(if in_penumbra {
+        format!("penumbral magnitude {}", number(penumbral, 4))
+    } else {
+        format!("magnitude {}", number(magnitude, 4))
+    });
     if !local["obscuration"].is_null() {
         parts.push(format!("obscuration {}", number(&local["obscuration"], 4)));
     }

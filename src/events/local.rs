@@ -72,9 +72,12 @@ pub struct LocalCircumstances {
     pub contacts: Vec<LocalContact>,
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
-    /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. The magnitude
-    /// of a lunar eclipse is the same everywhere.
+    /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. In a lunar
+    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. At one instant it is the
+    /// same everywhere, but the Moon may be above the horizon only before or after the greatest eclipse.
     pub magnitude: f64,
+    /// Part of the Moon's diameter inside the penumbra at maximum; `None` for a solar eclipse.
+    pub penumbral_magnitude: Option<f64>,
     /// Part of the Sun's disc that is covered at maximum; `None` for a lunar eclipse.
     pub obscuration: Option<f64>,
     /// Rising between first and last contact.
@@ -253,6 +256,7 @@ impl<'a> Station<'a> {
             contacts,
             maximum: self.contact("maximum", best.unwrap_or(deepest_s), sun),
             magnitude: magnitude(best.unwrap_or(deepest_s)),
+            penumbral_magnitude: None,
             obscuration: Some(self.discs(best.unwrap_or(deepest_s)).obscuration()),
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
@@ -261,7 +265,14 @@ impl<'a> Station<'a> {
     }
 
     /// Circumstances at the place of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
-    pub(crate) fn lunar(&self, contacts: &[(&'static str, f64)], greatest_s: f64, magnitude: impl Fn(f64) -> f64) -> LocalCircumstances {
+    /// `magnitude` and `penumbral_magnitude` at an instant, as in [`LocalCircumstances`].
+    pub(crate) fn lunar(
+        &self,
+        contacts: &[(&'static str, f64)],
+        greatest_s: f64,
+        magnitude: impl Fn(f64) -> f64,
+        penumbral_magnitude: impl Fn(f64) -> f64,
+    ) -> LocalCircumstances {
         let moon = |s: f64| self.sky.near_body_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let above_horizon = self.spans_above_horizon(first, last, moon);
@@ -271,6 +282,7 @@ impl<'a> Station<'a> {
             contacts: contacts.iter().map(|(name, s)| self.contact(name, *s, moon)).collect(),
             maximum: self.contact("maximum", best.unwrap_or(greatest_s), moon),
             magnitude: magnitude(best.unwrap_or(greatest_s)),
+            penumbral_magnitude: Some(penumbral_magnitude(best.unwrap_or(greatest_s))),
             obscuration: None,
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),

@@ -22,7 +22,8 @@ use glam::DVec3;
 const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The Moon leaves the penumbra within 3.2 hours of the greatest eclipse.
 const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
-/// Danjon's enlargement of the shadow, in Earth radii: the effect of the air, less the flattening at 45 degrees.
+/// Danjon's enlargement of the shadow, in Earth radii: 1/85 for the air, less 1/594, by which the Earth's radius at 45 degrees is smaller than the
+/// equatorial one: 0.0101, rounded.
 const DANJON_ENLARGEMENT: f64 = 0.01;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +81,7 @@ struct LunarEclipseGeometry {
 }
 
 /// Position of the Moon relative to the shadow, and the shadow's radii at the Moon, km.
-struct InShadow {
+struct ShadowAtMoon {
     /// Vector from the axis to the Moon's centre.
     offset_from_axis: DVec3,
     umbra_km: f64,
@@ -93,7 +94,7 @@ impl LunarEclipseGeometry {
         self.bodies.penumbral_moon_radius_km
     }
 
-    fn in_shadow(&self, s: f64) -> InShadow {
+    fn relative_to_shadow(&self, s: f64) -> ShadowAtMoon {
         let moon_km = self.sky.near_body_km(s);
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
@@ -106,7 +107,7 @@ impl LunarEclipseGeometry {
             (earth_radius_km + sign * behind_km * sin_half) / cos_half
         };
         let enlargement_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
-        InShadow {
+        ShadowAtMoon {
             offset_from_axis: moon_km - antisolar * behind_km,
             umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
             penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
@@ -115,7 +116,7 @@ impl LunarEclipseGeometry {
 
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
-        let position = self.in_shadow(s);
+        let position = self.relative_to_shadow(s);
         let fraction_inside = |shadow_km: f64| {
             (shadow_km + self.penumbral_moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.penumbral_moon_radius_km())
         };
@@ -131,7 +132,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     let mut geometry = LunarEclipseGeometry { sky, bodies, greatest_s: 0.0 };
-    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.in_shadow(s).offset_from_axis.length());
+    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.relative_to_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
@@ -150,7 +151,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon
     add("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
     add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let offset = geometry.in_shadow(greatest_s).offset_from_axis;
+    let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis;
     let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
@@ -162,6 +163,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon
         gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_radii_km.x,
         umbral_magnitude,
         penumbral_magnitude,
+        // The zenith's declination is the geodetic latitude (the Moon's distance changes it by at most 0.004 degrees).
         place: GeodeticPosition {
             latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
             longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
@@ -189,6 +191,6 @@ impl LunarEclipse {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar(&contacts, self.geometry.greatest_s, magnitude)
+        station.lunar(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
     }
 }

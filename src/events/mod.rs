@@ -72,7 +72,7 @@ fn eclipses_at_phase<E>(
     let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
-            // The start of a series that began before the theories' span is unknown.
+            // The start is unknown if the series may have begun before the theories' span.
             set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
             found.push(eclipse);
         }

@@ -19,23 +19,28 @@ pub(super) struct SeriesStarts {
 }
 
 impl SeriesStarts {
-    /// Number of the eclipse at `syzygy` in its series. The eclipses of a series follow each other without a gap, so bisection finds the first.
+    /// Number of the eclipse at `syzygy` in its series. The eclipses of a series follow each other without a gap, so bisection finds the first. A probe
+    /// where `exists` fails counts as without an eclipse: it is usually far before the series, and before the theories' span.
     ///
     /// # Errors
-    /// The error of `exists`.
+    /// The error of `exists` at the phase before the earliest known eclipse, which may then not be the first.
     pub(crate) fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
         let series = syzygy.saros();
         let first = match self.first_lunations.get(&series) {
             Some(first) => *first,
             None => {
                 let (mut earlier_members, mut too_many) = (0, MAX_MEMBERS);
+                let mut error_at_too_many = None;
                 while too_many - earlier_members > 1 {
                     let middle = (earlier_members + too_many) / 2;
-                    if exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy })? {
-                        earlier_members = middle;
-                    } else {
-                        too_many = middle;
+                    match exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy }) {
+                        Ok(true) => earlier_members = middle,
+                        Ok(false) => (too_many, error_at_too_many) = (middle, None),
+                        Err(e) => (too_many, error_at_too_many) = (middle, Some(e)),
                     }
+                }
+                if let Some(e) = error_at_too_many {
+                    return Err(e);
                 }
                 let first = syzygy.lunation - SAROS_LUNATIONS * earlier_members;
                 self.first_lunations.insert(series, first);
@@ -67,5 +72,18 @@ mod tests {
         assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), exists), Ok(31));
         assert_eq!(calls.get(), calls_of_one_search, "the series is known");
         assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
+    }
+
+    /// Member 20 of a series: the number is known if the phase before the first member can be computed, however many earlier ones cannot.
+    #[test]
+    fn only_a_start_at_the_end_of_the_span_is_unknown() {
+        let at = |lunation| Syzygy { phase: Phase::Full, lunation };
+        for (computable, expected) in [(19, Err("too early")), (20, Ok(20)), (24, Ok(20)), (60, Ok(20))] {
+            let exists = |s: Syzygy| match (300 - s.lunation) / SAROS_LUNATIONS {
+                earlier if earlier > computable => Err("too early"),
+                earlier => Ok(earlier <= 19),
+            };
+            assert_eq!(SeriesStarts::default().member(at(300), exists), expected, "{computable} earlier phases");
+        }
     }
 }

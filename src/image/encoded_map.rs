@@ -24,6 +24,7 @@ pub(super) struct EncodedMap {
 }
 
 impl EncodedMap {
+    /// The decoded map with its mip levels. `order`: how the rows of its mip levels are computed, on all threads or on this one; the result is the same.
     pub(super) fn decode(&self, order: RowOrder) -> Result<Texture, ImageError> {
         Texture::decode_filtered(&self.name, &self.bytes, self.decoding, self.max_megapixels, order)
     }

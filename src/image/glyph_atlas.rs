@@ -2,8 +2,9 @@
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
 //! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: cells do not touch. A
-//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. The font is Ubuntu Light, as in the
-//! window.
+//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. Pen
+//! positions are at corners of pixels, but the ring's centre is the middle of the pen's pixel: a caller subtracts half a pixel from a position that
+//! is a ring's centre. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -31,7 +32,7 @@ pub struct GlyphAtlas {
     /// A ring, the marker of small bodies.
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
-    pub block: Glyph,
+    pub solid_square: Glyph,
     /// From the middle of a lower-case letter down to the baseline, pixels.
     pub baseline_offset: f32,
 }
@@ -71,7 +72,7 @@ fn rasterised(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap 
 /// Points per pixel: the font crate assumes 96 pixels per inch.
 const POINTS_PER_PX: f32 = 0.75;
 
-/// A ring around the pen position, antialiased by the distance from its edges.
+/// A ring, antialiased by the distance from its edges. Its centre is the middle of the pen's pixel.
 fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     let half_side = (radius_px + 0.5 * stroke_px + 1.0).ceil() as i32;
     let side = (2 * half_side + 1) as u32;
@@ -82,10 +83,10 @@ fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     GlyphBitmap { size: [side, side], bearing: [-half_side, -half_side], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
 }
 
-/// Side of the block, in units of the font size.
-const BLOCK_SIDE_EMS: f32 = 2.0;
+/// Side of the filled square, in units of the font size.
+const SQUARE_SIDE_EMS: f32 = 2.0;
 
-fn block(side: u32) -> GlyphBitmap {
+fn solid_square(side: u32) -> GlyphBitmap {
     GlyphBitmap { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
 }
 
@@ -95,13 +96,13 @@ impl GlyphAtlas {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let characters: BTreeSet<char> = characters.into_iter().collect();
-        // The marker and then the block follow the characters, without a character of their own.
+        // The marker and then the square follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
             .filter_map(|c| Some((Some(c), rasterised(font.as_ref()?, c, size_px))))
             .chain([
                 (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
-                (None, block((BLOCK_SIDE_EMS * size_px).ceil() as u32)),
+                (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
         let widest = drawn.iter().map(|(_, bitmap)| bitmap.size[0]).max().unwrap_or(0);
@@ -135,7 +136,7 @@ impl GlyphAtlas {
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
-            block: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
+            solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             cells: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
@@ -165,7 +166,7 @@ mod tests {
     fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
         let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
-        all.extend([glyphs.marker, glyphs.block]);
+        all.extend([glyphs.marker, glyphs.solid_square]);
         let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");

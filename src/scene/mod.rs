@@ -3,9 +3,10 @@
 //! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
 //! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or has global state.
 //!
-//! The submodules work on a frame in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light`
-//! (exposure), `features` with the modules of each effect (`surface`, `light`, `eclipse`, `rings`, `atmosphere`), `sky`, `visibility` (order of
-//! draws), `annotation`.
+//! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
+//! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
+//! `light::glare`), `visibility` (what is hidden, order of draws), `sky`, `annotation`. `draw` has the plain values that they hand on; `composite` combines
+//! several frames into one image.
 
 #[doc(hidden)]
 pub mod annotation;
@@ -93,7 +94,7 @@ pub mod labels {
 pub mod effects {
     pub use super::decision::Decision;
     #[doc(hidden)]
-    pub use super::features::choice::{Capabilities, FeatureSelection, flattening};
+    pub use super::features::choice::{Capabilities, FeatureSelection};
     #[doc(hidden)]
     pub use super::features::possible::possible_features;
     pub use super::request::effects::{Effect, EffectOverrides};

@@ -27,6 +27,14 @@ impl Purpose {
     /// Linear light for files and for queries of pixels: an effect is left out only below a thousandth of the pixel's light.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
+    /// The smallest relative change of a pixel that is kept.
+    pub(crate) fn min_change(self) -> f64 {
+        match self {
+            Self::Display => VISIBLE_CHANGE,
+            Self::Linear { floor } => floor,
+        }
+    }
+
     /// The purpose of a written file: EXR keeps linear light.
     pub fn of_file(is_linear: bool) -> Self {
         if is_linear { Self::LINEAR } else { Self::Display }
@@ -61,10 +69,7 @@ impl Threshold {
 
     /// The smallest relative change of a pixel that is kept.
     pub(crate) fn min_change(self) -> f64 {
-        match self.purpose {
-            Purpose::Display => VISIBLE_CHANGE,
-            Purpose::Linear { floor } => floor,
-        }
+        self.purpose.min_change()
     }
 
     /// The smallest radiance, added to black, that is kept.

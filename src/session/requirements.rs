@@ -9,7 +9,6 @@ use crate::render::plan;
 use crate::scene::draw::{MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
-use crate::scene::sky::map::MILKY_WAY_FILE;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder, SceneError};
 use std::collections::BTreeSet;
 use std::fmt::Display;
@@ -38,8 +37,8 @@ impl Session {
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
         prepare: impl FnOnce(&Requirements),
     ) -> Result<Scene, SessionError> {
-        let (builder, known) = self.metered(begin)?;
-        let required = self.timed(Stage::Scene, || builder.requirements(&known));
+        let (builder, resources_so_far) = self.metered(begin)?;
+        let required = self.timed(Stage::Scene, || builder.requirements(&resources_so_far));
         prepare(&required);
         let resources = self.resources(&required);
         Ok(self.timed(Stage::Scene, || builder.build(&resources)))
@@ -51,15 +50,15 @@ impl Session {
         begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.timed(Stage::Scene, begin)?;
-        let mut known = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
-        for body in builder.night_lights_to_meter(&known).into_iter().filter_map(|id| self.catalog.body(id)) {
+        let mut resources_so_far = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
+        for body in builder.night_lights_to_meter(&resources_so_far).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
-            known.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
+            resources_so_far.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
-        if !known.night_lights.is_empty() {
-            self.timed(Stage::Scene, || builder.meter_night_lights(&known));
+        if !resources_so_far.night_lights.is_empty() {
+            self.timed(Stage::Scene, || builder.meter_night_lights(&resources_so_far));
         }
-        Ok((builder, known))
+        Ok((builder, resources_so_far))
     }
 
     /// The files that could not be read so far.
@@ -78,9 +77,9 @@ impl Session {
 
     /// As [`Self::record_unreadable`], for a map; the message states how the view is drawn without the map.
     pub(super) fn record_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
-        let is_overlay = self.catalog.bodies().iter().flat_map(|b| &b.overlays).any(|o| o.file == file);
-        let is_sky = file == MILKY_WAY_FILE;
-        let instead = if is_overlay || is_sky { "without it" } else { "in its mean colour" };
+        // Only a colour map has a substitute. Without another map its effect is left out.
+        let is_colour_map = self.catalog.bodies().iter().any(|body| body.maps.albedo.as_ref().is_some_and(|map| map.file == file));
+        let instead = if is_colour_map { "in its mean colour" } else { "without it" };
         self.record_unreadable(file, || format!("{why}; drawn {instead}"))
     }
 

@@ -7,6 +7,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::effects::VISIBLE_LIGHT;
+use orrery::scene::purpose::Purpose;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, ViewRequest};
 use orrery::scene::{Appearance, Scene, corona};
 use orrery::session::{DrawnFrame, Session, Sources};
@@ -225,6 +226,19 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
         let view = ViewRequest { position: Position::Centre(from), ..request(NaifId::SUN, parse_time(TOTALITY), 4.0, 100, 6.0, "-glow") };
         let (is_on, reason) = decision(&SESSION.scene(&view).expect("a scene"), NaifId::SUN, "corona");
         assert_eq!(is_on, is_drawn, "{from:?}: {reason}");
+    }
+}
+
+/// At the limb the full glare is 2000 times as bright as the corona. 53 of the 77 minutes after first contact the Moon hides 0.61 of the disc, so the corona
+/// changes the glare by 1/700: more than the 1/1000 that linear light keeps, less than the 1/512 that a display shows.
+#[test]
+fn linear_light_keeps_a_corona_that_a_display_loses_in_the_glare() {
+    let view = request(NaifId::SUN, parse_time("2024-04-08T18:16:00Z"), 3.0, 32, 0.0, "");
+    let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..view };
+    for (purpose, expected) in [(Purpose::Display, false), (Purpose::LINEAR, true)] {
+        let scene = SESSION.scene(&ViewRequest { purpose, ..view.clone() }).expect("a scene");
+        let (is_on, reason) = decision(&scene, NaifId::SUN, "corona");
+        assert_eq!(is_on, expected, "{purpose}: {reason}");
     }
 }
 

@@ -55,6 +55,14 @@ fn local_circumstances_and_paths_are_reported() {
     let text = String::from_utf8(find(&[&APRIL_2024[..], &["--at", "-30,150"]].concat()).stdout).expect("text");
     assert!(text.contains("here: not visible") && text.contains("radii iau"), "{text}");
 
+    // In Lima the Moon rises after the umbral phase, in Berlin during it.
+    let july_2018 = ["--from", "2018-07-27", "--to", "2018-07-28", "--kind", "lunar", "--at"];
+    for (place, name) in [("-12.05,-77.04", " · penumbral magnitude 0."), ("52.52,13.4", " · magnitude 1.")] {
+        let text = String::from_utf8(find(&[&july_2018[..], &[place]].concat()).stdout).expect("text");
+        assert!(text.contains(name) && !text.contains("magnitude -"), "{text}");
+        assert!(json(&[&july_2018[..], &[place]].concat())[0]["local"]["penumbral_magnitude"].is_number());
+    }
+
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("path.geojson");
     let file = file.to_str().expect("a path");

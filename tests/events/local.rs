@@ -120,6 +120,22 @@ fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
     assert!(!e.seen_from(place(-e.place.latitude_deg, e.place.longitude_deg + 180.0)).visible);
 }
 
+/// In Lima the Moon rises between U4 (22:19 UT) and P4 (23:29), when only the penumbra is left.
+#[test]
+fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {
+    let from = parse_time("2018-07-27");
+    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let lima = e.seen_from(place(-12.05, -77.04));
+    let (rise, [u4, p4]) =
+        (lima.rise.expect("a moonrise"), ["U4", "P4"].map(|name| lima.contacts.iter().find(|c| c.name == name).expect("a contact")));
+    assert!(lima.visible && !u4.is_up() && p4.is_up());
+    // Near the end the magnitude falls almost linearly, from 1.07 at U4, the Sun's diameter over the Moon's, to 0 at P4.
+    let expected = 1.07 * seconds_after(p4.time, rise) / seconds_after(p4.time, u4.time);
+    let penumbral = lima.penumbral_magnitude.expect("an eclipse of the Moon");
+    assert!(lima.magnitude < 0.0 && (penumbral - expected).abs() < 0.05, "{} {penumbral} for {expected}", lima.magnitude);
+    assert_eq!(eclipse_of(&IAU, "2024-04-08").seen_from(place(32.7767, -96.797)).expect("an eclipse").penumbral_magnitude, None);
+}
+
 #[test]
 fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
     // Widths at greatest eclipse from the canon, with its radii.

@@ -7,6 +7,7 @@ use glam::{DMat3, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
+use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
 use orrery::scene::{Scene, corona, darkest_white};
 use orrery::time::Instant;
@@ -180,6 +181,39 @@ fn totality_is_exposed_for_the_corona() {
     // 90 minutes earlier, the Sun's disc is metered.
     let before = scene(&ViewRequest { time: request.time.plus_seconds(-5400.0), ..request }).exposure;
     assert!(before.reason.to_string().starts_with("Sun") && before.stops < -12.0, "{} stops: {}", before.stops, before.reason);
+}
+
+/// Just outside the frame the Sun has no glare, so its corona is exposed for and drawn; in the frame the glare hides it. While the Sun enters, and with the
+/// corona switched off, no image is exposed for a corona that is not drawn.
+#[test]
+fn a_corona_that_is_metered_is_drawn() {
+    let effects = |text: &str| EffectOverrides::parse(text).expect("effects");
+    let is_metered = |scene: &Scene| scene.exposure.reason.to_string().contains("corona");
+    // The Moon and the bright planets are far from the Sun.
+    let at_sun = view(NaifId::SUN, "2025-01-10T00:00:00Z", Position::Centre(NaifId::EARTH), Some(2.0));
+    let at_sun = ViewRequest { effects: effects("-atmosphere"), ..at_sun };
+    let towards = scene(&at_sun).body(NaifId::SUN).expect("there").placement.centre_km.normalize();
+    let east = DVec3::Z.cross(towards).normalize();
+    let beside = |deg: f64| {
+        let (sin, cos) = deg.to_radians().sin_cos();
+        let look = Look::Along { direction: towards * cos + east * sin, axes: Axes::Icrf };
+        scene(&ViewRequest { look, target: None, ..at_sun.clone() })
+    };
+    // The frame's edge is a degree from its middle, and the Sun's radius is a quarter of a degree.
+    for k in 0..30 {
+        let deg = 0.05 * f64::from(k);
+        let scene = beside(deg);
+        let (metered, drawn) = (is_metered(&scene), scene.corona.is_some());
+        assert!(drawn || !metered, "{deg} degrees: {}", scene.exposure.reason);
+        if !(0.7..1.35).contains(&deg) {
+            assert_eq!((metered, drawn), (deg > 1.0, deg > 1.0), "{deg} degrees: {}", scene.exposure.reason);
+        }
+    }
+    let totality = view(NaifId::SUN, "2024-04-08T18:42:38Z", ground(NaifId::EARTH, 32.78, -96.80), Some(3.0));
+    for (text, expected) in [("", true), ("-corona", false)] {
+        let scene = scene(&ViewRequest { effects: effects(text), ..totality.clone() });
+        assert_eq!((is_metered(&scene), scene.corona.is_some()), (expected, expected), "{text}: {}", scene.exposure.reason);
+    }
 }
 
 /// How often a step is halved if it changes the exposure by more than the bound.

@@ -21,7 +21,7 @@ const SATURN: NaifId = NaifId(699);
 struct UserOverlays {
     session: Session,
     messages: Arc<Mutex<Vec<String>>>,
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
 }
 
 impl UserOverlays {
@@ -35,7 +35,7 @@ impl UserOverlays {
             encoder.write_header().and_then(|mut w| w.write_image_data(&colour.repeat(16 * 8))).expect("written");
         }
         let (session, messages) = session_over(folder.path());
-        Self { session, messages, _folder: folder }
+        Self { session, messages, folder }
     }
 
     /// A view from 3 radii above 0 N 0 E.
@@ -261,4 +261,18 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
         "{overlay_decisions:?}"
     );
     assert!(with == user_overlays.draw(MOON, "-overlays", PixelView::Final).1);
+}
+
+/// A body whose colour map is unreadable has its mean colour. Without another map its effect is left out, and the colour map stays.
+#[test]
+fn the_message_about_an_unreadable_map_says_what_is_drawn_instead() {
+    let user_overlays = UserOverlays::new(&overlay_toml("Moon", "a", "a.png", REGION), &[]);
+    for file in ["earth_day.jpg", "earth_clouds.jpg", "earth_night.jpg", "earth_normal.jpg"] {
+        std::fs::write(user_overlays.folder.path().join(file), "not an image").expect("written");
+    }
+    user_overlays.draw(NaifId::EARTH, "+clouds,+night", PixelView::Final);
+    let messages = user_overlays.messages.lock().expect("a list").clone();
+    let (colour, others): (Vec<&String>, Vec<&String>) = messages.iter().partition(|line| line.contains("earth_day.jpg"));
+    assert!(colour.len() == 1 && colour[0].ends_with("drawn in its mean colour"), "{messages:?}");
+    assert!(!others.is_empty() && others.iter().all(|line| line.ends_with("drawn without it")), "{messages:?}");
 }

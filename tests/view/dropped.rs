@@ -36,7 +36,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         harness.run_steps(1);
         harness.input_mut().dropped_files.clear();
         settle(&mut harness);
-        (harness.state().message.clone(), dots(&harness))
+        (harness.state().message().to_owned(), dots(&harness))
     };
     let (message, dots_shown) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
     assert_eq!((message.as_str(), dots_shown), ("own.csv: 2 points and 0 lines on Earth", 2));

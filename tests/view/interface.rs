@@ -11,7 +11,7 @@ use orrery::session::{RequestedOutput, Session, Sources};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::exposure_adaptation::ExposureTicket;
-use orrery::view::app::settings::{HintsUsed, PanelLayout, Settings};
+use orrery::view::app::settings::{HintsFollowed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
 use orrery::view::app::viewer::{Subject, Viewer};
 use orrery::view::link::view_from_text;
@@ -49,10 +49,10 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
     // Hints would put bright text over the sky, whose pixels some tests measure.
-    let hints = HintsUsed { drag: true, scroll: true, search: true };
+    let hints_followed = HintsFollowed { drag: true, scroll: true, search: true };
     // *What to see now* and the timeline cost time, so only the tests about them show them.
     let panels = PanelLayout { now_shown: false, timeline_shown: false, ..PanelLayout::default() };
-    Interface::new(viewer, Settings { hints, panels, ..Settings::default() })
+    Interface::new(viewer, Settings { hints_followed, panels, ..Settings::default() })
 }
 
 /// Paints the harness's images with the window's CPU painter instead of wgpu.
@@ -192,14 +192,14 @@ fn time_is_typed_and_stepped_and_an_invalid_time_is_refused() {
     enter(&mut harness, "1999-08-11T11:03:05Z");
     harness.key_press(egui::Key::Enter);
     settle(&mut harness);
-    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message());
     harness.get_by_label("+d").click();
     settle(&mut harness);
     assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
     enter(&mut harness, "next Tuesday");
     harness.key_press(egui::Key::Enter);
     harness.run_steps(1);
-    assert!(harness.state().message.contains("next Tuesday"), "{}", harness.state().message);
+    assert!(harness.state().message().contains("next Tuesday"), "{}", harness.state().message());
     assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
 }
 

@@ -8,7 +8,7 @@ use egui::{Rect, Vec2};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::scene::labels::{LabelMetrics, LabelSide, label_rect};
-use orrery::view::app::settings::HintsUsed;
+use orrery::view::app::settings::HintsFollowed;
 use orrery::view::app::view_state::CameraPose;
 
 /// Targets and distances in radii: Jupiter with its moons, Saturn with its moons, the planets around the Sun.
@@ -37,7 +37,7 @@ fn names(shapes: &[ClippedShape], view: Rect, bodies: &[String]) -> Vec<(String,
 /// A window over a system, with all hints.
 fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
     let mut interface = interface(target, "2024-12-07T20:00:00Z");
-    interface.settings.hints = HintsUsed::default();
+    interface.settings.hints_followed = HintsFollowed::default();
     interface.settings.panels.now_shown = true;
     interface.bodies_shown = size[0] > 700.0;
     if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.eye {
@@ -66,11 +66,8 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
                 }
                 state.viewer.view.tracks = true;
                 // Hints give way to a message, so both are tried.
-                state.message = if k % 2 == 0 {
-                    "The view was saved as a bookmark, and this message is as long as such messages are.".into()
-                } else {
-                    String::new()
-                };
+                let long = "The view was saved as a bookmark, and this message is as long as such messages are.";
+                state.reply(if k % 2 == 0 { long } else { "" });
                 window.run_steps(4);
                 let view = window.get_by_label_contains("The sky:").rect();
                 let state = window.state();

@@ -40,6 +40,26 @@ fn a_language_applies_at_once_and_is_kept() {
     assert!(harness.query_by_label("Add bookmark").is_some());
 }
 
+/// Messages are stored as texts, so those in the previous language are discarded.
+#[test]
+fn messages_do_not_stay_in_the_previous_language() {
+    let mut harness = harness(interface(SATURN, EQUINOX));
+    settle(&mut harness);
+    for is_reply in [true, false] {
+        if is_reply {
+            harness.event(egui::Event::Copy);
+        } else {
+            harness.state().session_messages.lock().push("earth.png: not an image".into());
+        }
+        harness.run_steps(1);
+        assert_ne!(harness.state().message_line(), "");
+        let state = harness.state_mut();
+        state.language = if state.language == Language::German { Language::English } else { Language::German };
+        harness.run_steps(1);
+        assert_eq!(harness.state().message_line(), "", "a reply: {is_reply}");
+    }
+}
+
 #[test]
 fn numbers_and_dates_are_german() {
     let mut interface = interface(SATURN, EQUINOX);

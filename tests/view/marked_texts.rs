@@ -11,7 +11,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
 use orrery::shader::key::{DIMENSIONS, Dimension};
-use orrery::view::app::settings::{HintsUsed, Home};
+use orrery::view::app::settings::{HintsFollowed, Home};
 use orrery::view::language::Language;
 use orrery::view::panels::{Interface, Tab};
 use std::collections::BTreeSet;
@@ -325,7 +325,7 @@ fn scan_with_tooltips(scan: &mut Scan, window: &mut Window, place: &str, hovered
 fn marked_window(target: NaifId, utc: &str) -> Window {
     let mut interface = interface(target, utc);
     interface.settings.panels.timeline_shown = true;
-    interface.settings.hints = HintsUsed::default();
+    interface.settings.hints_followed = HintsFollowed::default();
     interface.language = Language::Marked;
     let mut window = harness(interface);
     window.set_size([1280.0, 800.0].into());

@@ -38,7 +38,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let star_pos = star_at(&window);
     click(&mut window, star_pos);
     window.run_steps(3);
-    assert!(window.state().message.starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message);
+    assert!(window.state().message().starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message());
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
     // With Ctrl: the angle from the star to another point of the sky.
     let ctrl_click = |window: &mut Window, pos: Pos2| {
@@ -54,7 +54,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
         window.run_steps(1);
     };
     ctrl_click(&mut window, star_pos);
-    assert!(window.state().message.contains("second place"), "{}", window.state().message);
+    assert!(window.state().message().contains("second place"), "{}", window.state().message());
     ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
-    assert!(window.state().message.starts_with("Angle: "), "{}", window.state().message);
+    assert!(window.state().message().starts_with("Angle: "), "{}", window.state().message());
 }

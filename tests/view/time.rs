@@ -8,7 +8,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
-use orrery::view::app::settings::HintsUsed;
+use orrery::view::app::settings::HintsFollowed;
 use orrery::view::panels::Tab;
 
 fn utc(window: &Window) -> String {
@@ -88,7 +88,7 @@ fn one_press_leads_to_the_next_or_previous_event() {
 #[test]
 fn hints_disappear_when_used() {
     let mut first_start = interface(NaifId(499), "2017-05-17T00:00:00Z");
-    first_start.settings.hints = HintsUsed::default();
+    first_start.settings.hints_followed = HintsFollowed::default();
     let mut window = harness(first_start);
     settle(&mut window);
     const HINTS: [&str; 3] = ["Drag to turn", "Scroll to zoom", "Press / to search"];
@@ -114,7 +114,7 @@ fn hints_disappear_when_used() {
     window.key_press(Key::Enter);
     settle(&mut window);
     assert_eq!(hints_shown(&window), [false; 3]);
-    assert_eq!(window.state().settings.hints, HintsUsed { drag: true, scroll: true, search: true });
+    assert_eq!(window.state().settings.hints_followed, HintsFollowed { drag: true, scroll: true, search: true });
 }
 
 /// Messages about drivers appear only in the Performance panel. Other messages also appear over the image, for a while.
@@ -132,6 +132,29 @@ fn driver_messages_do_not_cover_the_image() {
     window.run_steps(2);
     window.get_by_label(line);
     advance(&mut window, 20.0);
+    assert_eq!(window.state().message_line(), "");
+}
+
+#[test]
+fn all_messages_of_a_frame_are_shown() {
+    let mut window = window_without_images(NaifId(499));
+    let lines = ["earth.png: not an image", "moon.png: not an image"];
+    window.state().session_messages.lock().extend(lines.map(String::from));
+    window.run_steps(2);
+    assert_eq!(window.state().message_line(), lines.join("\n"));
+}
+
+/// Replies are shown for 20 seconds. 30 seconds after the first copy, the reply to the second one is 15 seconds old.
+#[test]
+fn a_repeated_reply_is_shown_for_its_full_time() {
+    let mut window = window_without_images(NaifId(499));
+    for _ in 0..2 {
+        window.event(Event::Copy);
+        window.run_steps(2);
+        advance(&mut window, 15.0);
+        assert_ne!(window.state().message_line(), "");
+    }
+    advance(&mut window, 10.0);
     assert_eq!(window.state().message_line(), "");
 }
 

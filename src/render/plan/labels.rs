@@ -85,18 +85,18 @@ fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     layer.texts.iter().flat_map(quads).collect()
 }
 
-/// A filled rectangle of whole pixels, tiled with the opaque block of the glyph atlas.
+/// A filled rectangle of whole pixels, tiled with the filled square of the glyph atlas.
 fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let [r, g, b] = colour(bar.colour).to_array();
-    let block = glyphs.block;
-    let side = block.size[0].max(1);
+    let square = glyphs.solid_square;
+    let side = square.size[0].max(1);
     // Coordinates in an image fit into u32.
     let [width, height] = (bar.rect.max - bar.rect.min).round().to_array().map(|v| v.max(0.0) as u32);
     let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
     let tile = |k: u32| {
         let [x, y] = [k % columns * side, k / columns * side];
         let corner_px = [bar.rect.min.x.round() as f32 + x as f32, bar.rect.min.y.round() as f32 + y as f32];
-        let cell = [block.at[0], block.at[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
+        let cell = [square.at[0], square.at[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
         GlyphQuad { corner_px, cell, colour: [r, g, b, bar.opacity as f32] }
     };
     (0..columns * rows).map(tile).collect()

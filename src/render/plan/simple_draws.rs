@@ -225,7 +225,7 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec3("terms", corona.terms)?;
         w.vec3("colour", corona.colour)?;
         w.f32("outer_cosine", corona.outer_cosine)?;
-        w.f32("per_cosine", corona.per_cosine)?;
+        w.f32("inverse_fade_width", corona.inverse_fade_width)?;
         w.f32("cutoff", corona.cutoff)
     })?;
     let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);

@@ -8,7 +8,7 @@ use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
-use crate::scene::light::glare::{self, Glare};
+use crate::scene::light::glare::{self, Glare, VeilingGlare};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -28,10 +28,11 @@ impl LightAroundSun {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
+        let veil = VeilingGlare::drawn(request, camera, placed);
         Self {
             limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
             glare: decide(request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
-            corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, tint), reports),
+            corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
         }
     }
 }

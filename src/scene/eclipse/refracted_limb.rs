@@ -90,7 +90,7 @@ impl LimbGeometry {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
             separation: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
             limb_radius,
-            limb_error: limb_radius * crate::scene::features::choice::flattening(placed.body),
+            limb_error: limb_radius * crate::scene::features::choice::ellipsoid_flattening(placed.body),
             distance: (camera * camera - 1.0).max(1e-12).sqrt(),
         }
     }

@@ -48,7 +48,7 @@ impl Capabilities {
         Self {
             detail,
             custom_surface: body.custom_surface,
-            ellipsoid: flattening(body) > 0.0,
+            ellipsoid: ellipsoid_flattening(body) > 0.0,
             maps,
             emissive,
             rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
@@ -58,7 +58,7 @@ impl Capabilities {
 }
 
 /// Largest relative difference of two semi-axes; to first order also the largest angle between the normals of ellipsoid and sphere, radians.
-pub fn flattening(body: &Body) -> f64 {
+pub fn ellipsoid_flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
 

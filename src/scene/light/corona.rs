@@ -1,7 +1,10 @@
 //! The Sun's corona: its radiance as a function of distance from the Sun's centre, its flattening, and when it is drawn.
 //!
-//! In: the apparent position of the Sun, the threshold, the date. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the reason; for exposure
-//! and tests only the radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in front dims it. K and F
+//! In: the apparent position of the Sun, the threshold, the date, the frame's glare. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the
+//! reason; for the exposure its weight and the radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in
+//! front dims it. It is left out where it changes the glare by less than the threshold. That is the glare that the frame draws (`glare`): beside a Sun
+//! outside the frame there is none, so the corona shows; while the Sun enters, the glare grows over the corona, which is left out once it no longer makes
+//! a visible difference. The light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F
 //! corona are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
 //! sunspot cycle. Left out: streamers, the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere,
 //! and the view of a camera inside the corona: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the
@@ -10,14 +13,15 @@
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
-use crate::scene::light::glare::{self, VEILING_GLARE};
+use crate::scene::light::glare::{self, VeilingGlare};
 use crate::scene::light::photometry::sun_disc_radiance;
+use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::zodiacal;
-use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
+use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU};
 use glam::{DVec3, Vec3, Vec4};
@@ -28,6 +32,9 @@ const CENTRE_OVER_MEAN: f64 = 1.2;
 
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
 const BAUMBACH_TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
+
+/// Upper bound of the ratio of the radiance to its mean over position angle: at a sunspot minimum and two solar radii the shader's law gives 0.26 to 2.24.
+const MAX_OVER_MEAN: f64 = 2.25;
 
 /// Smallest diameter of the Sun, in pixels, at which its corona can be distinguished from the disc.
 const MIN_SUN_PX: f64 = 1.0;
@@ -46,11 +53,12 @@ const LUDENDORFF_INDEX: (f64, f64) = (0.35, 0.05);
 /// Uniforms of the corona, and where it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corona {
-    /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`](crate::scene::thresholds::VISIBLE_LIGHT) of white.
+    /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of the display's white.
     pub rect_in_clip: Vec4,
     /// Number of the scene's draws that lie behind the corona and are drawn before it.
     pub draws_behind: usize,
-    /// View ray of depth 1 through the middle of the image. Axes: x and y across the line of sight to the Sun, y towards its north pole; z to its centre.
+    /// View ray whose component along the camera's forward axis is 1, through the middle of the image. Axes: x and y across the line of sight to the Sun, y
+    /// towards its north pole; z to its centre.
     pub middle: Vec3,
     /// Change of the view ray from the middle of the image to its right edge, and to its upper edge.
     pub right: Vec3,
@@ -63,9 +71,9 @@ pub struct Corona {
     pub flattening: f32,
     /// Radiance of each of Baumbach's terms at the limb.
     pub terms: Vec3,
-    /// Cosine of the elongation at which the corona has faded out, and the reciprocal of the difference of the cosines between which it fades.
+    /// Cosine of the elongation at which the corona has faded out, and 1 / (inner cosine - outer cosine), where it fades between the two.
     pub outer_cosine: f32,
-    pub per_cosine: f32,
+    pub inverse_fade_width: f32,
     pub colour: Vec3,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub cutoff: f32,
@@ -118,13 +126,34 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image. `tint`: colour that the air gives to light from
-/// outside it.
+/// The radiance by which the corona at the limb exceeds the smallest change of the glare there that is kept. `glare`: that which the frame draws.
+fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
+    radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
+}
+
+/// Diameter of the Sun in the middle of the image, pixels.
+fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
+    2.0 * sun.body.radii_km.x / sun.distance_km / camera.pixel_tangent()
+}
+
+/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. It reaches 1 where the Sun is twice as large as it must be,
+/// because the exposure must not jump. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
+pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedBody<'_>, glare: Option<&VeilingGlare>) -> f64 {
+    match request.effects.override_of(Effect::Corona) {
+        Some(on) => f64::from(u8::from(on)),
+        None if excess_over_glare(request.purpose.min_change(), glare) > 0.0 => smoothstep(diameter_px(camera, sun) / MIN_SUN_PX - 1.0),
+        None => 0.0,
+    }
+}
+
+/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image or the camera is inside the Sun. `glare`: that which the
+/// frame draws. `tint`: colour that the air gives to light from outside it.
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
+    glare: Option<&VeilingGlare>,
     tint: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Corona, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
@@ -136,10 +165,10 @@ pub(crate) fn corona(
     let sin_camera_latitude = pole.dot(towards).abs();
     let in_sun_axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
     let cos_off_axis = towards.dot(camera.forward).clamp(0.1, 1.0);
-    let limb = radiance(1.0);
+    let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    // Flattening changes the radiance by a factor of 0.5 to 2 from the mean over position angle.
-    let mut radius_sine = radius_at_radiance(0.5 * cutoff) * sine;
+    // The law gives means over position angle; the flattened corona is brighter at its equator.
+    let mut radius_sine = radius_at_radiance(cutoff / MAX_OVER_MEAN) * sine;
     // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade: no direction has a cosine below -1.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
@@ -152,27 +181,21 @@ pub(crate) fn corona(
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
-    let sun_px = 2.0 * sine / camera.pixel_tangent();
-    let has_glare = request.effects.override_of(Effect::Glare) != Some(false);
-    let irradiance = (KM_PER_AU / sun.distance_km).powi(2);
-    let glare = if has_glare {
-        VEILING_GLARE * irradiance * glare::visible_fraction(placed, sun) / sine.max(camera.pixel_tangent()).powi(2)
-    } else {
-        0.0
-    };
-    // A relative change of the glare below `VISIBLE_CHANGE` is invisible, so the corona must also exceed this fraction of the glare.
-    let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by_radiance(limb - VISIBLE_CHANGE * glare);
+    let sun_px = diameter_px(camera, sun);
+    // The corona must exceed both the threshold on black and the least change of the glare that is kept.
+    let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by_radiance(excess_over_glare(threshold.min_change(), glare));
     let reason = if sun_px < MIN_SUN_PX {
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
     } else {
         let index = flattening(request.time);
-        let light = threshold.description(limb);
-        let at_limb = if glare > 0.0 {
-            reason!("corona-under-glare", light = light, times = format_args!("{:.1e}", glare / limb))
+        let light = threshold.description(limb_radiance);
+        let glare_radiance = glare.map_or(0.0, VeilingGlare::limb_radiance);
+        let limb_reason = if glare_radiance > 0.0 {
+            reason!("corona-under-glare", light = light, times = format_args!("{:.1e}", glare_radiance / limb_radiance))
         } else {
             reason!("corona-limb", light = light)
         };
-        at_limb.and(reason!("corona-flattened", index = format_args!("{index:.2}")))
+        limb_reason.and(reason!("corona-flattened", index = format_args!("{index:.2}")))
     };
     let narrow_in_sun_axes = |v: DVec3| narrow(in_sun_axes(v));
     let corona = Corona {
@@ -187,7 +210,7 @@ pub(crate) fn corona(
         flattening: narrow_scalar(flattening(request.time) * (1.0 - sin_camera_latitude * sin_camera_latitude)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),
         outer_cosine: narrow_scalar(outer_cosine),
-        per_cosine: narrow_scalar(1.0 / (inner_cosine - outer_cosine)),
+        inverse_fade_width: narrow_scalar(1.0 / (inner_cosine - outer_cosine)),
         colour: sun.body.colour * narrow(tint(sun.placement.centre_km)),
         cutoff: narrow_scalar(cutoff),
     };
@@ -218,6 +241,23 @@ mod tests {
         for cutoff in [1e-1, 1e-3, 1e-6, 1e-9] {
             let rho = radius_at_radiance(cutoff);
             assert!(radiance(rho) <= cutoff && radiance(0.999 * rho) > cutoff, "{cutoff}: {rho}");
+        }
+    }
+
+    /// The shader's law around a circle, with the mean of its exponential by summation: outside the rectangle no light reaches the cutoff.
+    #[test]
+    fn the_flattened_corona_stays_within_its_rectangle() {
+        let steepness = |rho: f64| -(radiance(1.001 * rho) / radiance(rho)).ln() / 1.001_f64.ln();
+        let equator_over_mean = |rho: f64| {
+            let k = steepness(rho) * LUDENDORFF_INDEX.0 * (rho - 1.0).min(1.0) / 1.609;
+            let mean = (0..360).map(|deg| (k * f64::from(deg).to_radians().cos()).exp()).sum::<f64>() / 360.0;
+            k.exp() / mean
+        };
+        let largest = (0..400).map(|n| equator_over_mean(1.0 + 0.02 * f64::from(n))).fold(0.0, f64::max);
+        assert!(largest > 2.0 && largest < MAX_OVER_MEAN, "{largest}");
+        for cutoff in [1e-2, 1e-3, 1e-5] {
+            let edge = radius_at_radiance(cutoff / MAX_OVER_MEAN);
+            assert!(radiance(edge) * equator_over_mean(edge) <= cutoff, "{cutoff}: light beyond {edge} radii");
         }
     }
 

@@ -4,14 +4,16 @@
 //! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated):
 //! about a tenth of the light is scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on
 //! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level:
-//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. Left out:
-//! streaks and ghosts, which are specific to a lens, and the glare of bodies other than the Sun.
+//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun
+//! outside the frame has no glare, as behind a lens hood; light meter and corona therefore do not count any either. Left out: streaks and ghosts, which are
+//! specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar, narrow2};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
+use crate::scene::request::effects::Effect;
 use crate::scene::request::{Quality, ViewRequest};
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use crate::units::luminance;
@@ -102,6 +104,16 @@ impl VeilingGlare {
         })
     }
 
+    /// As [`Self::of`]; `None` also if the user has switched the glare off.
+    pub(crate) fn drawn(request: &ViewRequest, camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
+        Self::of(camera, placed).filter(|_| request.effects.override_of(Effect::Glare) != Some(false))
+    }
+
+    /// Radiance at the Sun's limb.
+    pub(crate) fn limb_radiance(&self) -> f64 {
+        self.strength / self.core_angle_sq
+    }
+
     /// Radiance in a direction (a unit vector).
     pub(crate) fn radiance(&self, direction: DVec3) -> f64 {
         self.strength / (direction - self.towards).length_squared().max(self.core_angle_sq)
@@ -135,10 +147,13 @@ pub(crate) fn glare(
 ) -> Option<(Glare, bool, Reason)> {
     let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
-    let at_limb = strength.max_element() / core_angle_sq;
-    let on = threshold.is_exceeded_by_radiance(at_limb);
-    let reason =
-        if visible_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(at_limb)) } else { reason!("glare-hidden") };
+    let limb_radiance = strength.max_element() / core_angle_sq;
+    let on = threshold.is_exceeded_by_radiance(limb_radiance);
+    let reason = if visible_fraction > 0.0 {
+        reason!("glare-at-limb", light = threshold.description(limb_radiance))
+    } else {
+        reason!("glare-hidden")
+    };
     let in_camera = camera.in_axes(towards);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());

@@ -5,7 +5,7 @@
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
-use crate::scene::features::choice::{Capabilities, flattening};
+use crate::scene::features::choice::{Capabilities, ellipsoid_flattening};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::{lights, night_lights};
 use crate::scene::request::effects::Effect;
@@ -16,7 +16,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (body, threshold) = (inputs.body(), inputs.threshold());
     let log = &mut decisions.log;
     let available = Capabilities::of(body);
-    let normal_tilt_rad = flattening(body);
+    let normal_tilt_rad = ellipsoid_flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
     let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
     let light = threshold.description(max_change);

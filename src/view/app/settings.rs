@@ -51,7 +51,7 @@ impl Default for Home {
 /// The hints that the user has followed, which are no longer shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
-pub struct HintsUsed {
+pub struct HintsFollowed {
     pub drag: bool,
     pub scroll: bool,
     pub search: bool,
@@ -142,7 +142,8 @@ pub struct Settings {
     pub unit: LengthUnit,
     pub home: Home,
     pub clock: Clock,
-    pub hints: HintsUsed,
+    #[serde(rename = "hints")]
+    pub hints_followed: HintsFollowed,
     pub panels: PanelLayout,
     /// `None`: the window was never closed.
     #[serde(rename = "place")]
@@ -165,7 +166,7 @@ impl Default for Settings {
             unit: LengthUnit::default(),
             home: Home::default(),
             clock: Clock::default(),
-            hints: HintsUsed::default(),
+            hints_followed: HintsFollowed::default(),
             panels: PanelLayout::default(),
             window_placement: None,
             bookmarks: Vec::new(),

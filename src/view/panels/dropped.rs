@@ -30,7 +30,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         None => true,
     });
     for answer in answers {
-        interface.message = match answer {
+        let reply = match answer {
             Ok(description) => {
                 interface.viewer.view.layers.data = true;
                 // The same view now gives another image, so the image is requested again.
@@ -39,5 +39,6 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
             }
             Err(why) => why,
         };
+        interface.reply(reply);
     }
 }

@@ -57,7 +57,7 @@ const NOTICE_S: f64 = 8.0;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
 
-/// A panel at a side of the viewport. Its digit key is its position here; `tab` has a row for each.
+/// A panel at a side of the viewport. The first panel's digit key is 1. `tab.rs` has a row for each panel, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
@@ -102,15 +102,15 @@ pub struct Interface {
     is_styled: bool,
     /// A control has the keyboard focus.
     has_keyboard: bool,
-    /// The reply to the user's last action, shown over the viewport's lower edge.
-    pub message: String,
-    /// The displayed reply, and the time at which it disappears, interface seconds.
-    message_shown: (String, f64),
+    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply`].
+    message: String,
+    /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
+    message_until_s: Option<f64>,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last of these messages that is not about drivers, and the time at which it disappears, interface seconds.
+    /// The last of these messages that are not about drivers, one a line, and when they disappear, in egui's time.
     notice: Option<(String, f64)>,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
@@ -153,7 +153,7 @@ impl Interface {
             is_styled: false,
             has_keyboard: false,
             message: String::new(),
-            message_shown: Default::default(),
+            message_until_s: None,
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
@@ -194,13 +194,12 @@ impl Interface {
         let (about_drivers, others): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
-        if let Some(line) = others.into_iter().next_back() {
-            self.notice = Some((text!("notice", detail = line), now_s + NOTICE_S));
+        if !others.is_empty() {
+            let lines: Vec<String> = others.into_iter().map(|line| text!("notice", detail = line)).collect();
+            self.notice = Some((lines.join("\n"), now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
-        if self.message != self.message_shown.0 {
-            self.message_shown = (self.message.clone(), now_s + MESSAGE_S);
-        } else if self.message_shown.1 <= now_s {
+        if *self.message_until_s.get_or_insert(now_s + MESSAGE_S) <= now_s {
             self.message.clear();
         }
         self.receive(ui.ctx(), worker);
@@ -245,8 +244,8 @@ impl Interface {
         }
         for action in actions {
             match action {
-                Action::Turn(..) | Action::LookAround(..) => self.settings.hints.drag = true,
-                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints.scroll = true,
+                Action::Turn(..) | Action::LookAround(..) => self.settings.hints_followed.drag = true,
+                Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints_followed.scroll = true,
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
@@ -269,12 +268,24 @@ impl Interface {
         }
     }
 
+    /// Shows the reply to an action of the user, for its full time also if it repeats the last one.
+    pub fn reply(&mut self, text: impl Into<String>) {
+        self.message = text.into();
+        self.message_until_s = None;
+    }
+
+    /// The reply to the user's last action; empty if there is none, or if its time is over.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Sets the language for this frame. If it has changed, discards or rewrites the stored texts.
     fn apply_language(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline = timeline::Timeline::default();
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
+            (self.message, self.notice) = (String::new(), None);
             self.events.rename(worker.session().catalog());
         }
     }
@@ -285,7 +296,7 @@ impl Interface {
     }
 
     /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last
-    /// message of the session.
+    /// messages of the session.
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.message.as_str()) {
             (Some(why), _) => why,

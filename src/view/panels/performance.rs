@@ -22,13 +22,13 @@ struct Frame {
 #[derive(Default)]
 pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
-    /// Arrival times of the images of the last [`RATE_INTERVAL_S`], interface seconds.
+    /// Arrival times of the images of the last [`RATE_INTERVAL_S`], in egui's time (`InputState::time`).
     arrivals_s: VecDeque<f64>,
     /// Time that the interface itself took in the last frame, milliseconds.
     pub interface_ms: f64,
     /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
-    /// Description of the plot, and the time of its creation, interface seconds.
+    /// Description of the plot, and when it was made, in egui's time (`InputState::time`).
     described: Option<(String, f64)>,
 }
 

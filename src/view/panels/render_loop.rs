@@ -35,7 +35,7 @@ const TIME_JUMP_S: f64 = 120.0;
 /// differ by less (relative to their length) count as unchanged, but only in a view at rest, so that a drag is always drawn at once.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
-/// The image on screen, the last requested image, and their state. Times are interface seconds.
+/// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
 pub(super) struct Viewport {
     /// The pixels of the image; `None` if it is on the GPU.
     pub(super) texture: Option<TextureHandle>,
@@ -271,7 +271,8 @@ impl Interface {
             (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
-            (!self.message.is_empty()).then_some(self.message_shown.1 - now_s),
+            // A new reply has its time from the next frame on.
+            (!self.message.is_empty()).then(|| self.message_until_s.map_or(0.0, |until_s| until_s - now_s)),
         ];
         if let Some(delay_s) = delays_s.into_iter().flatten().reduce(f64::min) {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(delay_s.max(0.0)));

@@ -161,7 +161,7 @@ fn apply_typed_effects(interface: &mut Interface) -> Option<Result<(), String>> 
 
 /// Applies the chosen suggestion.
 fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker, target: SearchTarget, actions: &mut Vec<Action>) {
-    interface.settings.hints.search = true;
+    interface.settings.hints_followed.search = true;
     let session = worker.session();
     let catalog = session.catalog();
     let places = SessionPositions(session);
@@ -173,7 +173,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             // The city becomes the observer's place, which events and the times of rise and set use too.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
-            interface.message = text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country));
+            interface.reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
         SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
@@ -194,14 +194,14 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
-                None => interface.message = text!("outside-ephemeris", name = item.name()),
+                None => interface.reply(text!("outside-ephemeris", name = item.name())),
             }
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
-                None => interface.message = text!("outside-ephemeris", name = name),
+                None => interface.reply(text!("outside-ephemeris", name = name)),
             }
         }
         SearchTarget::Star(hip) => {
@@ -212,7 +212,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star = stars.index_of_hip(hip);
                 }
-                None => interface.message = text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH)),
+                None => interface.reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }
         }
     }

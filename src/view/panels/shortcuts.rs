@@ -114,7 +114,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable().to_link());
-        interface.message = text!("link-copied").into();
+        interface.reply(text!("link-copied"));
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     // On Escape egui itself closes an open menu, and has already taken the focus from a focused control.

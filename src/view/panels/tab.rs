@@ -18,11 +18,11 @@ const TITLED_BUTTONS: usize = 8;
 pub(super) enum Group {
     /// Where and when to look.
     Explore,
-    /// What is drawn.
+    /// Under the caption *See*: what is drawn.
     See,
-    /// Understand: facts about bodies.
+    /// Under the caption *Understand*: facts about bodies.
     Bodies,
-    /// Understand: how the image is drawn.
+    /// Also under *Understand*: how the image is drawn.
     Drawing,
     /// Keep and pass on; how the program looks.
     Share,

@@ -98,7 +98,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, clock, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
-                None => interface.message = text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS)),
+                None => interface.reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
@@ -236,8 +236,8 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         interface.time_bar.pending = None;
         match found {
             Ok(Some(event)) => events::show(interface, worker, Arc::new(event), actions),
-            Ok(None) => interface.message = text!("event-none-near", kind = interface.time_bar.kind.name()),
-            Err(why) => interface.message = why,
+            Ok(None) => interface.reply(text!("event-none-near", kind = interface.time_bar.kind.name())),
+            Err(why) => interface.reply(why),
         }
     }
     let kind = interface.time_bar.kind;

@@ -77,7 +77,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
             actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
             interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
         }
-        Err(e) => interface.message = error_text(&e),
+        Err(e) => interface.reply(error_text(&e)),
     }
 }
 
@@ -85,7 +85,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.message = format!("{}: {}", echo(&interface.tour.file), error_text(&e)),
+        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file), error_text(&e))),
     }
 }
 

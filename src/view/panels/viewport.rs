@@ -162,9 +162,9 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
 fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
-    let used = interface.settings.hints;
-    let hints = [(used.drag, text!("hint-drag")), (used.scroll, text!("hint-scroll")), (used.search, text!("hint-search"))];
-    if hints.iter().all(|(is_used, _)| *is_used) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
+    let followed = interface.settings.hints_followed;
+    let hints = [(followed.drag, text!("hint-drag")), (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
+    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
@@ -174,7 +174,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
             |ui| {
                 ui.horizontal(|ui| {
                     ui.spacing_mut().item_spacing.x = 18.0;
-                    for (_, hint) in hints.into_iter().filter(|(is_used, _)| !is_used) {
+                    for (_, hint) in hints.into_iter().filter(|(is_followed, _)| !is_followed) {
                         ui.add(egui::Label::new(egui::RichText::new(hint).color(NAME_COLOUR)).selectable(false));
                     }
                 });
@@ -226,7 +226,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable().to_link());
-            interface.message = text!("link-copied").into();
+            interface.reply(text!("link-copied"));
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
             interface.share.wants_image = true;
@@ -286,7 +286,7 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
     interface.viewport.picked_px = Some(click.pixel);
     interface.viewport.star = click.star;
     if let Some(star) = click.star {
-        interface.message = worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default();
+        interface.reply(worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default());
     }
 }
 
@@ -297,7 +297,8 @@ fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     // Pixels outside the circle of a fisheye image have no direction.
     let Some(direction) = rendered.scene.geometry.direction(&rendered.scene.camera, at_px) else { return };
-    interface.message = interface.angle.add(direction, seen_body);
+    let angle = interface.angle.add(direction, seen_body);
+    interface.reply(angle);
 }
 
 /// A click on the image.

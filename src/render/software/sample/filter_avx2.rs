@@ -1,8 +1,8 @@
 //! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
 //!
-//! In: a batch of f32 lanes, in lane order. Eight neighbouring lanes nearly always read the same mip level; where they do not, they are filtered once
-//! for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for each lane, so that the bits are the
-//! same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
+//! In: a batch of f32 lanes, in the order of the batch, not sorted as in `lane_order`. Eight neighbouring lanes nearly always read the same mip level;
+//! where they do not, they are filtered once for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for
+//! each lane, so that the bits are the same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
 use super::footprint::FilterRequest;
@@ -28,7 +28,7 @@ pub(super) struct F32Request<'a> {
     u: &'a [f32; BATCH],
     v: &'a [f32; BATCH],
     /// `None` if each lane reads level 0 with one tap.
-    level: Option<&'a [f32; BATCH]>,
+    levels_of_lanes: Option<&'a [f32; BATCH]>,
     /// Lengths in taps, and the width of a tap in u and v; `None` if each lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
@@ -42,11 +42,11 @@ impl<'a> F32Request<'a> {
             Some(footprints) => Some([lanes(&footprints.length)?, lanes(&footprints.step_u)?, lanes(&footprints.step_v)?]),
             None => None,
         };
-        let level = match &request.level {
+        let levels_of_lanes = match &request.level {
             Some(level) => Some(lanes(level)?),
             None => None,
         };
-        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, level, footprints })
+        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, levels_of_lanes, footprints })
     }
 }
 
@@ -113,7 +113,7 @@ impl<'a> SizedLevel<'a> {
 /// A mip level, and the next coarser one where lanes lie between both.
 #[derive(Clone, Copy)]
 struct LevelPair<'a> {
-    level: usize,
+    finer_index: usize,
     finer: SizedLevel<'a>,
     coarser: Option<SizedLevel<'a>>,
 }
@@ -125,24 +125,24 @@ struct LevelPair<'a> {
 unsafe fn level_pair<'a>(
     levels: &[BoundLevel<'a>],
     address_modes: [AddressMode; 2],
-    level: usize,
+    finer_index: usize,
     needs_coarser: bool,
     previous: Option<LevelPair<'a>>,
 ) -> LevelPair<'a> {
     if let Some(previous) = previous
-        && previous.level == level
+        && previous.finer_index == finer_index
         && (previous.coarser.is_some() || !needs_coarser)
     {
         return previous;
     }
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let finer = SizedLevel::new(levels[level].read(), address_modes);
-        let coarser = match levels.get(level + 1) {
+        let finer = SizedLevel::new(levels[finer_index].read(), address_modes);
+        let coarser = match levels.get(finer_index + 1) {
             Some(coarser) if needs_coarser => Some(SizedLevel::new(coarser.read(), address_modes)),
             _ => None,
         };
-        LevelPair { level, finer, coarser }
+        LevelPair { finer_index, finer, coarser }
     }
 }
 
@@ -153,7 +153,7 @@ unsafe fn level_pair<'a>(
 pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        // A minimum or maximum with NaN is the second operand.
+        // min and max return their second operand if one is NaN: NaN becomes -1.
         let x = _mm256_min_ps(_mm256_max_ps(x, _mm256_set1_ps(-1.0)), axis.size);
         let whole = _mm256_floor_ps(x);
         let fraction = _mm256_sub_ps(x, whole);
@@ -348,11 +348,12 @@ pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn level_and_fraction(level: &[f32; BATCH], group: usize, level_count: usize) -> (__m256, __m256) {
+unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level_count: usize) -> (__m256, __m256) {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        // A maximum with NaN is the second operand.
-        let level = _mm256_min_ps(_mm256_max_ps(eight(level, group), _mm256_setzero_ps()), _mm256_set1_ps((level_count - 1) as f32));
+        // max returns its second operand if one is NaN: NaN becomes 0.
+        let coarsest = _mm256_set1_ps((level_count - 1) as f32);
+        let level = _mm256_min_ps(_mm256_max_ps(eight(levels_of_lanes, group), _mm256_setzero_ps()), coarsest);
         let finer = _mm256_floor_ps(level);
         (finer, _mm256_sub_ps(level, finer))
     }
@@ -362,13 +363,13 @@ unsafe fn level_and_fraction(level: &[f32; BATCH], group: usize, level_count: us
 /// # Safety
 /// AVX2.
 #[inline(always)]
-unsafe fn shared_level(level: &[f32; BATCH], level_count: usize) -> Option<(usize, bool)> {
+unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Option<(usize, bool)> {
     // SAFETY: the caller guarantees AVX2; a register and an array have eight numbers each.
     unsafe {
-        let (first, mut largest_fraction) = level_and_fraction(level, 0, level_count);
+        let (first, mut largest_fraction) = level_and_fraction(levels_of_lanes, 0, level_count);
         let mut differs = _mm256_setzero_ps();
         for group in 1..BATCH / EIGHT {
-            let (finer, fraction) = level_and_fraction(level, group, level_count);
+            let (finer, fraction) = level_and_fraction(levels_of_lanes, group, level_count);
             differs = _mm256_or_ps(differs, _mm256_xor_ps(finer, first));
             largest_fraction = _mm256_max_ps(largest_fraction, fraction);
         }
@@ -395,7 +396,7 @@ pub(super) unsafe fn filter<D: Decode>(
     let needed = out.each_ref().map(|o| o.is_some());
     let mut out = in_eights(out);
     let address_modes = [state.address_u, state.address_v];
-    let Some(level_of_lanes) = request.level else {
+    let Some(levels_of_lanes) = request.levels_of_lanes else {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
             let level = SizedLevel::new(levels[0].read(), address_modes);
@@ -411,13 +412,13 @@ pub(super) unsafe fn filter<D: Decode>(
     };
     if active == LaneMask::MAX
         // SAFETY: the caller guarantees AVX2.
-        && let Some((level, needs_coarser)) = unsafe { shared_level(level_of_lanes, levels.len()) }
+        && let Some((finer_index, needs_coarser)) = unsafe { shared_level(levels_of_lanes, levels.len()) }
     {
         // SAFETY: as above.
         unsafe {
-            let pair = level_pair(levels, address_modes, level, needs_coarser, None);
+            let pair = level_pair(levels, address_modes, finer_index, needs_coarser, None);
             for group in 0..BATCH / EIGHT {
-                let (_, fraction) = level_and_fraction(level_of_lanes, group, levels.len());
+                let (_, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
                 let uv = [eight(request.u, group), eight(request.v, group)];
                 let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
                 let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
@@ -435,18 +436,18 @@ pub(super) unsafe fn filter<D: Decode>(
         // SAFETY: the caller guarantees AVX2; registers and arrays have eight numbers each.
         unsafe {
             let zero = _mm256_setzero_ps();
-            let (finer, fraction) = level_and_fraction(level_of_lanes, group, levels.len());
+            let (finer, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
             let finer = _mm256_cvttps_epi32(finer);
-            let level_of = transmute::<__m256i, [i32; EIGHT]>(finer);
+            let finer_of_lane = transmute::<__m256i, [i32; EIGHT]>(finer);
             let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
             let uv = [eight(request.u, group), eight(request.v, group)];
             let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
             let (mut value, mut remaining) = ([zero; 4], active);
             while remaining != 0 {
-                let level = level_of[remaining.trailing_zeros() as usize % EIGHT];
-                let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(level)));
+                let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % EIGHT];
+                let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(finer_index)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
-                let pair = level_pair(levels, address_modes, level as usize, filtered & is_between != 0, previous);
+                let pair = level_pair(levels, address_modes, finer_index as usize, filtered & is_between != 0, previous);
                 let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
                 let level_value = value_of(decode, &pair, &lanes, wanted, needed);
                 previous = Some(pair);

@@ -4,8 +4,9 @@
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
-//! light of the sky fades towards the top of the air. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air
-//! beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air beyond a limb, and the light that
+//! another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
@@ -146,8 +147,7 @@ impl Meter<'_, '_> {
 
     /// Meters everything in the frame. `night_white`: the radiance that an image of the dark sky shows as white.
     pub(crate) fn read(&self, night_white: f64) -> MeterReading {
-        let glare =
-            VeilingGlare::of(self.camera, self.placed).filter(|_| self.context.request.effects.override_of(Effect::Glare) != Some(false));
+        let glare = VeilingGlare::drawn(self.context.request, self.camera, self.placed);
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let frame = MeteredFrame { meter: self, glare, sky_radiance: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
@@ -400,7 +400,8 @@ impl MeteredFrame<'_, '_> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
-        if tangent > 0.2 || towards.dot(camera.forward) <= 0.0 {
+        let drawn = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
+        if drawn <= 0.0 || tangent > 0.2 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
@@ -432,7 +433,7 @@ impl MeteredFrame<'_, '_> {
                 }
             }
         }
-        let weight = if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let weight = drawn * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
         let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
         Some(Metered { weight: found.weight * weight, ..found })
     }

@@ -76,7 +76,7 @@ pub(crate) struct Export {
     done: u32,
     /// Number of all frames.
     count: u32,
-    /// Start of the export, interface seconds.
+    /// Start of the export, in egui's time (`InputState::time`).
     began_s: f64,
     /// The frame that is being drawn and written.
     frame: Pending<FrameResult>,

@@ -111,6 +111,6 @@ pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     ui.label(export.progress_text(now_s));
     if cancelled.inner {
         interface.share.export = None;
-        interface.message = text!("export-stopped").into();
+        interface.reply(text!("export-stopped"));
     }
 }

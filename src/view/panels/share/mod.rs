@@ -129,7 +129,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let copy = icons::button(ui, Icon::Link, text!("share-copy-link"));
         if ui.add(copy).on_hover_text(text!("share-copy-link-hint")).clicked() {
             ui.ctx().copy_text(link.clone());
-            interface.message = text!("link-copied").into();
+            interface.reply(text!("link-copied"));
         }
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
@@ -153,7 +153,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
                 // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
             }
-            interface.message = written.map_or_else(|why| why, |path| saved_message(&path));
+            interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
         }
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
@@ -167,7 +167,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => actions.push(Action::Show(Box::new(view))),
-        Err(why) => interface.message = why,
+        Err(why) => interface.reply(why),
     }
 }
 
@@ -182,28 +182,28 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     let panel = &mut interface.share;
     let (wants_image, kind) = (std::mem::take(&mut panel.wants_image), panel.requested_export.take());
     if (wants_image || kind.is_some()) && panel.is_busy() {
-        interface.message = text!("share-busy").into();
+        interface.reply(text!("share-busy"));
     } else if wants_image {
         match free_names(&panel.image) {
             Ok(files) => {
                 let (view, options) = (interface.viewer.shareable(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
-                interface.message = text!("share-saving", width = options.size[0], height = options.size[1]);
+                interface.reply(text!("share-saving", width = options.size[0], height = options.size[1]));
             }
-            Err(e) => interface.message = error_text(&e),
+            Err(e) => interface.reply(error_text(&e)),
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
             Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_frame_s)),
-            Err(why) => interface.message = why,
+            Err(why) => interface.reply(why),
         }
     }
     if let Some(written) = interface.share.saving.as_ref().and_then(Pending::take) {
         interface.share.saving = None;
-        interface.message = written.map_or_else(|why| why, |path| saved_message(&path));
+        interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
     }
     if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
-        interface.message = message;
+        interface.reply(message);
         if is_over {
             interface.share.export = None;
         }
