@@ -94,11 +94,6 @@ impl<'a> PrecisionRenderers<'a> {
         Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
     }
 
-    /// With vertices in f64 on the grid of GPUs, to compare a GPU's images with.
-    pub(crate) fn for_gpu_comparison(session: &'a Session) -> Result<Self, SessionError> {
-        Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_for_gpu_comparison()? })
-    }
-
     pub(crate) fn renderer(&self, precision: Precision) -> &SoftwareRenderer {
         match precision {
             Precision::F32 => &self.single,

@@ -15,6 +15,21 @@ pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     numbers.fold((0, 0.0), |(worst_index, worst), (k, v)| if v > worst { (k, v) } else { (worst_index, worst) })
 }
 
+/// For each pixel, its difference from that one of the `exact` images to which it is closest. NaN counts as the largest difference.
+pub(super) fn least_differences<'a, T: 'a>(
+    image: &[T],
+    exact: impl Iterator<Item = &'a [T]>,
+    difference: impl Fn(&T, &T) -> f64,
+) -> Vec<f64> {
+    let mut least = vec![f64::NAN; image.len()];
+    for exact in exact {
+        for ((least, a), b) in least.iter_mut().zip(image).zip(exact) {
+            *least = least.min(difference(a, b));
+        }
+    }
+    least
+}
+
 /// The larger value; NaN, which `f64::max` ignores, counts as the largest.
 pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
@@ -72,6 +87,17 @@ fn first_large_difference(single: &[NamedValue], double: &[NamedValue]) -> Strin
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pixel_counts_against_the_closest_image_and_nan_is_no_match() {
+        let difference = |a: &f64, b: &f64| (a - b).abs();
+        let image = [1.0, 2.0, f64::NAN, 4.0];
+        let exact = [[1.0, 5.0, 3.0, f64::NAN], [9.0, 2.5, 3.0, 5.0]];
+        let least = least_differences(&image, exact.iter().map(<[f64; 4]>::as_slice), difference);
+        assert_eq!([least[0], least[1], least[3]], [0.0, 0.5, 1.0]);
+        assert!(least[2].is_nan(), "{least:?}");
+        assert!(least_differences(&image, std::iter::empty(), difference).iter().all(|v| v.is_nan()), "no image to compare with");
+    }
 
     #[test]
     fn the_first_value_that_differs_by_much_is_named() {

@@ -1,6 +1,6 @@
 //! Every key of a covering set on the sample body, f32 against f64.
 
-use super::difference::{describe_cause, larger_or_nan, worst_of};
+use super::difference::{describe_cause, larger_or_nan, least_differences, worst_of};
 use super::{SweepBench, SweepResult};
 use crate::catalog::NaifId;
 use crate::measure::PlannedView;
@@ -27,9 +27,9 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
                 change(&mut plan);
             }
             let view = PlannedView { scene: scene.clone(), plan };
-            let [single, double] = [bench.light(&view, Precision::F32)?, bench.light(&view, Precision::F64)?];
-            let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
-            let differences: Vec<f64> = single.light.iter().zip(&double.light).map(difference).collect();
+            let (single, exact_frames) = (bench.light(&view, Precision::F32)?.light, bench.exact_frames(&view)?);
+            let difference = |a: &[f32; 4], b: &[f32; 4]| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
+            let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.hdr), difference);
             let (worst_index, worst) = worst_of(&differences);
             let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {

@@ -2,7 +2,7 @@
 //!
 //! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
-use super::difference::{compare, worst_of};
+use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
 use crate::catalog::{Body, NaifId};
 use crate::events;
@@ -367,9 +367,9 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::empty();
     for (name, request) in views {
         let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
-        let (single, double) = (bench.display(&view, Precision::F32)?, bench.display(&view, Precision::F64)?);
-        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        let differences: Vec<f64> = single.iter().zip(&double).map(difference).collect();
+        let (single, exact_frames) = (bench.display(&view, Precision::F32)?, bench.exact_frames(&view)?);
+        let difference = |a: &[u8; 4], b: &[u8; 4]| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
+        let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.display), difference);
         let (worst_index, worst) = worst_of(&differences);
         let pixel = [worst_index as u32 % side, worst_index as u32 / side];
         found.add(worst, || {

@@ -16,6 +16,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::render::software::math::Real;
 use orrery::scene::draw::DrawUniforms;
 use orrery::scene::photometry::irradiance_of_magnitude;
+use orrery::scene::request::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::sky::minor_planets::MARK_LEVEL;
 use orrery::scene::viewpoint::viewer;
@@ -152,6 +153,8 @@ fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
         height: 64,
         exposure: ExposureRequest::Stops(24.0),
         layers: Layers { minor_planets: true, ..Layers::NONE },
+        // At this exposure the corona lights the sky up to 25 degrees from the Sun.
+        effects: EffectOverrides::parse("-corona").expect("an effect"),
         ..ViewRequest::of(NaifId::EARTH, time)
     }
 }

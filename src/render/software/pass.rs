@@ -125,7 +125,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let all_timings = [&mut timings, &mut PassTimings::default()];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
-            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_to(rows, |c| c);
+            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_linear(rows);
             PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {

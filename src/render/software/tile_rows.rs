@@ -73,6 +73,38 @@ fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T
     }
 }
 
+/// Two rows of a block's pixels from the channels of their eight quads.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUninit<[f32; 4]>; BLOCK_WIDTH]; 2]) {
+    use std::arch::x86_64::{
+        __m256, _mm256_loadu_ps, _mm256_permute2f128_ps, _mm256_shuffle_ps, _mm256_storeu_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    };
+    let [upper, lower] = rows.map(|row| row.as_chunks_mut::<4>().0);
+    // Two quads at a time.
+    for (k, (upper, lower)) in upper.iter_mut().zip(lower).enumerate() {
+        let [r, g, b, a] = channels.map(|channel| {
+            let lanes: &[f32; 8] = &channel.as_chunks::<8>().0[k];
+            // SAFETY: eight floats are read from a reference to eight floats.
+            unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
+        });
+        // In each register, the lower half belongs to the first quad and the upper half to the second.
+        let (rg_01, rg_23, ba_01, ba_23) =
+            (_mm256_unpacklo_ps(r, g), _mm256_unpackhi_ps(r, g), _mm256_unpacklo_ps(b, a), _mm256_unpackhi_ps(b, a));
+        let pixels_of_row = |rg: __m256, ba: __m256| {
+            let (left, right) = (_mm256_shuffle_ps::<0b01_00_01_00>(rg, ba), _mm256_shuffle_ps::<0b11_10_11_10>(rg, ba));
+            [_mm256_permute2f128_ps::<0x20>(left, right), _mm256_permute2f128_ps::<0x31>(left, right)]
+        };
+        for (to, pixels) in [(upper, pixels_of_row(rg_01, ba_01)), (lower, pixels_of_row(rg_23, ba_23))] {
+            let (pairs, _) = to.as_chunks_mut::<2>();
+            for (pair, pixels) in pairs.iter_mut().zip(pixels) {
+                // SAFETY: a pair of pixels is eight floats.
+                unsafe { _mm256_storeu_ps(pair.as_mut_ptr().cast(), pixels) };
+            }
+        }
+    }
+}
+
 impl TileTarget {
     /// Writes every pixel of a resolved tile.
     pub(crate) fn write_to<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
@@ -108,6 +140,45 @@ impl TileTarget {
                 *to = convert([*r, *g, *b, *a]);
             }
             place_block(rows, [x0, y0], &converted);
+        }
+    }
+
+    /// Writes every pixel of a resolved tile of linear light, as [`TileTarget::write_to`] without a conversion.
+    pub(crate) fn write_linear(&self, rows: TileRows<'_, '_, [f32; 4]>) {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: AVX2 was detected.
+            return unsafe { self.write_linear_avx2(rows) };
+        }
+        self.write(rows, |colour| colour);
+    }
+
+    /// Transposes channels into pixels in registers, because a compiler copies each pixel to the stack and back.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn write_linear_avx2(&self, rows: TileRows<'_, '_, [f32; 4]>) {
+        let clear_value = self.clear_colour();
+        for block in 0..TILE_BLOCKS {
+            let [x0, y0] = block_position(block).map(|v| v as usize);
+            let Some(channels) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
+            if !self.is_written(block) {
+                fill_block(rows, [x0, y0], clear_value);
+                continue;
+            }
+            let is_inside = y0 + BLOCK_HEIGHT <= rows.len() && x0 + BLOCK_WIDTH <= rows[y0].len();
+            if is_inside {
+                for (quad_row, pair) in rows[y0..y0 + BLOCK_HEIGHT].as_chunks_mut::<2>().0.iter_mut().enumerate() {
+                    let from = quad_row * 2 * BLOCK_WIDTH;
+                    let lanes = channels.map(|channel| channel[from..].first_chunk::<{ 2 * BLOCK_WIDTH }>());
+                    let [upper, lower] = pair.each_mut().map(|row| row[x0..].first_chunk_mut::<BLOCK_WIDTH>());
+                    if let ([Some(r), Some(g), Some(b), Some(a)], Some(upper), Some(lower)) = (lanes, upper, lower) {
+                        interleave_avx2([r, g, b, a], [upper, lower]);
+                    }
+                }
+            } else {
+                let [r, g, b, a] = channels;
+                place_block(rows, [x0, y0], &std::array::from_fn(|k| [r[k], g[k], b[k], a[k]]));
+            }
         }
     }
 
@@ -168,21 +239,24 @@ mod tests {
     fn every_pixel_is_written_where_it_belongs() {
         let pixels = coverage::TilePixels::new();
         let mut t = TileTarget::new(1);
-        t.clear([-1.0, -1.0, 0.0, 0.0], false);
+        let clear = [-1.0, -2.0, -3.0, -4.0];
+        t.clear(clear, false);
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
-            t.store(p, 1, Blend::Replace, [*x, *y, 0.0, 0.0]);
+            t.store(p, 1, Blend::Replace, [*x, *y, p as f32, -*x]);
         }
         let [x9, y9] = block_position(9).map(|v| v as usize);
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
             let mut image = vec![MaybeUninit::uninit(); width * height];
-            t.write_to(&mut image.chunks_mut(width).collect::<Vec<_>>(), |c| c);
+            t.write_linear(&mut image.chunks_mut(width).collect::<Vec<_>>());
             for (k, pixel) in image.into_iter().enumerate() {
                 // SAFETY: every pixel has been written.
-                let [x, y, ..] = unsafe { pixel.assume_init() };
+                let colour = unsafe { pixel.assume_init() };
                 let (column, row) = (k % width, k / width);
                 let is_unwritten = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
-                let expected = if is_unwritten { [-1.0; 2] } else { [column as f32 + 0.5, row as f32 + 0.5] };
-                assert_eq!([x, y], expected, "{width}x{height}: {column}, {row}");
+                let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
+                let lane = pixels.x.iter().zip(&pixels.y).position(|p| p == (&x, &y)).expect("a lane");
+                let expected = if is_unwritten { clear } else { [x, y, lane as f32, -x] };
+                assert_eq!(colour, expected, "{width}x{height}: {column}, {row}");
             }
         }
     }
