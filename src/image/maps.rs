@@ -9,7 +9,7 @@ use super::encoded_map::{EncodedMap, MapDecoding};
 use super::mip_level::Level;
 use super::mips::RowOrder;
 use super::stored_maps::StoredMaps;
-use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, PoleFilter, SharedTexture, TexelFormat, Texture};
+use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
 use orrery_textures::MAPS;
 use parking_lot::Mutex;
@@ -33,7 +33,7 @@ pub enum MapOrigin {
 }
 
 /// How overlays are decoded, before their colours are multiplied by alpha.
-const OVERLAY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
+const OVERLAY_DECODING: MapDecoding = MapDecoding::plain(TexelFormat::Rgba8Srgb);
 
 /// A decoded map in memory.
 #[derive(Debug)]
@@ -109,7 +109,7 @@ impl MapStore {
 
     /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
-        self.get_decoded(name, MapDecoding { format, poles: PoleFilter::None })
+        self.get_decoded(name, MapDecoding::plain(format))
     }
 
     /// The map with its mip chain, filtered for drawing.
@@ -197,7 +197,7 @@ mod tests {
         let now = Instant::now();
         let after = |seconds| now + Duration::from_secs(seconds);
         let megabytes = |n: usize| Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![0; n << 20])] });
-        let decoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::None };
+        let decoding = MapDecoding::plain(TexelFormat::Rgba8Unorm);
         let mut decoded = HashMap::new();
         for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(33)))] {
             decoded.insert((name.to_owned(), decoding), CachedMap { texture: megabytes(20), last_used: used });

@@ -2,11 +2,11 @@
 //!
 //! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
 //! mean of the one above in linear light, so an odd side needs three texels with partial weights. Means stay floats from level to level and
-//! are rounded only on encoding, so errors do not accumulate. Rows near the poles are filtered first ([`super::poles`]). The left and
+//! are rounded only on encoding, so errors do not accumulate. Of a map of opacities ([`OpacityTexels`]), each level has the mean opacity. Rows near the poles are filtered first ([`super::poles`]). The left and
 //! right edge of the image are borders of texels at every level, so no mean mixes texels across the map's seam.
 
 use super::poles::{PoleRowFilter, PrefixSums};
-use super::{Level, PoleFilter, TexelFormat};
+use super::{Level, MapDecoding, OpacityTexels, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -48,6 +48,46 @@ fn encode(v: f32, srgb: bool) -> u8 {
     if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
+/// Steps of the table that encodes opacities.
+const OPACITY_STEPS: usize = 4096;
+
+/// Between the bytes of a map's colour channels and the quantity of which texels have means: linear light, or opacity.
+enum Codec {
+    Light { srgb: bool },
+    Opacity { opacity_of_byte: Box<[f32; 256]>, byte_of_opacity: Vec<u8> },
+}
+
+impl Codec {
+    fn new(format: TexelFormat, opacity: Option<OpacityTexels>) -> Self {
+        let Some(texels) = opacity else { return Self::Light { srgb: format == TexelFormat::Rgba8Srgb } };
+        let opacity_of_byte = Box::new(decode_table(format).map(|value| texels.opacity(value)));
+        let byte_of_opacity = (0..=OPACITY_STEPS).map(|step| {
+            let opacity = step as f32 / OPACITY_STEPS as f32;
+            // The first byte that is at least as opaque, or the one before, whichever is closer.
+            let above = opacity_of_byte.partition_point(|o| *o < opacity).min(255);
+            let below = above.saturating_sub(1);
+            (if opacity - opacity_of_byte[below] < opacity_of_byte[above] - opacity { below } else { above }) as u8
+        });
+        Self::Opacity { byte_of_opacity: byte_of_opacity.collect(), opacity_of_byte }
+    }
+
+    fn decode_table(&self) -> &[f32; 256] {
+        match self {
+            Self::Light { srgb: true } => &SRGB,
+            Self::Light { srgb: false } => &UNORM,
+            Self::Opacity { opacity_of_byte, .. } => opacity_of_byte,
+        }
+    }
+
+    #[inline]
+    fn encode(&self, v: f32) -> u8 {
+        match self {
+            Self::Light { srgb } => encode(v, *srgb),
+            Self::Opacity { byte_of_opacity, .. } => byte_of_opacity[(v.clamp(0.0, 1.0) * OPACITY_STEPS as f32 + 0.5) as usize],
+        }
+    }
+}
+
 /// For texel `i` of `count` along one side: the first of the `sources` source texels that it covers, and the weights of that one and its two
 /// successors (sum 1).
 fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
@@ -63,7 +103,7 @@ enum Rows<'a> {
     /// Bytes, and the table that decodes their colour channels; alpha is always linear.
     Encoded {
         rgba: &'a [u8],
-        colour: &'static [f32; 256],
+        colour: &'a [f32; 256],
     },
     Linear(&'a [[f32; 4]]),
 }
@@ -145,15 +185,15 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Applies the pole filter to the finest level.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], format: TexelFormat, poles: PoleFilter, order: RowOrder) {
-    let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
+fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, order: RowOrder) {
+    let colour = codec.decode_table();
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
     let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(order.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
         decode_row(bytes, colour, row);
         pole_filter.smooth(y, row, sums);
         for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&*row) {
-            *out = [encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)];
+            *out = [codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)];
         }
     });
 }
@@ -166,20 +206,21 @@ fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: Pol
 }
 
 /// All levels of an 8-bit image.
-pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, format: TexelFormat, poles: PoleFilter, order: RowOrder) -> Vec<Level> {
-    let srgb = format == TexelFormat::Rgba8Srgb;
-    let colour = decode_table(format);
+pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDecoding, order: RowOrder) -> Vec<Level> {
+    let MapDecoding { format, poles, opacity } = decoding;
+    let codec = Codec::new(format, opacity);
+    let colour = codec.decode_table();
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
         let mut bytes = vec![0; w * h * 4];
         bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(order.min_rows()).for_each(|(row, texels)| {
             for (out, t) in row.chunks_exact_mut(4).zip(texels) {
-                out.copy_from_slice(&[encode(t[0], srgb), encode(t[1], srgb), encode(t[2], srgb), encode(t[3], false)]);
+                out.copy_from_slice(&[codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)]);
             }
         });
         Level::new(w as u32, h as u32, bytes)
     };
     let (mut w, mut h) = (width as usize, height as usize);
-    smooth_finest(w, h, &mut rgba, format, poles, order);
+    smooth_finest(w, h, &mut rgba, &codec, poles, order);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
         let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, order);
@@ -213,10 +254,47 @@ mod tests {
     #[test]
     fn a_checkerboard_averages_in_linear_light() {
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let levels = chain(2, 2, rgba.clone(), TexelFormat::Rgba8Srgb, PoleFilter::None, RowOrder::Parallel);
+        let levels = chain(2, 2, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Srgb), RowOrder::Parallel);
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
         assert_eq!(levels[1].bytes(), [188, 188, 188, 255]);
-        assert_eq!(chain(2, 2, rgba, TexelFormat::Rgba8Unorm, PoleFilter::None, RowOrder::OneByOne)[1].bytes(), [128, 128, 128, 255]);
+        assert_eq!(chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::OneByOne)[1].bytes(), [128, 128, 128, 255]);
+    }
+
+    /// Half of the sky closed, half clear: half of the light is blocked at every level. The mean value, 0.5, would block 0.73 of it.
+    #[test]
+    fn coarser_texels_of_a_map_of_opacities_have_the_mean_opacity() {
+        let texels = OpacityTexels::new(0.03, 0.75);
+        let decoding = MapDecoding { opacity: Some(texels), ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
+        let opacity = |byte: u8| texels.opacity(f32::from(byte) / 255.0);
+        let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
+        let coarse = chain(2, 2, rgba.clone(), decoding, RowOrder::Parallel)[1].bytes()[0];
+        assert!((opacity(coarse) - 0.5).abs() < 0.005, "{coarse}");
+        let plain = chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::Parallel)[1].bytes()[0];
+        assert!((opacity(plain) - 0.726).abs() < 0.005, "{plain}");
+        // Any field: each level has the mean opacity of the first, within the rounding to bytes.
+        let rgba: Vec<u8> = (0..64_u32 * 32)
+            .flat_map(|i| {
+                let v = (i * i * 7 / 3 % 256) as u8;
+                [v, v, v, 255]
+            })
+            .collect();
+        let levels = chain(64, 32, rgba, decoding, RowOrder::Parallel);
+        let mean = |level: &Level| level.bytes().iter().step_by(4).map(|b| opacity(*b)).sum::<f32>() / (level.width * level.height) as f32;
+        for level in &levels[1..] {
+            assert!((mean(level) - mean(&levels[0])).abs() < 0.005, "{} columns: {} of {}", level.width, mean(level), mean(&levels[0]));
+        }
+    }
+
+    #[test]
+    fn an_opacity_is_encoded_as_the_byte_with_the_closest_opacity() {
+        let texels = OpacityTexels::new(0.03, 0.75);
+        let codec = Codec::new(TexelFormat::Rgba8Unorm, Some(texels));
+        for step in 0..=1000_u32 {
+            let opacity = step as f32 / 1000.0;
+            let found = codec.decode_table()[usize::from(codec.encode(opacity))];
+            // A step between bytes is at most 0.0082 of opacity: 1.5 / 0.72 / 255.
+            assert!((found - opacity).abs() < 0.0043, "{opacity}: {found}");
+        }
     }
 
     #[test]
@@ -234,7 +312,7 @@ mod tests {
     fn odd_sides_keep_the_mean() {
         let (w, h) = (7_u32, 5_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
-        let levels = chain(w, h, rgba.clone(), TexelFormat::Rgba8Unorm, PoleFilter::None, RowOrder::Parallel);
+        let levels = chain(w, h, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::Parallel);
         assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);
@@ -269,7 +347,7 @@ mod tests {
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
         for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
-            let levels_by = |order| chain(w, h, rgba.clone(), TexelFormat::Rgba8Srgb, poles, order);
+            let levels_by = |order| chain(w, h, rgba.clone(), MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) }, order);
             let parallel = levels_by(RowOrder::Parallel);
             let working = Mutex::new(None);
             pool.scope(|scope| {

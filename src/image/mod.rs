@@ -26,7 +26,7 @@ mod y4m;
 
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
-pub use encoded_map::MapDecoding;
+pub use encoded_map::{MapDecoding, OpacityTexels};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use integrity::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
 pub use maps::{MapOrigin, MapStore};
@@ -153,26 +153,21 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
-        Self::with_pole_filter(width, height, rgba, MapDecoding { format, poles: PoleFilter::None }, RowOrder::Parallel)
+        Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowOrder::Parallel)
     }
 
-    fn with_pole_filter(
-        width: u32,
-        height: u32,
-        rgba: Vec<u8>,
-        MapDecoding { format, poles }: MapDecoding,
-        order: RowOrder,
-    ) -> Result<Self, ImageError> {
+    fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, order: RowOrder) -> Result<Self, ImageError> {
+        let format = decoding.format;
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::Size { width, height, given: rgba.len() });
         }
-        Ok(Self { format, levels: mips::chain(width, height, rgba, format, poles, order) })
+        Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, order) })
     }
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_filtered(name, encoded, MapDecoding { format, poles: PoleFilter::None }, DEFAULT_MAX_MEGAPIXELS, RowOrder::Parallel)
+        Self::decode_filtered(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowOrder::Parallel)
     }
 
     /// As [`Self::decode`], with the decoding and the limits of a map.
@@ -185,7 +180,7 @@ impl Texture {
     ) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();
-        Self::with_pole_filter(width, height, rgba.into_raw(), decoding, order)
+        Self::with_decoding(width, height, rgba.into_raw(), decoding, order)
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
@@ -198,7 +193,7 @@ impl Texture {
         let (width, height) = (first.width, first.height);
         let mut bytes = first.into_bytes();
         mips::premultiply(&mut bytes, self.format);
-        Self { format: self.format, levels: mips::chain(width, height, bytes, self.format, PoleFilter::None, RowOrder::Parallel) }
+        Self { format: self.format, levels: mips::chain(width, height, bytes, MapDecoding::plain(self.format), RowOrder::Parallel) }
     }
 
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.

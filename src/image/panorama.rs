@@ -193,8 +193,8 @@ fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageErro
 }
 
 fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
-    let decoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
-    let texture = Texture::with_pole_filter(width, height, rgba, decoding, RowOrder::Parallel);
+    let decoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
+    let texture = Texture::with_decoding(width, height, rgba, decoding, RowOrder::Parallel);
     Ok(Panorama { texture: texture.map_err(|e| unreadable(path, e.to_string()))?, unit_cd_m2 })
 }
 

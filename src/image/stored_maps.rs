@@ -76,6 +76,9 @@ fn key_of(map: &EncodedMap) -> Key {
     let mut hash = XxHash3_128::new();
     hash.write(&*CODE);
     hash.write(&[format, poles]);
+    for bound in map.decoding.opacity.iter().flat_map(|texels| texels.range()) {
+        hash.write(&bound.to_bits().to_le_bytes());
+    }
     hash.write(&map.bytes);
     hash.finish_128().to_le_bytes()
 }
@@ -265,8 +268,8 @@ mod tests {
     use super::*;
     use crate::image::{MapDecoding, MapStore, SharedTexture};
 
-    const COLOUR: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
-    const SLOPES: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Unorm, poles: PoleFilter::Slopes };
+    const COLOUR: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
+    const SLOPES: MapDecoding = MapDecoding { poles: PoleFilter::Slopes, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
 
     /// A map as a new run of the program reads it.
     fn read(cache: &Path, (name, decoding): (&str, MapDecoding)) -> SharedTexture {

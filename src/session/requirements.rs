@@ -6,7 +6,7 @@ use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
 use crate::image::MapDecoding;
 use crate::render::plan;
-use crate::scene::draw::{MapRole, Shape};
+use crate::scene::draw::{MapFiles, MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
 use crate::scene::{Requirements, Resources, Scene, SceneBuilder, SceneError};
@@ -113,11 +113,10 @@ impl Session {
         let (overlays, maps): (Vec<_>, Vec<_>) = required
             .maps
             .iter()
-            .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, *shape)))
+            .flat_map(|(files, shape)| files.by_role().map(move |(role, file)| (role, file, plan::map_decoding(role, files, *shape))))
             .filter(|(_, file, _)| !self.unreadable_files.lock().contains(*file))
             .partition(|(role, ..)| matches!(role, MapRole::Overlay(_)));
-        let mut maps: Vec<(&str, MapDecoding)> =
-            maps.into_iter().map(|(role, file, shape)| (file, plan::map_decoding(role, shape))).collect();
+        let mut maps: Vec<(&str, MapDecoding)> = maps.into_iter().map(|(_, file, decoding)| (file, decoding)).collect();
         maps.extend(required.sky_map.as_deref().map(|file| (file, plan::SKY_DECODING)));
         self.maps.prefetch(&maps);
         for (file, decoding) in maps {
@@ -135,7 +134,7 @@ impl Session {
     /// The city lights of a body, for the light meter. An unreadable map is reported when it is read for drawing.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
-        let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, Shape::Ellipsoid)).ok()?;
+        let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, &MapFiles::default(), Shape::Ellipsoid)).ok()?;
         let level = map.levels.iter().find(|l| l.width <= MAX_NIGHT_LIGHTS_WIDTH)?;
         let brightest_channel = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
         let texels = level.bytes().chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest_channel(texel)) / 255.0));

@@ -311,7 +311,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "scale",
         (4.0, "255ths, mean"),
-        "eight times the pixels on a side, reduced; at 64 pixels the Earth's clouds are thinner, because the map is filtered before it becomes opacity",
+        "eight times the pixels on a side, reduced; 3.0 on the Earth in 64 pixels",
         images::scale,
     ),
     sweep(

@@ -8,7 +8,7 @@ use orrery::FrameImages;
 use orrery::catalog::{Body, Catalog, Map, NaifId};
 use orrery::image::{MapDecoding, MapStore, PoleFilter, TexelFormat, Texture};
 use orrery::render::plan::{ResourceProvider, SamplingQuality, map_decoding};
-use orrery::scene::draw::{MapRole, PixelView, Shape};
+use orrery::scene::draw::{MapFiles, MapRole, PixelView, Shape};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::time::Instant;
@@ -76,7 +76,7 @@ fn no_map_has_streaks_around_its_poles() {
     let mut files_with_streaks = 0;
     for body in Catalog::embedded().bodies() {
         for (role, map) in maps(body) {
-            let decoding = map_decoding(role, Shape::Ellipsoid);
+            let decoding = map_decoding(role, &MapFiles::default(), Shape::Ellipsoid);
             let drawn = SESSION.map(&map.file, decoding).expect("a map");
             let unfiltered = raw.get(&map.file, decoding.format).expect("a map");
             let mut worst: f64 = 0.0;
@@ -101,7 +101,7 @@ fn no_relief_has_a_cone_at_its_pole() {
     for body in Catalog::embedded().bodies() {
         let Some(map) = &body.maps.normal else { continue };
         for poles in [PoleFilter::Slopes, PoleFilter::None] {
-            let texture = SESSION.map(&map.file, MapDecoding { format: TexelFormat::Rgba8Unorm, poles }).expect("a map");
+            let texture = SESSION.map(&map.file, MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) }).expect("a map");
             let level = &texture.levels[0];
             let (w, h) = (level.width as usize, level.height as usize);
             // Mean and standard deviation of the northward slope between two latitudes, in levels.

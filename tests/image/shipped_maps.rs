@@ -1,7 +1,7 @@
 //! The shipped maps: total size, resolution as stated, known features at their positions, colours as published, sources.
 
 use orrery::catalog::{Catalog, InventedRelief, NaifId};
-use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, PoleFilter, TexelFormat, Texture};
+use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, TexelFormat, Texture};
 
 /// Mean over a square around a position (degrees), `half_deg` to each side. Longitude 0 is at the map's centre, and east to the right.
 /// `decode` converts bytes.
@@ -329,7 +329,7 @@ fn maps_in_the_users_folder_take_precedence_and_missing_maps_are_named() {
     let missing = store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).unwrap_err().to_string();
     assert!(missing.contains("vulcan.jpg") && missing.contains("--textures") && !missing.contains('\n'), "{missing}");
     std::fs::write(folder.path().join("own.jpg"), &bytes).unwrap();
-    let colour = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::None };
+    let colour = MapDecoding::plain(TexelFormat::Rgba8Srgb);
     store.prefetch(&[("own.jpg", colour), ("vulcan.jpg", colour)]);
     std::fs::remove_file(folder.path().join("own.jpg")).unwrap();
     assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was loaded before its file was removed");

@@ -5,9 +5,9 @@
 use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
 use super::provider::ResourceProvider;
-use crate::image::{Level, MapDecoding, PoleFilter, SharedTexture, TexelFormat, Texture};
+use crate::image::{Level, MapDecoding, OpacityTexels, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
-use crate::scene::draw::{Draw, LimbTable, MapRole, RingTable, Shape};
+use crate::scene::draw::{Draw, LimbTable, MapFiles, MapRole, RingTable, Shape};
 use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
@@ -47,13 +47,15 @@ pub fn map_format(role: MapRole) -> TexelFormat {
 }
 
 /// How a draw's map is decoded. The maps of a mesh need not be equirectangular, so no pole filter is applied to them.
-pub fn map_decoding(role: MapRole, shape: Shape) -> MapDecoding {
+pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecoding {
     let poles = match (shape, role) {
         (Shape::Mesh, _) => PoleFilter::None,
         (_, MapRole::Normal) => PoleFilter::Slopes,
         _ => PoleFilter::Values,
     };
-    MapDecoding { format: map_format(role), poles }
+    let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
+    let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
+    MapDecoding { format: map_format(role), poles, opacity }
 }
 
 /// The texture bindings of the draw. The module may read fewer maps than the draw has: a depth view reads none.
@@ -66,7 +68,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
             (LIMB_TABLE, _) => draw.uniforms.limb.table.as_deref().map(limb_table),
             (_, Some(role)) => match draw.map_files.by_role().find(|(r, _)| *r == role) {
                 Some((MapRole::Overlay(_), file)) => Some(provider.overlay(file)?),
-                Some((_, file)) => Some(provider.map(file, map_decoding(role, draw.features.shape))?),
+                Some((_, file)) => Some(provider.map(file, map_decoding(role, &draw.map_files, draw.features.shape))?),
                 None => None,
             },
             _ => None,

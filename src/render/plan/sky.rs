@@ -16,7 +16,7 @@ const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 
 /// How a panorama of the sky is decoded.
-pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { format: TexelFormat::Rgba8Srgb, poles: PoleFilter::Values };
+pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
 
 /// The map that is bound if the scene has no panorama.
 static BLACK_MAP: LazyLock<SharedTexture> =

@@ -82,6 +82,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     uniforms.air = air::uniforms(body, scale);
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * inputs.disc_fraction));
-    let map_files = MapFiles { cloud: Some(clouds.map.file.clone()), ..MapFiles::default() };
+    let map_files =
+        MapFiles { cloud: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
     Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

@@ -22,6 +22,11 @@ pub(crate) fn set_above_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms)
     ground.clouds.depth_above = clouds.air.ground_depth;
 }
 
+/// The texels of a clear sky and of a closed deck, as bits of f32.
+pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
+    [clouds.clear_texel, clouds.closed_texel].map(|texel| camera::narrow_scalar(texel).to_bits())
+}
+
 pub(crate) fn uniforms(body: &Body) -> CloudUniforms {
     body.clouds.as_ref().map_or_else(CloudUniforms::default, |clouds| CloudUniforms {
         clear: camera::narrow_scalar(clouds.clear_texel),

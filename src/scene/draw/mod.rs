@@ -95,6 +95,8 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
+    /// With a cloud map: its texels of a clear sky and of a closed deck, as bits of f32.
+    pub cloud_texel_bits: Option<[u32; 2]>,
     /// Overlay images, in the order of the overlays' uniforms.
     pub overlays: Vec<String>,
 }

@@ -181,6 +181,7 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
         specular: file(features.maps.specular, &body.maps.specular),
         night: file(features.maps.night, &body.maps.night),
         cloud: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        cloud_texel_bits: body.clouds.as_ref().map(atmosphere::clouds::texel_bits),
         overlays: decided.overlays.iter().map(|o| o.file.clone()).collect(),
     }
 }

@@ -6,7 +6,7 @@ use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
 use crate::image::{DisplayImage, Level};
 use crate::render::plan::{self, FrameImages, ResourceProvider, SamplingQuality};
-use crate::scene::draw::{MapRole, PixelView, Shape};
+use crate::scene::draw::{MapFiles, MapRole, PixelView, Shape};
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
 use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
@@ -174,7 +174,7 @@ impl ShaderQueries {
         let asked_file = file.to_owned();
         self.maps
             .get(worker, &(role, file.to_owned()), move |session| {
-                let decoding = plan::map_decoding(role, Shape::Ellipsoid);
+                let decoding = plan::map_decoding(role, &MapFiles::default(), Shape::Ellipsoid);
                 let map = session.map(&asked_file, decoding).map_err(|e| error_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(Level::byte_count).sum();
