@@ -403,3 +403,43 @@ fn a_direction_without_bodies_is_exposed_as_a_night_sky() {
     let exposure = scene(&request).exposure;
     assert!(exposure.reason.to_string().contains("dark sky") && exposure.stops > 15.0, "{}: {}", exposure.stops, exposure.reason);
 }
+
+/// The meter sees what is drawn: an effect that is off for one body gives the exposure of a view in which it is off for all, whichever of its names the body
+/// is given. In each of these views the effect changes the exposure.
+#[test]
+fn effects_of_one_body_are_metered_as_they_are_drawn() {
+    let crescent = view(NaifId::MOON, "2024-04-08T10:00:00Z", Position::Centre(NaifId::EARTH), None);
+    let eclipsed = view(NaifId::MOON, "2022-11-08T11:00:00Z", Position::Centre(NaifId::EARTH), None);
+    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let ringed = view(SATURN, "2017-05-17T00:00:00Z", towards_sun, None);
+    let corona = ViewRequest { fov_deg: Some(3.0), ..view(NaifId::SUN, "2024-04-08T18:42:00Z", ground(NaifId::EARTH, 32.78, -96.8), None) };
+    for (request, effect, names) in [
+        (crescent, "-planet-shine", ["moon", "luna"]),
+        (eclipsed, "-eclipse", ["moon", "luna"]),
+        (ringed, "-rings", ["saturn", "Saturn"]),
+        (corona, "-corona", ["sun", "sol"]),
+    ] {
+        let with = |effects: &str| stops(&ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() });
+        let (drawn, off) = (with(""), with(effect));
+        assert!((drawn - off).abs() > 0.05, "{effect}: {drawn} {off}");
+        for name in names {
+            let off_for_one = with(&format!("{name}:{effect}"));
+            assert!((off_for_one - off).abs() < 1e-9, "{name}:{effect}: {off_for_one}, not {off}");
+        }
+    }
+}
+
+/// Without the effect `eclipse` the sky of totality is drawn as by day, and exposed as by day: at dusk's exposure it would be white.
+#[test]
+fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
+    let totality =
+        ViewRequest { fov_deg: Some(60.0), ..view(NaifId::MOON, "2024-04-08T18:42:00Z", ground(NaifId::EARTH, 32.78, -96.8), None) };
+    for effects in ["-eclipse", "earth:-eclipse"] {
+        let request = ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..totality.clone() };
+        let levels = displayed_levels(&request);
+        assert!(levels.white < 0.2 && levels.visible > 0.9, "{effects}: {levels:?} at {} stops", stops(&request));
+        // Negative control: the exposure of the eclipsed sky.
+        let at_dusk = ViewRequest { exposure: ExposureRequest::Stops(stops(&totality)), ..request };
+        assert!(displayed_levels(&at_dusk).white > 0.9, "{effects}");
+    }
+}

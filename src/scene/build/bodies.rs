@@ -46,7 +46,7 @@ impl BodiesInFrame {
         let trace_centre = request.target.unwrap_or(NaifId::SUN);
         let (mut draws, mut points, mut orbit_arcs, mut trace_segments) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut placed_reports = placed.iter().map(|p| {
-            let own_request = builder.own_request(p.body);
+            let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.is_inside(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());

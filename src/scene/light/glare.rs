@@ -106,7 +106,8 @@ impl VeilingGlare {
 
     /// As [`Self::of`]; `None` also if the user has switched the glare off.
     pub(crate) fn drawn(request: &ViewRequest, camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
-        Self::of(camera, placed).filter(|_| request.effects.override_of(Effect::Glare) != Some(false))
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        Self::of(camera, placed).filter(|_| request.effects.override_of_body(sun.body, Effect::Glare) != Some(false))
     }
 
     /// Radiance at the Sun's limb.

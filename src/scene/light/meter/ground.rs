@@ -39,7 +39,7 @@ impl Albedo {
         let (body, scale) = (p.body, p.radiance_scale().x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
-        let own_effects = effects.for_body(&body.name);
+        let own_effects = effects.for_catalog_body(body);
         let is_off = |effect: Effect| own_effects.as_ref().unwrap_or(effects).override_of(effect) == Some(false);
         let height_km = air::camera_height_km(body, &p.placement);
         let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
