@@ -8,7 +8,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::{Scene, corona, darkest_white};
 use orrery::time::Instant;
 
@@ -442,4 +442,40 @@ fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
         let at_dusk = ViewRequest { exposure: ExposureRequest::Stops(stops(&totality)), ..request };
         assert!(displayed_levels(&at_dusk).white > 0.9, "{effects}");
     }
+}
+
+/// A Sun beside the frame, smaller than two pixels, adds no light to an image that is exposed for the Moon's night side. It once whitened small images from
+/// up to a pixel and a half beside their edge.
+#[test]
+fn a_point_like_sun_beside_the_frame_has_no_glare() {
+    const PLUTO: NaifId = NaifId(999);
+    let position = Position::Over { towards: Some(PLUTO), distance_radii: Some(20.0) };
+    for fov_deg in [44.0, 45.0, 46.0, 47.0] {
+        let request = view(NaifId::MOON, "1981-05-06T02:00:00Z", position, Some(fov_deg));
+        let levels = displayed_levels(&ViewRequest { width: 40, height: 40, ..request });
+        assert!(levels.white < 0.05 && levels.visible < 0.1, "{fov_deg} degrees: {levels:?}");
+    }
+}
+
+/// The glare of a bright planet changes gradually while the planet leaves the frame: Jupiter beside Saturn, at a long exposure. Half of the glare is left where
+/// the planet's centre is on the edge, and some of it four pixels farther out.
+#[test]
+fn the_glare_of_a_planet_leaves_the_frame_gradually() {
+    let light = |fov_deg: f64| {
+        let request = ViewRequest {
+            up: Up::Ecliptic,
+            width: 200,
+            height: 200,
+            exposure: ExposureRequest::Stops(20.0),
+            layers: Layers::parse("-stars,-milky-way,-zodiacal-light").expect("layers"),
+            ..view(SATURN, "2020-12-01T00:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg))
+        };
+        let frame = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
+        // Saturn is in the middle of the image, Jupiter on the right.
+        (0..200 * 200).filter(|k| k % 200 >= 140).map(|k: usize| f64::from(frame.display[k][1])).sum::<f64>()
+    };
+    let all: Vec<f64> = (0..16).map(|k| light(4.3 + 0.02 * f64::from(k))).collect();
+    let inside = all[15];
+    assert!(inside > 1e4 && all[0] > 0.2 * inside, "{all:?}");
+    assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.1 * inside), "{all:?}");
 }
