@@ -5,7 +5,7 @@
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air beyond a limb, and the light that
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb, and the light that
 //! another body's air adds in front of bodies behind it.
 
 mod geometry;
@@ -276,6 +276,7 @@ impl MeteredFrame<'_, '_> {
             night_light_weight: self.meter.night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
+            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
