@@ -5,8 +5,8 @@
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb, and the light that
-//! another body's air adds in front of bodies behind it.
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb,
+//! and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
