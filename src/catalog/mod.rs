@@ -124,7 +124,7 @@ impl std::fmt::Display for CatalogError {
 pub struct UnknownName(pub String);
 
 /// The form in which names are compared: lower case, one spelling of barycentre, and single spaces instead of `_` and `-`.
-fn normalized_name(name: &str) -> String {
+pub(crate) fn normalized_name(name: &str) -> String {
     let name = name.to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
     name.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -99,10 +99,7 @@ impl<'a> SceneBuilder<'a> {
             }
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
-        let has_air = |body: &Body| {
-            let own_effects = request.effects.for_body(&body.name);
-            own_effects.as_ref().unwrap_or(&request.effects).override_of(Effect::Atmosphere) != Some(false)
-        };
+        let has_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
         let air = placed.iter().filter(|p| has_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
@@ -147,17 +144,12 @@ impl<'a> SceneBuilder<'a> {
         self.viewer.inside == Some(body.id)
     }
 
-    /// The request with the effects that the user set for this body applied; `None` if there are none.
-    fn own_request(&self, body: &Body) -> Option<ViewRequest> {
-        self.request.effects.for_body(&body.name).map(|effects| ViewRequest { effects, ..self.request.clone() })
-    }
-
     /// The files and tables that [`Self::build`] needs for the complete scene. `known` records which files cannot be read.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known);
         let mut requirements = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
-            let own_request = self.own_request(p.body);
+            let own_request = self.request.for_body(p.body);
             let frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(frame.context, frame.camera, p) {

@@ -78,9 +78,25 @@ pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
     placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr)
 }
 
-/// Sets the radius of a point's sprite: wide enough for the glare of a point that is brighter than white, else the smallest.
-pub(crate) fn set_sprite_radius(point: &mut Point, white: f64) {
-    point.radius_px = camera::narrow_scalar(point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white));
+/// Radius of the sprite whose glare has this part of the light that the glare of a sprite of `radius_px` has.
+fn with_part_of_glare(radius_px: f64, part: f64) -> f64 {
+    if part >= 1.0 {
+        return radius_px;
+    }
+    // The inverse of the glare's fraction in `point_spread`.
+    POINT_RADIUS_PX / (1.0 - part * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
+}
+
+/// Sets the radius of a point's sprite: wide enough for the glare of a point that is brighter than white, else the smallest. `glare_part`: the part of that
+/// glare that is drawn.
+pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_part: f64) {
+    let radius_px = point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white);
+    point.radius_px = camera::narrow_scalar(with_part_of_glare(radius_px, glare_part));
+}
+
+/// Whether a sprite of this radius around a clip position may reach into the frame. The margin also keeps the sprites of all bodies whose padded outline does.
+pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
+    clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
 }
 
 /// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]
@@ -120,5 +136,18 @@ mod tests {
             last = radius;
         }
         assert_eq!(point_spread(point_radius_px(1.0))[1], 0.0);
+    }
+
+    /// The core loses the light that its glare has, so that light shows what part is left.
+    #[test]
+    fn a_sprite_with_part_of_its_glare_has_that_part_of_the_light() {
+        let in_glare = |radius_px: f64| 1.0 - point_spread(radius_px)[0] * lowered_core(radius_px).1;
+        for radius_px in [2.0, 2.5, 10.0, MAX_RADIUS_PX] {
+            for part in [0.0, 1e-6, 0.3, 0.99, 1.0] {
+                let reduced_px = with_part_of_glare(radius_px, part);
+                assert!((POINT_RADIUS_PX..=radius_px).contains(&reduced_px), "{radius_px} {part}: {reduced_px}");
+                assert!((in_glare(reduced_px) - part * in_glare(radius_px)).abs() < 1e-9, "{radius_px} {part}: {reduced_px}");
+            }
+        }
     }
 }

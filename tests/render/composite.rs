@@ -365,6 +365,19 @@ fn impossible_stereo_pairs_are_refused() {
     assert!(frames_with_separation(1000.0).is_ok());
     assert!(frames_with_separation(1e7).expect_err("too far").contains("at most"));
     assert!(frames_with_separation(0.0).expect_err("none").contains("more than 0"));
+    // Images a pixel wide have no column to spare for the usual parallax; the message does not name a separation that nobody gave.
+    for (layout, width, is_possible) in [
+        (StereoLayout::Anaglyph, 1, false),
+        (StereoLayout::Anaglyph, 2, true),
+        (StereoLayout::SideBySide, 3, false),
+        (StereoLayout::SideBySide, 4, true),
+    ] {
+        let composition = Composition { stereo: Some(Stereo { layout, eye_separation_km: None }), ..Composition::default() };
+        let request = ViewRequest { composition, width, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
+        let found = CompositeFrames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string());
+        assert_eq!(found.is_ok(), is_possible, "{layout:?} {width}: {found:?}");
+        assert!(is_possible || found.is_err_and(|e| e.contains("2 pixels wide")), "{layout:?} {width}");
+    }
     let both = Composition { projection: Projection::Fisheye, ..stereo(1000.0) };
     let request = ViewRequest { composition: both, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
     assert!(SESSION.plan(&request, SAMPLING).expect_err("both").to_string().contains("stereo requires the perspective projection"));

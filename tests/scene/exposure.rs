@@ -164,3 +164,35 @@ fn the_exposure_from_a_body_s_centre_is_that_from_beside_it() {
     let (centre, beside) = (stops(NaifId::EARTH, Position::Centre(NaifId::SUN), 0.01), stops(NaifId::EARTH, beside(NaifId::SUN), 0.01));
     assert!((centre - beside).abs() < 0.1, "{centre} from the centre, {beside} beside the Sun");
 }
+
+/// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: the mean over places at the same
+/// altitude of the Sun is shown at half of white, within the scatter of a dozen places. On smooth ground the meter would see night there, and the image would be
+/// white.
+#[test]
+fn ground_at_the_terminator_is_exposed_for_its_slopes() {
+    let at = |latitude_deg: f64, longitude_deg: f64| {
+        let position = Position::Ground { body: NaifId::MOON, latitude_deg, longitude_deg, height_km: 0.3 };
+        ViewRequest { width: 24, height: 24, ..request(NaifId::MOON, "1909-07-27T06:00:00Z", position, None) }
+    };
+    let sub_solar = scene(&at(0.0, 0.0)).body(NaifId::MOON).expect("the Moon").sub_solar.expect("lit");
+    let (sin_sun, cos_sun) = sub_solar.lat_centric_deg.to_radians().sin_cos();
+    for altitude_deg in [-2.0_f64, -1.0, 0.0, 1.0, 3.0, 8.0] {
+        let mut levels = Vec::new();
+        for (k, latitude_deg) in (-55..=55).step_by(10).enumerate() {
+            let (sin_lat, cos_lat) = f64::from(latitude_deg).to_radians().sin_cos();
+            let hour_angle_deg = ((altitude_deg.to_radians().sin() - sin_lat * sin_sun) / (cos_lat * cos_sun)).acos().to_degrees();
+            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let longitude_deg = (sub_solar.lon_east_deg + side * hour_angle_deg + 180.0).rem_euclid(360.0) - 180.0;
+            let drawn = SESSION.draw(
+                &at(f64::from(latitude_deg), longitude_deg),
+                SamplingQuality { samples: 1, anisotropy: 4 },
+                FrameImages::DisplayAndHdr,
+            );
+            let drawn = drawn.expect("drawn");
+            let sum: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).sum();
+            levels.push(sum / drawn.frame.hdr.len() as f64 / drawn.scene.exposure.white());
+        }
+        let mean = levels.iter().sum::<f64>() / levels.len() as f64;
+        assert!((0.05..4.0).contains(&mean), "{altitude_deg} degrees: {levels:?}");
+    }
+}

@@ -8,7 +8,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Look, Position, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::{Scene, corona, darkest_white};
 use orrery::time::Instant;
 
@@ -402,4 +402,80 @@ fn a_direction_without_bodies_is_exposed_as_a_night_sky() {
         ViewRequest { look, target: None, ..view(NaifId::EARTH, "2024-03-01T00:00:00Z", Position::Centre(NaifId::EARTH), Some(5.0)) };
     let exposure = scene(&request).exposure;
     assert!(exposure.reason.to_string().contains("dark sky") && exposure.stops > 15.0, "{}: {}", exposure.stops, exposure.reason);
+}
+
+/// The meter sees what is drawn: an effect that is off for one body gives the exposure of a view in which it is off for all, whichever of its names the body
+/// is given. In each of these views the effect changes the exposure.
+#[test]
+fn effects_of_one_body_are_metered_as_they_are_drawn() {
+    let crescent = view(NaifId::MOON, "2024-04-08T10:00:00Z", Position::Centre(NaifId::EARTH), None);
+    let eclipsed = view(NaifId::MOON, "2022-11-08T11:00:00Z", Position::Centre(NaifId::EARTH), None);
+    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let ringed = view(SATURN, "2017-05-17T00:00:00Z", towards_sun, None);
+    let corona = ViewRequest { fov_deg: Some(3.0), ..view(NaifId::SUN, "2024-04-08T18:42:00Z", ground(NaifId::EARTH, 32.78, -96.8), None) };
+    for (request, effect, names) in [
+        (crescent, "-planet-shine", ["moon", "luna"]),
+        (eclipsed, "-eclipse", ["moon", "luna"]),
+        (ringed, "-rings", ["saturn", "Saturn"]),
+        (corona, "-corona", ["sun", "sol"]),
+    ] {
+        let with = |effects: &str| stops(&ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() });
+        let (drawn, off) = (with(""), with(effect));
+        assert!((drawn - off).abs() > 0.05, "{effect}: {drawn} {off}");
+        for name in names {
+            let off_for_one = with(&format!("{name}:{effect}"));
+            assert!((off_for_one - off).abs() < 1e-9, "{name}:{effect}: {off_for_one}, not {off}");
+        }
+    }
+}
+
+/// Without the effect `eclipse` the sky of totality is drawn as by day, and exposed as by day: at dusk's exposure it would be white.
+#[test]
+fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
+    let totality =
+        ViewRequest { fov_deg: Some(60.0), ..view(NaifId::MOON, "2024-04-08T18:42:00Z", ground(NaifId::EARTH, 32.78, -96.8), None) };
+    for effects in ["-eclipse", "earth:-eclipse"] {
+        let request = ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..totality.clone() };
+        let levels = displayed_levels(&request);
+        assert!(levels.white < 0.2 && levels.visible > 0.9, "{effects}: {levels:?} at {} stops", stops(&request));
+        // Negative control: the exposure of the eclipsed sky.
+        let at_dusk = ViewRequest { exposure: ExposureRequest::Stops(stops(&totality)), ..request };
+        assert!(displayed_levels(&at_dusk).white > 0.9, "{effects}");
+    }
+}
+
+/// A Sun beside the frame, smaller than two pixels, adds no light to an image that is exposed for the Moon's night side. It once whitened small images from
+/// up to a pixel and a half beside their edge.
+#[test]
+fn a_point_like_sun_beside_the_frame_has_no_glare() {
+    const PLUTO: NaifId = NaifId(999);
+    let position = Position::Over { towards: Some(PLUTO), distance_radii: Some(20.0) };
+    for fov_deg in [44.0, 45.0, 46.0, 47.0] {
+        let request = view(NaifId::MOON, "1981-05-06T02:00:00Z", position, Some(fov_deg));
+        let levels = displayed_levels(&ViewRequest { width: 40, height: 40, ..request });
+        assert!(levels.white < 0.05 && levels.visible < 0.1, "{fov_deg} degrees: {levels:?}");
+    }
+}
+
+/// The glare of a bright planet changes gradually while the planet leaves the frame: Jupiter beside Saturn, at a long exposure. Half of the glare is left where
+/// the planet's centre is on the edge, and some of it four pixels farther out.
+#[test]
+fn the_glare_of_a_planet_leaves_the_frame_gradually() {
+    let light = |fov_deg: f64| {
+        let request = ViewRequest {
+            up: Up::Ecliptic,
+            width: 200,
+            height: 200,
+            exposure: ExposureRequest::Stops(20.0),
+            layers: Layers::parse("-stars,-milky-way,-zodiacal-light").expect("layers"),
+            ..view(SATURN, "2020-12-01T00:00:00Z", Position::Centre(NaifId::EARTH), Some(fov_deg))
+        };
+        let frame = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
+        // Saturn is in the middle of the image, Jupiter on the right.
+        (0..200 * 200).filter(|k| k % 200 >= 140).map(|k: usize| f64::from(frame.display[k][1])).sum::<f64>()
+    };
+    let all: Vec<f64> = (0..16).map(|k| light(4.3 + 0.02 * f64::from(k))).collect();
+    let inside = all[15];
+    assert!(inside > 1e4 && all[0] > 0.2 * inside, "{all:?}");
+    assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.1 * inside), "{all:?}");
 }

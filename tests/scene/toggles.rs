@@ -241,3 +241,18 @@ fn rings_outside_the_frame_change_nothing() {
     let (_, with, without) = with_and_without(&view(60.0), shadows, &format!("{shadows},-rings"), 6.0);
     assert!(changed_pixels(&with, &without).len() > 500, "a wide field of view must show the rings");
 }
+
+/// Glare and corona are switched as the Sun's own effects, too.
+#[test]
+fn light_around_the_sun_is_switched_for_the_sun_alone() {
+    let request = request(10, "2024-04-08T18:42:00Z", Position::Centre(NaifId::EARTH));
+    let lights = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        let scene = SESSION.scene(&ViewRequest { effects, ..request.clone() }).expect("a scene");
+        (scene.glare.is_some(), scene.corona.is_some())
+    };
+    assert_eq!(lights("sun:-glow,sun:-corona"), (false, false));
+    assert_eq!(lights("sun:+glow,sun:+corona"), (true, true));
+    assert_eq!(lights("+glow,-corona,sun:-glow,sun:+corona"), (false, true));
+    assert_eq!(lights("+glow,+corona,moon:-glow,moon:-corona"), (true, true));
+}

@@ -18,7 +18,7 @@ use crate::scene::draw::{Draw, Point};
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::features::{self, DecidedBody};
 use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
-use crate::scene::light::magnitude;
+use crate::scene::light::{glare, magnitude};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point;
 use crate::scene::resources::Context;
@@ -46,7 +46,7 @@ impl BodiesInFrame {
         let trace_centre = request.target.unwrap_or(NaifId::SUN);
         let (mut draws, mut points, mut orbit_arcs, mut trace_segments) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut placed_reports = placed.iter().map(|p| {
-            let own_request = builder.own_request(p.body);
+            let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.is_inside(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
@@ -76,7 +76,13 @@ impl BodiesInFrame {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
-        self.points.iter_mut().for_each(|p| point::set_sprite_radius(p, white));
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
+        for p in &mut self.points {
+            // Outside the frame the Sun has no glare, and the light meter knows of none.
+            let glare_part = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
+            point::set_sprite_radius(p, white, glare_part);
+        }
+        self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
     }
 }
 

@@ -28,11 +28,13 @@ impl LightAroundSun {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
+        let own_request = placed.iter().find(|p| p.body.id == NaifId::SUN).and_then(|sun| request.for_body(sun.body));
+        let sun_request = own_request.as_ref().unwrap_or(request);
         let veil = VeilingGlare::drawn(request, camera, placed);
         Self {
             limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
-            glare: decide(request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
-            corona: decide(request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
+            glare: decide(sun_request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
+            corona: decide(sun_request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
         }
     }
 }

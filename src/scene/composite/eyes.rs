@@ -37,10 +37,13 @@ pub(super) fn frames(
         }
         request.width /= 2;
     }
+    let stands_on_ground = matches!(request.position, Position::Ground { .. });
+    if request.width < 2 && stereo.eye_separation_km.is_none() && !stands_on_ground {
+        return Err(SceneError::Request("each eye's image is at least 2 pixels wide, unless the eye separation is given".into()));
+    }
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
     let pixel_km = distance_km * viewer.camera.pixel_tangent();
-    let stands_on_ground = matches!(request.position, Position::Ground { .. });
     let (separation_km, infinity_px) = match stereo.eye_separation_km {
         None if !stands_on_ground => {
             let infinity_px = (f64::from(request.width) * INFINITY_PARALLAX_OF_WIDTH).round().max(1.0);

@@ -245,7 +245,7 @@ pub(crate) fn limbs(
     for p in placed.iter().filter(|p| air::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
         let is_disc = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
         let Some(report) = reports.iter_mut().find(is_disc) else { continue };
-        let own_effects = request.effects.for_body(&p.body.name);
+        let own_effects = request.effects.for_catalog_body(p.body);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
         let mut note = |on: bool, reason: Reason| {
             report.decisions.push(Decision { effect: Effect::RefractedLimb.name(), on, reason, stated_error: None });

@@ -8,7 +8,7 @@ pub(crate) mod globe;
 pub(crate) mod inputs;
 pub mod possible;
 
-use crate::catalog::Map;
+use crate::catalog::{Map, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::camera::silhouette::Outline;
@@ -96,7 +96,8 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
         return not_shown(&inputs, Decisions::new(log), reason!("camera-at-centre"));
     }
     if inputs.rect.is_none() && inputs.ring_view.is_none() {
-        return decide_air_only(&inputs, Decisions::new(log));
+        let point = point_beside_frame(&inputs);
+        return DecidedBody { point, ..decide_air_only(&inputs, Decisions::new(log)) };
     }
     let visible_part = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
     log.record("visible", true, visible_part);
@@ -169,6 +170,17 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         return None;
     }
     frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux))
+}
+
+/// The point of a body beside the frame, because its glare may reach into the frame, as that of a star does. Not of the Sun (`light::glare`).
+fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
+    let (camera, placed) = (inputs.frame.camera, inputs.placed);
+    let clip = camera.clip(placed.placement.centre_km).filter(|_| placed.body.id != NaifId::SUN)?;
+    if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
+        return None;
+    }
+    // The body's report says that it is outside the frame.
+    point_of(inputs, &mut inputs.log())
 }
 
 /// The files of the maps that a set of features reads.

@@ -108,12 +108,12 @@ fn from_reading(reading: MeterReading) -> Exposure {
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
-    let drawn = request.effects.override_of(Effect::Night) != Some(false);
     let is_overexposed = |p: &&PlacedBody<'_>| {
+        let drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        has_map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        drawn && has_map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| is_metered && drawn).filter(is_overexposed).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
 /// The main subject with its luminance, a second subject that contributes at least a tenth, and what limited the exposure. The last argument: the

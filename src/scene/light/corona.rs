@@ -139,7 +139,7 @@ fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
 /// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. It reaches 1 where the Sun is twice as large as it must be,
 /// because the exposure must not jump. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
 pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedBody<'_>, glare: Option<&VeilingGlare>) -> f64 {
-    match request.effects.override_of(Effect::Corona) {
+    match request.effects.override_of_body(sun.body, Effect::Corona) {
         Some(on) => f64::from(u8::from(on)),
         None if excess_over_glare(request.purpose.min_change(), glare) > 0.0 => smoothstep(diameter_px(camera, sun) / MIN_SUN_PX - 1.0),
         None => 0.0,

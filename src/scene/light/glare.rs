@@ -72,6 +72,11 @@ fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     entered_along(towards.dot(camera.right), camera.tan_half_fov.x) * entered_along(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
+/// How far the Sun has entered the frame: the part of its glare that is drawn. Not for a camera at the Sun's centre.
+pub(crate) fn entered_fraction(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
+    entry_fraction(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
+}
+
 /// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `core_angle_sq`.
 pub(crate) struct VeilingGlare {
     /// Unit vector towards the Sun, ICRF.
@@ -89,7 +94,7 @@ impl VeilingGlare {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0)?;
         let towards = sun.placement.centre_km / sun.distance_km;
         let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-        let entered = entry_fraction(camera, towards, sin_radius);
+        let entered = entered_fraction(camera, sun);
         if entered <= 0.0 {
             return None;
         }
@@ -106,7 +111,8 @@ impl VeilingGlare {
 
     /// As [`Self::of`]; `None` also if the user has switched the glare off.
     pub(crate) fn drawn(request: &ViewRequest, camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
-        Self::of(camera, placed).filter(|_| request.effects.override_of(Effect::Glare) != Some(false))
+        let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
+        Self::of(camera, placed).filter(|_| request.effects.override_of_body(sun.body, Effect::Glare) != Some(false))
     }
 
     /// Radiance at the Sun's limb.

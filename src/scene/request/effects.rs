@@ -3,6 +3,7 @@
 //! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages need
 //! only match on enums.
 
+use crate::catalog::{Body, normalized_name};
 use crate::scene::draw::features::{AtmosphereModel, EclipseModel};
 use crate::scene::error::SceneError;
 use crate::wording::{echo, echo_within, suggestion_or_list};
@@ -160,7 +161,7 @@ impl EffectOverrides {
                 if rest.contains(':') {
                     return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
                 }
-                let body = body.trim().to_lowercase();
+                let body = normalized_name(body);
                 let previous = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
                 overrides.per_body.insert(body, Self::parse(&format!("{previous},{rest}"))?);
                 continue;
@@ -202,24 +203,44 @@ impl EffectOverrides {
 
     /// All overrides that apply to one body; `None` if there are no overrides for this body only.
     pub fn for_body(&self, name: &str) -> Option<Self> {
-        let own = self.per_body.get(&name.to_lowercase())?;
-        let mut both = Self { per_body: BTreeMap::new(), ..self.clone() };
+        self.under_names(std::iter::once(name))
+    }
+
+    /// Like [`Self::for_body`], for a body of the catalog under its name and its other names.
+    pub(crate) fn for_catalog_body(&self, body: &Body) -> Option<Self> {
+        self.under_names(std::iter::once(&body.name).chain(&body.aliases).map(String::as_str))
+    }
+
+    /// Whether the user switched an effect of a body on or off.
+    pub(crate) fn override_of_body(&self, body: &Body, effect: Effect) -> Option<bool> {
+        self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
+    }
+
+    fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
+        let mut own = names.filter_map(|name| self.per_body.get(&normalized_name(name))).peekable();
+        own.peek()?;
+        let mut all = Self { per_body: BTreeMap::new(), ..self.clone() };
+        own.for_each(|own| all.apply(own));
+        Some(all)
+    }
+
+    /// Applies overrides for one body.
+    fn apply(&mut self, own: &Self) {
         for effect in Effect::ALL {
             if let Some(on) = own.override_of(effect) {
-                both.set(effect, on);
+                self.set(effect, on);
             }
             if own.model_name(effect).is_some() {
-                both.off.remove(&effect);
+                self.off.remove(&effect);
             }
         }
-        both.eclipse_model = own.eclipse_model.or(both.eclipse_model);
-        both.air_model = own.air_model.or(both.air_model);
-        Some(both)
+        self.eclipse_model = own.eclipse_model.or(self.eclipse_model);
+        self.air_model = own.air_model.or(self.air_model);
     }
 
     /// Mutable access to the overrides of one body only.
     pub fn of_body(&mut self, name: &str) -> &mut Self {
-        self.per_body.entry(name.to_lowercase()).or_default()
+        self.per_body.entry(normalized_name(name)).or_default()
     }
 
     /// Removes bodies without overrides of their own.
@@ -347,5 +368,19 @@ mod tests {
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));
         assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("did you mean `eclipse`"));
+    }
+
+    /// A body's effects can be set under each of its names, however it is written.
+    #[test]
+    fn other_names_of_a_body_mean_the_same_body() {
+        let catalog = crate::catalog::Catalog::embedded();
+        let body = |name: &str| catalog.body_named(name).expect("in the catalog");
+        let is_set = |text: &str, name: &str| EffectOverrides::parse(text).expect("effects").override_of_body(body(name), Effect::Eclipse);
+        for text in ["moon:-eclipse", "Luna:-eclipse", " LUNA :-eclipse", "moon:-night,luna:-eclipse"] {
+            assert_eq!((is_set(text, "moon"), is_set(text, "earth")), (Some(false), None), "{text}");
+        }
+        assert_eq!(is_set("1_Ceres:-eclipse", "ceres"), Some(false));
+        assert_eq!(is_set("-eclipse,luna:+eclipse", "moon"), Some(true));
+        assert_eq!(is_set("-eclipse,luna:+eclipse", "io"), Some(false));
     }
 }

@@ -1,6 +1,6 @@
 //! A view request: position and direction of the camera, field of view, exposure, effects and layers.
 
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::TextLanguage;
 use crate::scene::draw::features::PixelView;
 use crate::scene::error::SceneError;
@@ -279,6 +279,11 @@ impl ViewRequest {
             language: TextLanguage::English,
             coarse_air: true,
         }
+    }
+
+    /// The request with the effects that the user set for this body applied; `None` if there are none.
+    pub(crate) fn for_body(&self, body: &Body) -> Option<Self> {
+        self.effects.for_catalog_body(body).map(|effects| Self { effects, ..self.clone() })
     }
 
     /// Rejects effects for bodies that the catalog does not have.

@@ -5,8 +5,8 @@
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief, the air beyond a limb, and the light that
-//! another body's air adds in front of bodies behind it.
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb,
+//! and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
@@ -217,7 +217,8 @@ impl MeteredFrame<'_, '_> {
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
-        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
+        let eclipsed = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
+        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipsed);
         let unocculted = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
             let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
@@ -232,7 +233,7 @@ impl MeteredFrame<'_, '_> {
     }
 
     fn shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
-        if self.meter.context.request.effects.override_of(Effect::PlanetShine) == Some(false) {
+        if self.meter.context.request.effects.override_of_body(p.body, Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }
         lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
@@ -275,6 +276,7 @@ impl MeteredFrame<'_, '_> {
             night_light_weight: self.meter.night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
+            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.sun_from_body_km),
             sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
@@ -295,7 +297,9 @@ impl MeteredFrame<'_, '_> {
             }
             near_share
         };
-        let found = evaluate_shadow(self.meter.context, p, diameter_px, |shadow, _| sum(Some(shadow)));
+        let own_request = self.meter.context.request.for_body(p.body);
+        let own_context = Context { request: own_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
+        let found = evaluate_shadow(own_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
         let near_share = found.unwrap_or_else(|| sum(None));
         (tally, share * far_weight + near_share)
     }

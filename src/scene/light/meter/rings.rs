@@ -24,7 +24,7 @@ impl MeteredFrame<'_, '_> {
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
         let weight = smoothstep((p.phase_angle - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
-        let user_choice = self.meter.context.request.effects.override_of(Effect::RingShine);
+        let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
@@ -52,7 +52,7 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
         let (camera, mut tally) = (self.meter.camera, LogMean::default());
         let no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
-        let user_choice = self.meter.context.request.effects.override_of(Effect::Rings);
+        let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::Rings);
         if no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return tally;
         }
