@@ -423,3 +423,21 @@ fn an_export_replaces_no_file_that_it_cannot_compare() {
     assert!(orrery(&cache, &["shader", "export", shown, "--overwrite"]).status.success());
     assert!(long_file.metadata().expect("there").len() < length);
 }
+
+/// A number is quoted about as it was given, not with its hundreds of digits.
+#[test]
+fn huge_numbers_make_short_messages() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = folder.path().join("a.png");
+    let render = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "16x16", "-o", path_text(&image)];
+    for more in [
+        &["--at", "0,0", "--height-km=-1e300"][..],
+        &["--stereo", "anaglyph", "--eye-separation-km", "1e300"],
+        &["--lunar-heights", "heights.png,1e300,-1e300"],
+    ] {
+        let line = error_line(&orrery(folder.path(), &[&render[..], more].concat()), more[1]);
+        assert!(line.contains("1e300") && line.chars().count() < 250, "{line}");
+    }
+    let line = error_line(&orrery(folder.path(), &["compare", "a.png", "b.png", "--tolerance", "1e300"]), "--tolerance");
+    assert!(line.contains("1e300") && line.chars().count() < 100, "{line}");
+}
