@@ -193,6 +193,37 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
+/// Checks, before long work whose result is to be written to a file, that its folder exists and that the path is not a folder itself.
+///
+/// # Errors
+/// The path and the reason.
+pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteError> {
+    let refused = |kind: ErrorKind, why: &str| Err(write_error(path, &Error::new(kind, why)));
+    match folder_of(path).metadata() {
+        Err(e) => Err(write_error(path, &e)),
+        Ok(folder) if !folder.is_dir() => refused(ErrorKind::NotADirectory, "not a folder"),
+        Ok(_) if path.is_dir() => refused(ErrorKind::IsADirectory, "this is a folder, not a file"),
+        Ok(_) => Ok(()),
+    }
+}
+
+/// Whether two paths name the same file, which need not exist.
+pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| Some((folder_of(path).canonicalize().ok()?, path.file_name()?.to_owned()));
+    place(a).is_some_and(|of_a| place(b) == Some(of_a))
+}
+
+/// Removes a file. Returns false if it was no longer there, for another process may have removed it.
+///
+/// # Errors
+/// The reason why the file cannot be removed.
+pub(crate) fn remove_if_present(path: &Path) -> Result<bool> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() == ErrorKind::NotFound => Ok(false),
+        removed => removed.map(|()| true),
+    }
+}
+
 /// The error for a failed write. If the folder is missing, the error names the folder.
 pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     let folder = echo(&folder_of(path).display().to_string());

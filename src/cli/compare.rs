@@ -62,7 +62,7 @@ fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError
 
 pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
-        return Err(CliError::Failed(format!("--tolerance {t}: must be 0 to 255")));
+        return Err(CliError::Failed(format!("--tolerance {t:?}: must be 0 to 255")));
     }
     let (a, b) = (read(&args.a, common.max_megapixels)?, read(&args.b, common.max_megapixels)?);
     let with_both_names = |e: image::ImageError| {

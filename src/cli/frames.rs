@@ -4,9 +4,10 @@
 //! anything is drawn, every path of the sequence is checked: without `--overwrite` it must be free or hold a complete frame of the same request.
 
 use super::CliError;
+use crate::files::check_output_path;
 use crate::image::{AnimationFormat, animation_format};
 use crate::session::{ExistingImage, Provenance};
-use crate::wording::{echo, echo_within};
+use crate::wording::echo;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -34,8 +35,10 @@ impl Output {
         if let Some(format) = animation_format(Path::new(text)) {
             return Ok(Self::Animation(text.into(), format));
         }
-        if !text.to_ascii_lowercase().ends_with(".png") && !text.to_ascii_lowercase().ends_with(".exr") {
-            return invalid("the name must end in .png, .exr, .gif or .apng");
+        // The same extension by which the file's format is chosen: a file named `.exr` has none.
+        let extension = Path::new(text).extension().map(|e| e.to_ascii_lowercase());
+        if extension.is_none_or(|e| e != "png" && e != "exr") {
+            return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
         match text.split_once('%') {
             None if frames > 1 => invalid(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
@@ -111,7 +114,7 @@ fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance
 /// `starts_now`: the sequence starts at `now`.
 ///
 /// # Errors
-/// A folder that does not exist, or a file that this request must not replace, unless it may be overwritten.
+/// A folder that does not exist, a folder in place of a file, or a file that this request must not replace, unless it may be overwritten.
 pub(crate) fn existing_frames(
     requested: impl Iterator<Item = (u32, PathBuf, Provenance)>,
     size: (u32, u32),
@@ -120,10 +123,7 @@ pub(crate) fn existing_frames(
 ) -> Result<BTreeSet<u32>, CliError> {
     let mut existing_numbers = BTreeSet::new();
     for (number, path, provenance) in requested {
-        if let Some(folder) = path.parent().filter(|f| !f.as_os_str().is_empty() && !f.is_dir()) {
-            let shown = |path: &Path| echo_within(&path.display().to_string(), 100);
-            return Err(CliError::Failed(format!("{}: the folder {} does not exist", shown(&path), shown(folder))));
-        }
+        check_output_path(&path)?;
         let existing = provenance.examine_existing_image(&path, size);
         if existing == ExistingImage::Same {
             existing_numbers.insert(number);
@@ -144,7 +144,9 @@ mod tests {
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
         assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
-        for (bad, frames) in [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2)] {
+        for (bad, frames) in
+            [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2), ("a/.exr", 1)]
+        {
             assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
         }
         assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));

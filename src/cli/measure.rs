@@ -3,7 +3,7 @@
 use super::output::{print_message, print_result, progress};
 use super::view_args::{instant, size};
 use super::{CliError, Common};
-use crate::files::{FileAccess, write_atomic};
+use crate::files::{FileAccess, check_output_path, write_atomic};
 use crate::image::write_png;
 use crate::measure::{CHOICES, ChoiceMeasure, Effort, OptionMeasure, SUFFICIENT_LEVELS, measure_view, plot, renderer};
 use crate::scene::request::{Position, Quality, ViewRequest};
@@ -41,10 +41,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "BODY", requires = "time")]
     body: Option<String>,
     /// Time of that view: ISO 8601 UTC, jd_tdb:DAY or now
-    #[arg(long, value_name = "TIME", requires = "body")]
+    #[arg(long, value_name = "TIME", requires = "body", allow_hyphen_values = true)]
     time: Option<String>,
     /// Distance of that view in equatorial radii [default: the disc fills 3/4 of the image height]
-    #[arg(long, value_name = "X", requires = "body")]
+    #[arg(long, value_name = "X", requires = "body", allow_negative_numbers = true)]
     distance_radii: Option<f64>,
     /// Size of that view in pixels
     #[arg(long, value_name = "WxH", default_value = "256x256", requires = "body")]
@@ -63,6 +63,7 @@ pub(crate) struct MeasureArgs {
 pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     for path in &args.output {
         plot_kind(path)?;
+        check_output_path(path)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let session = Session::open(&common.sources_for_drawing(), print_message)?;

@@ -6,7 +6,8 @@ use super::render_views::Views;
 use super::video_output::VideoOutput;
 use super::view_args::{ViewArgs, size};
 use super::{CliError, Common};
-use crate::measure::error_bounds;
+use crate::files::is_same_file;
+use crate::measure::{check_has_bounds, error_bounds};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
@@ -131,7 +132,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         print_message(&format!("kept {} of {} frames of an earlier run", kept_frames.len(), numbers().count()));
     }
     let error_bound_request = request_of(0);
-    check_error_files(args, &session, &error_bound_request, starts_now)?;
+    check_error_files(args, &output, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut write_stages = Stages::default();
     let mut video = VideoOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
@@ -172,7 +173,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     if !args.error.is_empty() {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
-            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, session.provenance(&error_bound_request).to_text())];
+            let provenance = session.provenance(&error_bound_request).of_error_bound();
+            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, provenance.to_text())];
             write_image(path, &bounds, &text)?;
         }
     }
@@ -201,17 +203,30 @@ impl RenderArgs {
     }
 }
 
-/// Refuses `--error` for several frames, for file formats other than PNG and EXR, and over files of other requests.
-fn check_error_files(args: &RenderArgs, session: &Session, request: &ViewRequest, starts_now: bool) -> Result<(), CliError> {
+/// Refuses `--error` for several frames, for images without linear light, for file formats other than PNG and EXR, for the file of the image itself, and
+/// over files of other requests.
+fn check_error_files(
+    args: &RenderArgs,
+    output: &Output,
+    session: &Session,
+    request: &ViewRequest,
+    starts_now: bool,
+) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
         return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
     }
+    if !args.error.is_empty() {
+        check_has_bounds(request).map_err(|e| CliError::Failed(format!("--error: {e}")))?;
+    }
     for path in &args.error {
+        if output.path(0).is_some_and(|image| is_same_file(&image, path)) {
+            return Err(CliError::Failed(format!("--error {}: -o writes the image into this file", echo(&path.display().to_string()))));
+        }
         if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
-    let requested = args.error.iter().map(|path| (0, path.clone(), session.provenance(request)));
+    let requested = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));
     existing_frames(requested, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 

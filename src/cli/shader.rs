@@ -286,6 +286,9 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
             Ok(_) if !overwrite => {
                 return Err(CliError::Failed(format!("{}: differs from the built-in source; --overwrite replaces it", shown(&path))));
             }
+            Err(e) if !overwrite && path.is_file() => {
+                return Err(CliError::Failed(format!("{}: {e}; --overwrite replaces it", shown(&path))));
+            }
             _ => new.push((path, *text)),
         }
     }

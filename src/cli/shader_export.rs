@@ -69,8 +69,8 @@ const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MA
 const CORPUS: ExportFolder =
     ExportFolder { what: "a set of test cases", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's subfolders are removed, because
-/// another selection of keys has files of other names.
+/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's manifest and subfolders
+/// are removed, because another selection of keys has files of other names.
 fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
     let what = layout.what;
     let shown = echo(&folder.display().to_string());
@@ -83,6 +83,8 @@ fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Resu
         match (is_empty, is_ours, overwrite) {
             (true, _, _) => {}
             (false, true, true) => {
+                // First, because a folder with a manifest is complete.
+                std::fs::remove_file(folder.join(layout.manifest)).map_err(failed)?;
                 for subfolder in layout.folders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
                     std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
@@ -133,4 +135,21 @@ pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Re
         counted(cases, "case"),
         echo(&folder.display().to_string())
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An interrupted export must not pass for a complete one.
+    #[test]
+    fn an_export_to_replace_loses_its_manifest_first() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let manifest = folder.path().join(CORPUS.manifest);
+        std::fs::create_dir(folder.path().join("cases")).expect("made");
+        std::fs::write(&manifest, r#"{"revision":"built-in","cases":[]}"#).expect("written");
+        assert!(prepare_folder(folder.path(), &CORPUS, false).is_err() && manifest.exists());
+        prepare_folder(folder.path(), &CORPUS, true).expect("prepared");
+        assert!(!manifest.exists() && !folder.path().join("cases").exists());
+    }
 }

@@ -6,7 +6,7 @@
 use super::CliError;
 use super::frames::Output;
 use super::output::stdout_error;
-use crate::files::{FileAccess, write_atomic, write_new};
+use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
 use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -52,12 +52,13 @@ impl VideoOutput {
     /// Prepares the output.
     ///
     /// # Errors
-    /// A file that must not be replaced, or a size, number of frames or rate that the format does not support.
+    /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
             Output::One(_) | Output::Sequence(..) => Ok(Self::None),
             Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             Output::Animation(path, format) => {
+                check_output_path(path)?;
                 let name = echo(&path.display().to_string());
                 if path.exists() && !overwrite {
                     return Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")));
@@ -115,5 +116,26 @@ impl VideoOutput {
             write_new([path], FileAccess::All, fill)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::AnimationFormat;
+
+    /// Before anything is drawn, because all frames would be lost.
+    #[test]
+    fn an_animation_without_a_folder_is_refused_at_the_start() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let begin =
+            |path: PathBuf, overwrite: bool| VideoOutput::begin(&Output::Animation(path, AnimationFormat::Gif), (4, 4), 2, 25, overwrite);
+        for overwrite in [false, true] {
+            for (name, message_part) in [("nowhere/a.gif", "there is no folder"), ("", "this is a folder")] {
+                let refused = begin(folder.path().join(name), overwrite).err().expect("refused").to_string();
+                assert!(refused.contains(message_part), "{name}: {refused}");
+            }
+            assert!(begin(folder.path().join("a.gif"), overwrite).is_ok());
+        }
     }
 }

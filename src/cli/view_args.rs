@@ -202,7 +202,7 @@ impl ViewArgs {
                 };
                 if height_km <= 0.0 {
                     return Err(CliError::Failed(format!(
-                        "a camera {height_km} km above the surface is inside {}: give a greater height",
+                        "a camera {height_km:?} km above the surface is inside {}: give a greater height",
                         catalog.body(target).map_or("the target", |b| b.name.as_str())
                     )));
                 }

@@ -11,7 +11,7 @@ use super::map_entry::{self, Entry, Key};
 use super::mip_level::{Level, LevelSource};
 use super::mips::RowOrder;
 use super::{ImageError, MAX_MAP_SIDE, PoleFilter, TexelFormat, Texture, check_size};
-use crate::files::{is_temporary, read_bytes, read_part, write_cached};
+use crate::files::{is_temporary, read_bytes, read_part, remove_if_present, write_cached};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, OnceLock};
@@ -225,8 +225,7 @@ impl StoredMaps {
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
         for file in self.files().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
-            std::fs::remove_file(&file)?;
-            removed += 1;
+            removed += u64::from(remove_if_present(&file)?);
         }
         // A folder that contains other files is kept.
         let _ = std::fs::remove_dir(&self.folder);

@@ -10,6 +10,7 @@ use super::images::{PlannedView, PrecisionRenderers};
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
+use crate::scene::SceneError;
 use crate::scene::draw::{EclipseModel, PixelView};
 use crate::scene::effects::{Effect, VISIBLE_CHANGE, VISIBLE_LIGHT};
 use crate::scene::request::{ExposureRequest, Purpose, Quality, ViewRequest};
@@ -50,11 +51,22 @@ struct BoundInputs {
     without_air: Option<AirlessImages>,
 }
 
+/// Checks that the image of a request has bounds: they are computed from its linear light, which stereo pairs and warped images lack.
+///
+/// # Errors
+/// The reason why it has none.
+pub(crate) fn check_has_bounds(request: &ViewRequest) -> Result<(), SceneError> {
+    let why = "stereo pairs and warped images have display values, for which there is no bound of the error";
+    let has_linear_light = request.composition.stereo.is_none() && request.composition.warp.is_none();
+    if has_linear_light { Ok(()) } else { Err(SceneError::Request(why.into())) }
+}
+
 /// The bounds of a view's image at the request's quality: linear light in the frame's `hdr`, 255ths in its `display`.
 ///
 /// # Errors
-/// The reason why the view cannot be drawn.
+/// The reason why the view cannot be drawn, or why its image has no bounds.
 pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<Frame, SessionError> {
+    check_has_bounds(request)?;
     let renderers = PrecisionRenderers::new(session)?;
     let sampling = SamplingQuality::of(request.quality);
     let view = renderers.plan_view(request, sampling)?;
@@ -128,7 +140,9 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
     let reference_models = renderers
         .plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
-    let features = || reference_models.scene.draws.iter().map(|d| d.features);
+    // The scene of an entire sphere has no draws of bodies: those are in the frames of its faces, and so in the plan.
+    let in_frames = reference_models.plan.features_of_bodies();
+    let features = || reference_models.scene.draws.iter().map(|d| d.features).chain(in_frames.iter().copied());
     let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
         Some((drawn(&without(Effect::Eclipse))?, eclipse_fraction))

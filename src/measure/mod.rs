@@ -18,7 +18,7 @@ pub mod timing;
 mod view;
 
 pub(crate) use complete_images::renderer;
-pub(crate) use error_bound::error_bounds;
+pub(crate) use error_bound::{check_has_bounds, error_bounds};
 pub(crate) use images::{LinearImage, PlannedView, PrecisionRenderers, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};

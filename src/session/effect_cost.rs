@@ -6,7 +6,7 @@
 use super::{Session, SessionError};
 use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::scene::effects::Effect;
-use crate::scene::request::{ExposureRequest, ViewRequest};
+use crate::scene::request::{Composition, ExposureRequest, ViewRequest};
 use std::time::{Duration, Instant};
 
 /// Largest number of pixels of a measured image.
@@ -65,8 +65,9 @@ impl Session {
         let scale = (MAX_MEASURED_PIXELS / pixels).sqrt().min(1.0);
         let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
         let (width, height) = (side(request.width), side(request.height));
-        let plan_view = |with: bool| -> Result<Plan, SessionError> {
-            let mut scaled_request = ViewRequest { width, height, exposure: ExposureRequest::Stops(stops), ..request.clone() };
+        let plan_view = |composition: &Composition, with: bool| -> Result<Plan, SessionError> {
+            let exposure = ExposureRequest::Stops(stops);
+            let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
             match of_body {
                 _ if with && on => {}
                 Some(name) => scaled_request.effects.of_body(name).set(effect, with),
@@ -74,7 +75,7 @@ impl Session {
             }
             Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)
         };
-        let plans = [plan_view(false)?, plan_view(true)?];
+        let plans = [plan_view(&request.composition, false)?, plan_view(&request.composition, true)?];
         let mut fastest = [Duration::MAX; 2];
         let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
@@ -83,6 +84,14 @@ impl Session {
                 let (frame, _) = self.background_renderer().render(plan, self.library(), FrameImages::DisplayAndHdr)?;
                 fastest[k] = fastest[k].min(start.elapsed());
                 light[k] = frame.hdr;
+            }
+        }
+        // A stereo pair or a warped image has no linear light of its own, so that of one eye, or of the image before the warp, is compared.
+        let in_linear_light = Composition { stereo: None, warp: None, ..request.composition.clone() };
+        if in_linear_light != request.composition {
+            for (light, with) in light.iter_mut().zip([false, true]) {
+                let plan = plan_view(&in_linear_light, with)?;
+                *light = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
             }
         }
         let pixel_ratio = pixels / (f64::from(width) * f64::from(height));

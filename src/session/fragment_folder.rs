@@ -1,7 +1,7 @@
 //! Reads a folder of shader fragments that override the built-in fragments.
 //!
-//! In: a folder. Out: its `*.wesl` files by their paths inside the folder, and when each was changed. Always: every such file replaces a built-in fragment
-//! or is imported by a fragment; any other `*.wesl` file is an error. Not here: checks of the files' contents.
+//! In: a folder. Out: its `*.wesl` files that are not hidden, by their paths inside the folder, and when each was changed. Always: every such file
+//! replaces a built-in fragment or is imported by a fragment; any other `*.wesl` file is an error. Not here: checks of the files' contents.
 
 use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
@@ -61,7 +61,13 @@ fn unreadable(path: &Path, source: std::io::Error) -> FragmentFolderError {
     FragmentFolderError::Unreadable { path: shown(path), source }
 }
 
-/// Every `*.wesl` file below a folder, with the time of its last change and its length.
+/// Whether a file or folder is hidden. Editors and file systems keep locks, drafts and attributes in hidden files, some with the extension `.wesl`;
+/// Emacs' lock is a link without a target.
+fn is_hidden(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
+}
+
+/// Every `*.wesl` file below a folder that is not hidden, with the time of its last change and its length.
 ///
 /// # Errors
 /// A file or folder that cannot be read, an outdated fragment, too many files, or no fragment at all.
@@ -72,6 +78,9 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
     while let Some((folder, depth)) = folders.pop() {
         for entry in std::fs::read_dir(&folder).map_err(|e| unreadable(&folder, e))? {
             let path = entry.map_err(|e| unreadable(&folder, e))?.path();
+            if is_hidden(&path) {
+                continue;
+            }
             let metadata = path.metadata().map_err(|e| unreadable(&path, e))?;
             if metadata.is_dir() {
                 folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));

@@ -36,7 +36,7 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     if let Some(HeightRange { black_km, white_km }) = range
         && !(black_km.is_finite() && white_km.is_finite() && black_km < white_km)
     {
-        return Err(failed(&name, &format!("the height of black ({black_km} km) must lie below that of white ({white_km} km)")));
+        return Err(failed(&name, &format!("the height of black ({black_km:?} km) must lie below that of white ({white_km:?} km)")));
     }
     let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
     let bytes = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| failed(&path.display().to_string(), &e.to_string()));

@@ -76,20 +76,22 @@ pub(super) fn source_digests(
 ) -> BTreeMap<String, String> {
     // The citations of values (`sources`) are left out, because they change no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
+    let instruments = catalog.instruments().iter().map(|i| format!("{i:?}").into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
         let maps = [&b.maps.albedo, &b.maps.normal, &b.maps.specular, &b.maps.night].into_iter().flatten().map(|m| m.file.as_str());
         let clouds = b.clouds.iter().map(|c| c.map.file.as_str());
         maps.chain(clouds).chain(b.overlays.iter().map(|o| o.file.as_str())).chain(b.mesh.iter().map(|m| m.file.as_str()))
     });
     let files = files.chain([MILKY_WAY_FILE]);
-    let found = files.flat_map(|name| folders.iter().map(move |f| (name, f.join(name)))).filter(|(_, path)| path.is_file());
+    // Of several files of one name, the first is read.
+    let found = files.filter_map(|name| Some((name, folders.iter().map(|f| f.join(name)).find(|path| path.is_file())?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
     let entry = |name: &str, value: String| (name.to_owned(), value);
     BTreeMap::from([
         entry("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        entry("catalogs", hex_digest(bodies)),
+        entry("catalogs", hex_digest(bodies.chain(instruments))),
         entry("kernel", kernel.map_or("embedded".into(), file_digest)),
         entry("stars", stars.map_or("embedded".into(), file_digest)),
         entry("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
@@ -188,6 +190,13 @@ impl Provenance {
             entry("coarse air", coarse_air.to_string()),
         ]);
         Self(values)
+    }
+
+    /// The provenance of the image of this request's error bounds, which must not pass for the request's own image.
+    #[must_use]
+    pub fn of_error_bound(mut self) -> Self {
+        self.0.insert("content".to_owned(), "bound of the error".to_owned());
+        self
     }
 
     /// One line of JSON in ASCII, the same bytes for the same provenance.

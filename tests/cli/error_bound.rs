@@ -97,3 +97,45 @@ fn linear_bounds_are_written_and_foreign_or_unsupported_files_are_refused() {
         assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{stderr_text}");
     }
 }
+
+/// The image and its bound are different files of different content: one never replaces the other without being asked. Images without linear light have no
+/// bound, which is said before anything is drawn.
+#[test]
+fn a_bound_never_takes_the_place_of_an_image() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "--quality", "draft"];
+    run_successfully(path, &[&args[..], &["-o", "moon.png", "--error", "bound.png"]].concat());
+    let before = ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("written"));
+    for (more, message_part) in [
+        (&["-o", "moon.png", "--error", "./moon.png"][..], "-o writes the image"),
+        (&["-o", "new.png", "--error", "new.png", "--overwrite"], "-o writes the image"),
+        (&["-o", "new.png", "--error", "moon.png"], "content none, not bound of the error"),
+        (&["-o", "bound.png"], "content bound of the error, not none"),
+        (&["-o", "new.png", "--error", "new-bound.png", "--stereo", "anaglyph"], "no bound of the error"),
+    ] {
+        let out = orrery(path, &[&args[..], more].concat());
+        let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{more:?}: {stderr_text}");
+        assert!(!path.join("new.png").exists() && !path.join("new-bound.png").exists(), "{more:?}");
+    }
+    assert_eq!(before, ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("there")));
+}
+
+/// In reference quality most of the bound comes from the stated errors of the models of atmosphere and eclipse. In the middle of a fisheye image, which is
+/// drawn in frames of its own, the same view has the same models, so about the same bound. Bounds are whole levels.
+#[test]
+fn the_bound_of_a_fisheye_image_includes_atmosphere_and_eclipse() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let args = ["render", "--target", "earth", "--time", "2024-04-08T18:17:16Z", "--size", "65x65", "--fov", "30", "--exposure", "0"];
+    let args = [&args[..], &["--quality", "reference"]].concat();
+    run_successfully(path, &[&args[..], &["-o", "plain.png", "--error", "plain-bound.png"]].concat());
+    run_successfully(path, &[&args[..], &["--projection", "fisheye", "-o", "fisheye.png", "--error", "fisheye-bound.png"]].concat());
+    let middle = |name: &str| {
+        let image = image::open(path.join(name)).expect("a bound").to_rgb8();
+        (29..36).flat_map(|y| (29..36).map(move |x| (x, y))).map(|(x, y)| f64::from(image.get_pixel(x, y).0[1])).sum::<f64>() / 49.0
+    };
+    let (plain, fisheye) = (middle("plain-bound.png"), middle("fisheye-bound.png"));
+    assert!(plain > 3.5 && (fisheye - plain).abs() < 1.5, "{plain} and {fisheye} levels");
+}

@@ -45,6 +45,10 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let shaders = folder.path().join("shaders");
     [&catalogs, &maps, &shaders].iter().for_each(|f| std::fs::create_dir_all(f).expect("made"));
     std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
+    let instruments = folder.path().join("instruments");
+    std::fs::create_dir_all(&instruments).expect("made");
+    std::fs::write(instruments.join("a.toml"), "[[instrument]]\nname = \"own\"\nshape = \"circle\"\ndiameter_deg = 0.3\n")
+        .expect("written");
     let fragment = |name: &str| orrery::shader::fragments::FRAGMENTS.iter().find(|(n, _)| *n == name).expect("a fragment").1;
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
     std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", fragment("entry/blur.wesl"))).expect("written");
@@ -77,6 +81,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--pixels", "depth"], "depth"),
         (&["--quality", "draft"], "draft"),
         (&["--catalogs", path_text(&catalogs)], "catalogs"),
+        (&["--catalogs", path_text(&instruments)], "catalogs"),
         (&["--shaders", path_text(&shaders)], "shaders"),
         (&["--renderer", "auto"], "auto"),
     ];
@@ -173,6 +178,30 @@ fn a_sequence_resumes_only_from_its_own_frames() {
     }
 }
 
+/// A map that the folders of `--textures` and `--catalogs` both have is read from the first, and frames drawn with another one are not kept.
+#[test]
+fn frames_with_another_map_are_refused_although_the_catalog_folder_has_one_too() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [catalogs, maps] = ["catalogs", "maps"].map(|name| folder.path().join(name));
+    let write_map = |folder: &Path, grey: u8| {
+        std::fs::create_dir_all(folder).expect("made");
+        image::RgbImage::from_pixel(8, 4, image::Rgb([grey; 3]))
+            .save_with_format(folder.join("phobos.jpg"), image::ImageFormat::Png)
+            .expect("written");
+    };
+    write_map(&catalogs, 100);
+    write_map(&maps, 100);
+    let pattern = folder.path().join("m-%d.png");
+    let folders = ["--catalogs", path_text(&catalogs), "--textures", path_text(&maps)];
+    let draw = || render(&[&BASE[..], &folders, &["--frames", "2", "-o", path_text(&pattern)]].concat());
+    assert!(draw().status.success());
+    let again = draw();
+    assert!(again.status.success() && stderr_text(&again).contains("kept 2 of 2"), "{}", stderr_text(&again));
+    write_map(&maps, 200);
+    let other = draw();
+    assert!(other.status.code() == Some(1) && stderr_text(&other).contains("images"), "{}", stderr_text(&other));
+}
+
 #[test]
 fn write_errors_do_not_name_the_temporary_file() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -192,6 +221,8 @@ fn write_errors_do_not_name_the_temporary_file() {
             let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(message_part), "{path:?}: {line}");
             assert!(!line.contains(".orrery-writing") && !line.contains("os error 2)"), "{path:?}: {line}");
+            // Overwriting would not help.
+            assert!(!line.contains("--overwrite"), "{path:?}: {line}");
         }
     }
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");

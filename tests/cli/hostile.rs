@@ -392,3 +392,52 @@ fn no_partial_or_stale_file_is_left_behind() {
     let remaining: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
     assert!(remaining.len() == 4 && !difference.exists(), "{remaining:?}");
 }
+
+/// Locks and attributes of editors and file systems beside the shader sources: Emacs' lock is a link without a target, and macOS' attributes are no text.
+#[test]
+fn hidden_files_beside_shader_sources_are_ignored() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shaders = folder.path().join("shaders");
+    let (cache, shown) = (folder.path().join("cache"), path_text(&shaders));
+    assert!(orrery(&cache, &["shader", "export", shown]).status.success());
+    std::fs::write(shaders.join("lib/._relief.wesl"), [0xff, 0xfe, 0]).expect("a file");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink("nobody@nowhere.4711:1", shaders.join("lib/.#relief.wesl")).expect("a link");
+    let out = orrery(&cache, &["--shaders", shown, "shader", "emit", "point"]);
+    assert!(out.status.success() && out.stderr.is_empty(), "{}", stderr_text(&out));
+}
+
+/// A file in the place of a shader source that is too long to be compared is not replaced without being asked.
+#[test]
+fn an_export_replaces_no_file_that_it_cannot_compare() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shaders = folder.path().join("shaders");
+    let (cache, shown) = (folder.path().join("cache"), path_text(&shaders));
+    std::fs::create_dir_all(shaders.join("lib")).expect("a folder");
+    let long_file = shaders.join("lib/relief.wesl");
+    let length = (1 << 26) + 1;
+    std::fs::File::create(&long_file).and_then(|f| f.set_len(length)).expect("a sparse file");
+    let line = error_line(&orrery(&cache, &["shader", "export", shown]), "a long file");
+    assert!(line.contains("relief.wesl") && line.contains("--overwrite"), "{line}");
+    assert_eq!(long_file.metadata().expect("there").len(), length);
+    assert!(orrery(&cache, &["shader", "export", shown, "--overwrite"]).status.success());
+    assert!(long_file.metadata().expect("there").len() < length);
+}
+
+/// A number is quoted about as it was given, not with its hundreds of digits.
+#[test]
+fn huge_numbers_make_short_messages() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = folder.path().join("a.png");
+    let render = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "16x16", "-o", path_text(&image)];
+    for more in [
+        &["--at", "0,0", "--height-km=-1e300"][..],
+        &["--stereo", "anaglyph", "--eye-separation-km", "1e300"],
+        &["--lunar-heights", "heights.png,1e300,-1e300"],
+    ] {
+        let line = error_line(&orrery(folder.path(), &[&render[..], more].concat()), more[1]);
+        assert!(line.contains("1e300") && line.chars().count() < 250, "{line}");
+    }
+    let line = error_line(&orrery(folder.path(), &["compare", "a.png", "b.png", "--tolerance", "1e300"]), "--tolerance");
+    assert!(line.contains("1e300") && line.chars().count() < 100, "{line}");
+}

@@ -84,9 +84,14 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     assert!(error(sufficient) <= 1.0 && error("reference") == 0.0, "{answer}");
     assert!(["draft", "standard", "reference"].into_iter().take_while(|q| *q != sufficient).all(|q| error(q) > 1.0), "{answer}");
     assert!(text(&view).contains(&format!("{sufficient} is enough")));
+    let in_antiquity = text(&["measure", "--short", "--body", "moon", "--time", "-0500-01-01T00:00:00Z", "--size", "16x16"]);
+    assert!(in_antiquity.contains("Moon at -0500-01-01"), "{in_antiquity}");
     for (args, message_part) in [
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
+        // Said before anything is measured, hence before the unknown choice.
+        (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
+        (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
         (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
         (&["stability", "--sweep", "nothing"], "--sweep nothing"),
     ] {

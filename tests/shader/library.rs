@@ -135,6 +135,21 @@ fn an_intact_entry_of_another_module_or_generator_is_rejected() {
     assert_eq!((library.status().entries, library.status().other_entries), (0, 0));
 }
 
+/// Each file is removed by one of them, and that it is gone is no error for the others.
+#[test]
+fn several_processes_may_clear_the_library_at_once() {
+    const FILES: u64 = 3000;
+    let cache = tempfile::tempdir().expect("temp");
+    let folder = cache.path().join("orrery/shaders/another-generator");
+    std::fs::create_dir_all(&folder).expect("made");
+    (0..FILES).for_each(|k| std::fs::write(folder.join(format!("{k}.shader")), "x").expect("write"));
+    let removed: u64 = std::thread::scope(|scope| {
+        let clearing: Vec<_> = (0..4).map(|_| scope.spawn(|| open(cache.path()).0.clear().expect("clears"))).collect();
+        clearing.into_iter().map(|thread| thread.join().expect("no panic")).sum()
+    });
+    assert!(removed == FILES && !folder.exists(), "{removed} of {FILES}");
+}
+
 #[test]
 fn a_path_below_a_file_only_warns() {
     let dir = tempfile::tempdir().expect("temp");

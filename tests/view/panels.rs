@@ -10,7 +10,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::Effect;
-use orrery::scene::request::{ExposureRequest, Position, Quality, ToneMap, ViewRequest};
+use orrery::scene::request::{Composition, ExposureRequest, Position, Quality, Stereo, StereoLayout, ToneMap, ViewRequest};
 use orrery::session::{Readiness, RendererPreference, Session, Sources};
 use orrery::time::Instant;
 use orrery::view::panels::{Interface, Tab};
@@ -108,6 +108,11 @@ fn an_effect_cost_includes_its_change_of_light() {
     let night = cost_of(Effect::Night, false, None);
     assert!(night.light.net == 0.0 && night.light.absolute == 0.0, "{night:?}");
     assert!(cost_of(Effect::RingShadow, true, Some("Titan")).light.absolute == 0.0, "Titan has no rings");
+    // A stereo pair has display values only; the change is that of one eye's image.
+    let stereo = Some(Stereo { layout: StereoLayout::Anaglyph, eye_separation_km: None });
+    let pair = ViewRequest { composition: Composition { stereo, ..Composition::default() }, ..view.clone() };
+    let of_pair = session().effect_cost(&pair, 2.0, (Effect::RingShadow, true), None).expect("a cost");
+    assert_eq!(of_pair.light, shadow.light);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::extent::Extent;
 use crate::image::SharedTexture;
+use crate::scene::draw::DrawFeatures;
 use crate::shader::ModuleId;
 use crate::shader::{ShaderError, ShaderLibrary, ShaderModule};
 use std::sync::Arc;
@@ -183,6 +184,15 @@ impl Plan {
         all.sort();
         all.dedup();
         all
+    }
+
+    /// The features with which bodies are drawn, each once.
+    pub(crate) fn features_of_bodies(&self) -> Vec<DrawFeatures> {
+        let features = |module: ModuleId| match module {
+            ModuleId::Planet(key) => Some(*key.features()),
+            _ => None,
+        };
+        self.modules().into_iter().filter_map(features).collect()
     }
 
     /// The draws of simple shaders, in order.

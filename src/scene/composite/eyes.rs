@@ -56,8 +56,9 @@ pub(super) fn frames(
     };
     let max_px = f64::from(request.width / 2);
     if infinity_px > max_px {
+        let infinity_text = if infinity_px < 1e6 { format!("{infinity_px:.0}") } else { format!("{infinity_px:.1e}") };
         return Err(SceneError::Request(format!(
-            "eyes {separation_km} km apart see the stars {infinity_px:.0} pixels apart, more than half of the image: at most {:.6e} km",
+            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image: at most {:.6e} km",
             max_px * pixel_km
         )));
     }

@@ -11,7 +11,7 @@ pub use entry::{EXTENSION, EntryError, decode, decode_of_any_generator, file_nam
 use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
-use crate::files::{is_temporary, read_bytes, write_cached};
+use crate::files::{is_temporary, read_bytes, remove_if_present, write_cached};
 use crate::memo::RecentMap;
 use parking_lot::{Mutex, RwLock};
 use rayon::prelude::*;
@@ -399,8 +399,7 @@ impl ShaderLibrary {
         let mut removed = 0;
         for folder in self.folders() {
             for file in files_in(&folder).filter(|f| is_temporary(f)).chain(entries_in(&folder)) {
-                std::fs::remove_file(&file)?;
-                removed += 1;
+                removed += u64::from(remove_if_present(&file)?);
             }
             // A folder that contains other files is kept.
             let _ = std::fs::remove_dir(&folder);
