@@ -204,6 +204,20 @@ fn a_tour_plays_in_the_window() {
     assert_eq!(window.state().viewer.view.target, NaifId(699));
 }
 
+/// A tour plays at once, also if another tour is open.
+#[test]
+fn a_tour_plays_at_once_after_another_tour() {
+    let mut window = window_without_images(NaifId(699));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    for (name, _, text) in &orrery_catalogs::TOURS[..2] {
+        window.get_by_label(name).click();
+        window.run_steps(4);
+        assert!(window.query_by_label_contains(parse(text).expect("a tour").text(0)).is_some(), "{name} is not shown");
+        assert!(window.query_by_label("Pause tour").is_some(), "{name} is paused");
+    }
+}
+
 /// A control that changes what the view shows pauses the tour, and the change is kept. A change of quality lasts without a pause.
 #[test]
 fn a_switch_pauses_a_tour_and_is_kept() {
