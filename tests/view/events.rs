@@ -14,6 +14,7 @@ use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 use orrery::view::window::cpu_painter::Painter;
 use orrery::view::worker::render_worker::{FailedJob, RenderJob, RenderWorker, RenderedView, Task};
@@ -299,6 +300,18 @@ fn an_event_is_seen_from_a_place_only_once_its_own_contacts_are_known() {
         frames += u32::from(is_chosen);
     }
     assert!(frames > 2, "July was not chosen");
+}
+
+/// The step was searched before the language changed, and is shown after it.
+#[test]
+fn rows_are_in_the_language_in_which_they_are_shown() {
+    let queue: Arc<TaskQueue> = Arc::default();
+    let mut window = queuing_window(&queue);
+    assert!(queue.run_next(), "no step was requested");
+    window.state_mut().language = Language::German;
+    window.run_steps(3);
+    assert!(window.query_all_by_label_contains("Totale Mondfinsternis, ").count() > 0, "no row in German");
+    assert_eq!(window.query_all_by_label_contains("eclipse, ").count(), 0, "a row in English");
 }
 
 #[test]

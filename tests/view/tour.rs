@@ -111,6 +111,27 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
     assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
 }
 
+/// Only at the stop itself the body around the camera is hidden, so that a camera path to the centre or from it stays outside.
+#[test]
+fn a_camera_path_to_or_from_a_centre_stays_outside_the_body() {
+    let stop = |view: &str| format!(r#"{{"view":"orrery://view?time=2024-01-01&{view}","hold_s":1,"travel_s":3}}"#);
+    let [orbit, moon, jupiter] = [
+        "target=Earth&eye.distance_radii=4",
+        "target=Moon&eye.kind=centre&eye.body=Earth&fov_deg=1",
+        "target=Jupiter&eye.kind=centre&eye.body=Earth&fov_deg=1",
+    ]
+    .map(stop);
+    for stops in [[&orbit, &moon], [&moon, &orbit], [&moon, &jupiter]] {
+        let tour = parse(&format!(r#"{{"title":"T","stops":[{},{}]}}"#, stops[0], stops[1])).expect("a tour");
+        for k in 0..=50 {
+            let view = tour.at(f64::from(k) * 0.1).view;
+            let request = view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
+            let scene = session().scene(&request);
+            assert!(scene.is_ok(), "{stops:?} after {k} images: {}", scene.err().map_or(String::new(), |e| e.to_string()));
+        }
+    }
+}
+
 #[test]
 fn a_tour_error_names_its_stop_and_field() {
     let with_second_stop = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);

@@ -285,6 +285,8 @@ impl Interface {
             self.timeline = timeline::Timeline::default();
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
             (self.message, self.notice) = (String::new(), None);
+            self.search.forget_failure();
+            self.information.forget_report();
             self.events.rename(worker.session().catalog());
         }
     }
