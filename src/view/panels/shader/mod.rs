@@ -120,6 +120,8 @@ impl ShaderPanel {
     /// Shows a key from the search field on the Key page.
     pub(crate) fn show_key(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
+        // A module that all bodies share has no key.
+        self.chosen.take_if(|module| matches!(module, InspectedModule::Shared(_)));
         self.requested = Some(*key.features());
     }
 
