@@ -212,7 +212,7 @@ impl Viewer {
             Action::Zoom(notches) => self.zoom(notches, places),
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
-            Action::LookAt(id) => self.look_at(id),
+            Action::LookAt(id) => self.look_at(id, places),
             Action::LookFrom(id) => self.look_from(id),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
             Action::Track(on) => self.track(on, places),
@@ -428,11 +428,12 @@ impl Viewer {
     }
 
     /// Faces a body from where the camera is. A camera at the centre of this body cannot face it.
-    fn look_at(&mut self, id: NaifId) {
+    fn look_at(&mut self, id: NaifId, places: &dyn BodyPositions) {
         if self.view.eye == (CameraPose::Centre { body: id }) {
             return;
         }
         self.remember();
+        self.leave_free_pose(places);
         (self.view.target, self.view.tracks) = (id, true);
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye
             && *body == id

@@ -82,6 +82,7 @@ impl Viewer {
     }
 
     pub(super) fn track(&mut self, on: bool, places: &dyn BodyPositions) {
+        self.leave_free_pose(places);
         if !on {
             self.keep_tracked_direction(places);
         }
@@ -118,7 +119,7 @@ impl Viewer {
     }
 
     /// Changes a free pose, in which a tour was paused, to an orbit with the same image, which drags can change. During a flight the pose stays free.
-    fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
+    pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
         let Some(pole) = places.body_from_icrf(body, self.view.time()).map(|m| m.row(2)).filter(|_| !self.is_flying()) else { return };
         let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };

@@ -142,7 +142,14 @@ fn look_at_faces_the_body() {
 fn motions_continue_from_a_free_pose() {
     let zero_motions =
         [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0), Action::Zoom(0.0)].map(|action| (action, true));
-    let motions = [Action::Turn(30.0, 10.0), Action::LookAround(30.0, 10.0), Action::Roll(5.0), Action::Zoom(1.0), Action::FaceSelected];
+    let motions = [
+        Action::Turn(30.0, 10.0),
+        Action::LookAround(30.0, 10.0),
+        Action::Roll(5.0),
+        Action::Zoom(1.0),
+        Action::FaceSelected,
+        Action::LookAt(NaifId::MOON),
+    ];
     for (action, keeps_image) in zero_motions.into_iter().chain(motions.map(|action| (action, false))) {
         let mut viewer = viewer();
         viewer.view.tdb_s = 4321.0;
