@@ -256,3 +256,20 @@ fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
         ui.add(egui::Label::new(RichText::new(&failure.diagnosis).monospace()).extend());
     });
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A module that all bodies share has no key, so that the key of a search would not be shown.
+    #[test]
+    fn a_searched_key_leaves_a_shared_module() {
+        let Ok(key) = "lambert.albedo.sun1.ellipsoid".parse::<ShaderKey>() else { panic!("not a key") };
+        let rings = InspectedModule::Part("rings");
+        for (chosen, expected) in [(InspectedModule::Shared("point"), None), (rings, Some(rings))] {
+            let mut panel = ShaderPanel { chosen: Some(chosen), ..ShaderPanel::default() };
+            panel.show_key(&key);
+            assert_eq!((panel.chosen, panel.page), (expected, Page::Key));
+        }
+    }
+}
