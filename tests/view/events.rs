@@ -7,12 +7,14 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::events::MoonEventType;
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 use orrery::view::window::cpu_painter::Painter;
 use orrery::view::worker::render_worker::{FailedJob, RenderJob, RenderWorker, RenderedView, Task};
@@ -98,6 +100,28 @@ fn each_view_shows_its_event() {
         }
     }
     assert!(from_a_height > 3, "eclipses seen from above the ground: {from_a_height}");
+}
+
+/// Three months after opposition, Jupiter's shadow is beside Jupiter: the view of a moon's eclipse shows the moon above and below the middle, too.
+#[test]
+fn the_view_of_a_moons_eclipse_contains_the_moon() {
+    let (catalog, places) = (session().catalog(), SessionPositions(session()));
+    let base_view = interface(NaifId::EARTH, "2015-05-01T00:00:00Z").viewer.view;
+    let mut outside_before = 0;
+    for event in between(&[EventKind::Moons], "2015-04-26", "2015-04-27") {
+        let SkyEvent::Moons(moons_event) = &event else { panic!("{event:?}") };
+        let view = event.view(catalog, &places, &base_view);
+        if moons_event.class != MoonEventType::Eclipse {
+            continue;
+        }
+        let from_earth_km = |id| places.geometric_between_km(NaifId::EARTH, id, view.time()).expect("a place");
+        let (planet_km, moon_km) = (from_earth_km(moons_event.planet), from_earth_km(moons_event.moon));
+        let apart_deg = orrery::ephemeris::angle_rad(planet_km, moon_km).to_degrees();
+        assert!(apart_deg < 0.5 * view.fov_deg, "{}: {apart_deg} degrees of {}", event.title(catalog), view.fov_deg);
+        let radius_deg = (catalog.body(moons_event.planet).expect("a planet").radii_km.x / planet_km.length()).to_degrees();
+        outside_before += usize::from(apart_deg > 3.0 * radius_deg);
+    }
+    assert!(outside_before > 0, "no eclipse far from the planet");
 }
 
 /// The Moon set in Greenwich while in the umbra on 2022-05-16 (timeanddate.com: moonset 05:07 BST, totality from 04:29 to 05:53 BST).
@@ -276,6 +300,18 @@ fn an_event_is_seen_from_a_place_only_once_its_own_contacts_are_known() {
         frames += u32::from(is_chosen);
     }
     assert!(frames > 2, "July was not chosen");
+}
+
+/// The step was searched before the language changed, and is shown after it.
+#[test]
+fn rows_are_in_the_language_in_which_they_are_shown() {
+    let queue: Arc<TaskQueue> = Arc::default();
+    let mut window = queuing_window(&queue);
+    assert!(queue.run_next(), "no step was requested");
+    window.state_mut().language = Language::German;
+    window.run_steps(3);
+    assert!(window.query_all_by_label_contains("Totale Mondfinsternis, ").count() > 0, "no row in German");
+    assert_eq!(window.query_all_by_label_contains("eclipse, ").count(), 0, "a row in English");
 }
 
 #[test]

@@ -60,6 +60,40 @@ fn messages_do_not_stay_in_the_previous_language() {
     }
 }
 
+/// So is the error below the search field.
+#[test]
+fn a_search_error_does_not_stay_in_the_previous_language() {
+    let mut harness = harness(interface(SATURN, EQUINOX));
+    harness.run_steps(2);
+    harness.get_by_role_and_label(Role::TextInput, "Search").focus();
+    harness.run_steps(1);
+    harness.get_by_role_and_label(Role::TextInput, "Search").type_text("qqqqqq");
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+    assert_eq!(harness.query_all_by_label_contains("Nothing is called").count(), 1);
+    harness.state_mut().language = Language::German;
+    harness.run_steps(3);
+    assert_eq!(harness.query_all_by_label_contains("Nothing is called").count(), 0);
+}
+
+/// A wrong effect in the Compare panel is reported in the window's language.
+#[test]
+fn a_wrong_effect_of_a_variant_is_reported_in_german() {
+    let mut interface = interface(SATURN, EQUINOX);
+    interface.language = Language::German;
+    let mut harness = harness(interface);
+    harness.state_mut().tab = Some(Tab::Compare);
+    harness.run_steps(3);
+    let fields: Vec<_> = harness.query_all_by_role(Role::TextInput).map(|field| field.rect()).collect();
+    let last = fields.into_iter().max_by(|a, b| a.left().total_cmp(&b.left())).expect("a field");
+    harness.query_all_by_role(Role::TextInput).find(|field| field.rect() == last).expect("the field").focus();
+    harness.run_steps(1);
+    harness.query_all_by_role(Role::TextInput).find(|field| field.rect() == last).expect("the field").type_text("+nonsense");
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("Ein Fehler ist aufgetreten").is_some());
+}
+
 #[test]
 fn numbers_and_dates_are_german() {
     let mut interface = interface(SATURN, EQUINOX);

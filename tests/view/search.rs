@@ -11,6 +11,7 @@ use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 
 pub(super) const MARS: NaifId = NaifId(499);
@@ -37,6 +38,16 @@ fn dates_in_many_forms_set_the_time() {
     }
     // The clock of the test is at J2000.
     assert_eq!(window_after_search("now").state().viewer.view.tdb_s, 0.0);
+}
+
+/// An effect has the name that the Effects panel shows, in German too.
+#[test]
+fn effects_are_found_by_their_names_in_the_language_of_the_window() {
+    let mut window = window_without_images(MARS);
+    window.state_mut().language = Language::German;
+    window.run_steps(2);
+    search(&mut window, "Ringschatten");
+    assert_eq!(window.state().tab, Some(Tab::Effects));
 }
 
 #[test]

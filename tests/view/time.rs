@@ -203,3 +203,35 @@ fn a_right_click_opens_the_menu_of_a_body() {
     let copy = window.query_by_label("Copy link to this view");
     assert!(copy.is_none_or(|n| n.accesskit_node().is_hidden()));
 }
+
+/// *Measure from here* starts at the place of the right click, although the image has another size by the time the command is chosen.
+#[test]
+fn a_measurement_starts_at_the_right_clicked_place() {
+    let mut window = harness(interface(NaifId(499), "2017-05-17T00:00:00Z"));
+    window.set_size(egui::vec2(800.0, 500.0));
+    settle(&mut window);
+    let image_centre = |window: &Window| window.get_by_label_contains("The sky:").rect().center();
+    let press_and_release = |window: &mut Window, button: PointerButton, modifiers: Modifiers| {
+        let pos = image_centre(window);
+        window.hover_at(pos);
+        window.run_steps(1);
+        for pressed in [true, false] {
+            window.event(Event::PointerButton { pos, button, pressed, modifiers });
+            window.run_steps(1);
+        }
+        window.run_steps(3);
+    };
+    press_and_release(&mut window, PointerButton::Secondary, Modifiers::NONE);
+    window.get_by_label("Measure from here");
+    window.set_size(egui::vec2(1500.0, 1000.0));
+    settle(&mut window);
+    window.get_by_label("Measure from here").click();
+    window.run_steps(3);
+    assert!(window.state().message().contains("second place"), "{}", window.state().message());
+    window.event(Event::ModifiersChanged(Modifiers::COMMAND));
+    window.run_steps(1);
+    press_and_release(&mut window, PointerButton::Primary, Modifiers::COMMAND);
+    // Both places are the middle of the image, within a pixel: less than a degree apart.
+    let message = window.state().message();
+    assert!(message.starts_with("Angle: ") && !message.contains('°'), "{message}");
+}

@@ -111,6 +111,27 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
     assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
 }
 
+/// Only at the stop itself the body around the camera is hidden, so that a camera path to the centre or from it stays outside.
+#[test]
+fn a_camera_path_to_or_from_a_centre_stays_outside_the_body() {
+    let stop = |view: &str| format!(r#"{{"view":"orrery://view?time=2024-01-01&{view}","hold_s":1,"travel_s":3}}"#);
+    let [orbit, moon, jupiter] = [
+        "target=Earth&eye.distance_radii=4",
+        "target=Moon&eye.kind=centre&eye.body=Earth&fov_deg=1",
+        "target=Jupiter&eye.kind=centre&eye.body=Earth&fov_deg=1",
+    ]
+    .map(stop);
+    for stops in [[&orbit, &moon], [&moon, &orbit], [&moon, &jupiter]] {
+        let tour = parse(&format!(r#"{{"title":"T","stops":[{},{}]}}"#, stops[0], stops[1])).expect("a tour");
+        for k in 0..=50 {
+            let view = tour.at(f64::from(k) * 0.1).view;
+            let request = view.request(session().catalog(), session().ephemeris(), 16, 9).expect("a view");
+            let scene = session().scene(&request);
+            assert!(scene.is_ok(), "{stops:?} after {k} images: {}", scene.err().map_or(String::new(), |e| e.to_string()));
+        }
+    }
+}
+
 #[test]
 fn a_tour_error_names_its_stop_and_field() {
     let with_second_stop = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
@@ -202,6 +223,20 @@ fn a_tour_plays_in_the_window() {
     window.get_by_label("Back").click();
     window.run_steps(2);
     assert_eq!(window.state().viewer.view.target, NaifId(699));
+}
+
+/// A tour plays at once, also if another tour is open.
+#[test]
+fn a_tour_plays_at_once_after_another_tour() {
+    let mut window = window_without_images(NaifId(699));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    for (name, _, text) in &orrery_catalogs::TOURS[..2] {
+        window.get_by_label(name).click();
+        window.run_steps(4);
+        assert!(window.query_by_label_contains(parse(text).expect("a tour").text(0)).is_some(), "{name} is not shown");
+        assert!(window.query_by_label("Pause tour").is_some(), "{name} is paused");
+    }
 }
 
 /// A control that changes what the view shows pauses the tour, and the change is kept. A change of quality lasts without a pause.

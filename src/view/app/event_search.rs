@@ -6,7 +6,7 @@
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::events::{self, GeodeticPosition, LunarEclipse, LunarType, MoonEvent, MoonEventType, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -169,6 +169,12 @@ const SUN_FOV_DEG: f64 = 0.8;
 const MOON_FOV_DEG: f64 = 0.8;
 /// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
 const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
+/// The same for an eclipsed moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
+const ECLIPSED_MOON_FROM_PLACE_FOV_DEG: f64 = 0.08;
+/// The same for mutual events: about twelve times Io's apparent diameter.
+const MUTUAL_FROM_PLACE_FOV_DEG: f64 = 0.004;
+/// Field of view for an eclipse of a moon, in distances of the moon from the planet's middle, which is the middle of the image.
+const ECLIPSED_MOON_FOV_DISTANCES: f64 = 2.4;
 /// Field of view from the Earth's centre for moons' events, in apparent diameters of the planet.
 const PLANET_FOV_DIAMETERS: f64 = 2.2;
 /// Field of view for mutual events of moons, in apparent diameters of the moon.
@@ -289,12 +295,21 @@ impl SkyEvent {
             let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
+        let apart_deg = |a: NaifId, b: NaifId| {
+            let [a, b] = [a, b].map(|id| places.geometric_between_km(NaifId::EARTH, id, self.greatest()));
+            a.zip(b).map_or(0.0, |(a, b)| angle_rad(a, b).to_degrees())
+        };
         let (target, eye, fov_deg) = match self {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
             Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MOON_FOV_DIAMETERS)),
-            Self::Moons(e) => from_earth(e.planet, diameters_deg(e.planet, PLANET_FOV_DIAMETERS)),
+            Self::Moons(e) => {
+                // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
+                let moon_deg = if e.class == MoonEventType::Eclipse { apart_deg(e.planet, e.moon) } else { 0.0 };
+                let fov_deg = diameters_deg(e.planet, PLANET_FOV_DIAMETERS).max(ECLIPSED_MOON_FOV_DISTANCES * moon_deg);
+                from_earth(e.planet, fov_deg)
+            }
         };
         base_view.paused_view(self.greatest(), target, eye, fov_deg)
     }
@@ -305,6 +320,8 @@ impl SkyEvent {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
+            Self::Moons(e) if e.by.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
         let camera_height_km = if altitude_deg < LOW_BODY_DEG { LOW_BODY_CAMERA_KM } else { GROUND_CAMERA_KM };
@@ -388,4 +405,32 @@ pub(crate) struct EventPlayback {
     pub to_tdb_s: f64,
     /// Scene seconds per real second.
     pub rate: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// From a place, a mutual event is seen at the moon, and the field around Jupiter contains a moon in Jupiter's shadow.
+    #[test]
+    fn a_moons_event_is_in_the_view_from_a_place() {
+        let (jupiter, io, callisto) = (NaifId(599), NaifId(501), NaifId(504));
+        let greatest = Instant::from_tdb_seconds_past_j2000(0.0);
+        let base_view = ViewState::around(NaifId::EARTH, DVec3::X * 1e5, 6378.0, DVec3::Z, greatest);
+        let view = |class, moon, by| {
+            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by, greatest, contacts: Vec::new() });
+            event.view_from(GeodeticPosition { latitude_deg: 50.0, longitude_deg: 10.0, height_km: 0.0 }, 45.0, &base_view)
+        };
+        let mutual = view(MoonEventType::MutualOccultation, io, Some(NaifId(502)));
+        assert!(mutual.target == io && mutual.fov_deg < 0.01, "{mutual:?}");
+        let transit = view(MoonEventType::Transit, io, None);
+        // Jupiter's largest apparent diameter is 50 arcsec.
+        assert!(transit.target == jupiter && transit.fov_deg > 1.2 * 50.0 / 3600.0, "{transit:?}");
+        // At quadrature the Sun, Jupiter and the Earth form an angle of 11.5 degrees, and Jupiter is 5.1 au away: Callisto, 1.88 million km behind Jupiter,
+        // appears at this angle.
+        let apart_deg = (1.883e6 * 11.5_f64.to_radians().sin() / (5.1 * 1.496e8)).to_degrees();
+        let eclipse = view(MoonEventType::Eclipse, callisto, None);
+        assert!(eclipse.target == jupiter && eclipse.fov_deg > 2.0 * apart_deg, "{eclipse:?}, {apart_deg}");
+    }
 }

@@ -26,7 +26,9 @@ pub(crate) struct NumberedName {
 
 /// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
 fn split_extension(name: &str) -> (&str, &str) {
-    let ending_bytes = Path::new(name).extension().map_or(0, |e| e.len() + 1);
+    // A path ignores separators at its end, as in `a.png//`; such a name has no ending.
+    let extension = Path::new(name).extension().and_then(|e| e.to_str()).filter(|e| name.ends_with(e));
+    let ending_bytes = extension.map_or(0, |e| e.len() + 1);
     name.split_at(name.len() - ending_bytes)
 }
 
@@ -95,6 +97,8 @@ mod tests {
         assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
         assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
+        // Separators at the end of a name are no part of its extension.
+        assert_eq!(first("a.é//", 2), ["a.é//", "a.é//-2"]);
         assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
             assert!(free_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");

@@ -11,6 +11,10 @@ pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
 const FACING_FRACTION: f64 = 0.5;
 
+/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if the view is from the centre: on the way the body is not
+/// hidden, and a camera inside it would show nothing.
+pub(super) const OUTSIDE_RADII: f64 = 1.5;
+
 /// Position and orientation of the camera, relative to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {

@@ -219,8 +219,11 @@ pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: 
 }
 
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
-    let lower = text.to_lowercase().replace(' ', "-");
-    let found = Effect::ALL.into_iter().filter(move |e| lower.chars().count() >= 3 && e.name().contains(&lower));
+    let lower = text.to_lowercase();
+    let matches =
+        move |e: &Effect| e.name().contains(&lower.replace(' ', "-")) || named("effect", e.name()).to_lowercase().contains(&lower);
+    let is_long_enough = text.chars().count() >= 3;
+    let found = Effect::ALL.into_iter().filter(move |e| is_long_enough && matches(e));
     found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 

@@ -193,8 +193,9 @@ impl Settings {
             Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
-        match serde_json::from_str(&text) {
-            Ok(settings) => (settings, None),
+        match serde_json::from_str::<Self>(&text) {
+            // egui would panic at a scale of 0.
+            Ok(settings) => (Self { zoom: settings.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end()), ..settings }, None),
             Err(e) => (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
         }
     }
@@ -284,6 +285,17 @@ mod tests {
         assert_eq!(Settings::load(&path), (german, None));
         // A file that is not JSON is set aside.
         assert!(read("{\"language\": de}").1.is_some());
+    }
+
+    #[test]
+    fn a_scale_outside_its_range_is_limited() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        for (saved, zoom) in [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e300", 3.0)]
+        {
+            std::fs::write(&path, format!("{{\"zoom\": {saved}}}")).expect("a file");
+            assert_eq!(Settings::load(&path), (Settings { zoom, ..Settings::default() }, None), "{saved}");
+        }
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! A tour: views with texts (stops), and the camera path from each stop to the next.
 //!
 //! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest, exactly at the views
-//! of the stops; along a path, scene time runs without a jump from the time of one view to that of the next; fields that a stop's view omits
-//! have the defaults of a link; a file with an error is rejected with a message that names the stop and the field. Not here: playback.
+//! of the stops, or outside the body if a stop is seen from a body's centre; along a path, scene time runs without a jump from the time of one
+//! view to that of the next; fields that a stop's view omits have the defaults of a link; a file with an error is rejected with a message that
+//! names the stop and the field. Not here: playback.
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
-use super::flight::{FLIGHT_S, Flight, Pose, ease_in_out};
+use super::flight::{FLIGHT_S, Flight, OUTSIDE_RADII, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::request::Projection;
@@ -230,6 +231,7 @@ impl CameraPath {
     /// The path between two views, relative to the body of the second view.
     fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
         let body = to.eye.body();
+        let radius_km = |id| session.catalog().body(id).map_or(0.0, |b| b.radii_km.max_element());
         let pose = |view: &ViewState| -> Result<Pose, String> {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The image size does not affect the position of the camera.
@@ -237,18 +239,21 @@ impl CameraPath {
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
             let camera_body = view.eye.body();
-            let camera_body_km = match viewer.stands_on {
-                Some(ground) => ground.centre_km,
-                None => ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0,
+            let from_camera_body_km = match (view.eye, viewer.stands_on) {
+                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_RADII * radius_km(camera_body),
+                (_, Some(ground)) => camera.position_km - ground.centre_km,
+                (_, None) => {
+                    camera.position_km
+                        - ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0
+                }
             };
             let offset_km = SessionPositions(session)
-                .camera_offset_from_km(body, camera_body, camera.position_km - camera_body_km, view.time())
+                .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
                 .ok_or_else(|| format!("no source knows where {} is", body.0))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };
         let (start, end) = (pose(from)?, pose(to)?);
-        let radius_km = session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element());
-        let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km;
+        let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km(body);
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
         let are_fisheyes = [from, to].iter().all(|view| view.composition.projection == Projection::Fisheye);
         let from_fisheye_deg = are_fisheyes.then_some(from.composition.fisheye_deg);

@@ -10,7 +10,7 @@ use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
-use crate::view::app::flight::{Flight, Pose};
+use crate::view::app::flight::{Flight, OUTSIDE_RADII, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
@@ -121,8 +121,8 @@ pub struct Viewer {
     /// Whether a tour is changing the view, so that every frame needs a new image.
     pub is_in_tour: bool,
     subjects: Vec<Subject>,
-    /// A flight and the view at its end.
-    flight: Option<(Flight, ViewState)>,
+    /// A flight and the camera pose at its end. Everything else of `view` is already that of the destination, so that changes during the flight last.
+    flight: Option<(Flight, CameraPose)>,
     /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
     /// inherit these changes after *Back*, either.
     preset_changes: Option<PresetChanges>,
@@ -208,15 +208,15 @@ impl Viewer {
             Action::FlyTo(id) => self.fly_to(id, places),
             Action::Turn(dx, dy) => self.turn(dx, dy, height_px, places),
             Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, places),
-            Action::Roll(deg) => self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0),
-            Action::Zoom(notches) => self.zoom(notches),
+            Action::Roll(deg) => self.roll(deg, places),
+            Action::Zoom(notches) => self.zoom(notches, places),
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
-            Action::LookAt(id) => self.change(|view| (view.target, view.tracks) = (id, true)),
+            Action::LookAt(id) => self.look_at(id, places),
             Action::LookFrom(id) => self.look_from(id),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
             Action::Track(on) => self.track(on, places),
-            Action::FaceSelected => self.face_selected(),
+            Action::FaceSelected => self.face_selected(places),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
             Action::RunAt(rate) => self.time_rate.run_at(rate),
@@ -240,12 +240,12 @@ impl Viewer {
     /// Advances scene time and a flight by `real_s` real seconds.
     pub(crate) fn advance(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
-        let Some((flight, goal)) = &mut self.flight else { return };
+        let Some((flight, destination)) = &mut self.flight else { return };
         if !flight.advance(real_s) {
             self.end_flight();
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
-            self.view.eye = CameraPose::Free { body: goal.target, offset_km, forward, up };
+            self.view.eye = CameraPose::Free { body: destination.body(), offset_km, forward, up };
         }
     }
 
@@ -275,16 +275,10 @@ impl Viewer {
         self.preset_changes = preset_changes;
     }
 
-    /// Stores the view in the history, then changes it.
-    fn change(&mut self, modify: impl FnOnce(&mut ViewState)) {
-        self.remember();
-        modify(&mut self.view);
-    }
-
     /// Stores the view, or a flight's destination, in the history, and ends the flight.
     fn remember(&mut self) {
         let current = self.current_view();
-        self.flight = None;
+        self.end_flight();
         if self.back_history.last().is_none_or(|last| last.view != current.view) {
             self.back_history.push(current);
         }
@@ -296,7 +290,7 @@ impl Viewer {
 
     /// The current view as the history stores it.
     fn current_view(&self) -> PastView {
-        PastView { view: self.destination().clone(), preset_changes: self.preset_changes }
+        PastView { view: self.destination(), preset_changes: self.preset_changes }
     }
 
     /// Stores the view in the history and undoes the brightness that a preset has set: the next view is of another place. The history keeps the view
@@ -310,7 +304,7 @@ impl Viewer {
 
     /// The view from which new views take quality, effects and layers: the current one, or a flight's destination, without the changes of a preset.
     pub(crate) fn base_view(&self) -> ViewState {
-        let mut view = self.destination().clone();
+        let mut view = self.destination();
         if let Some(changes) = self.preset_changes {
             changes.undo(&mut view);
         }
@@ -318,13 +312,14 @@ impl Viewer {
     }
 
     /// The current view; during a flight, its destination.
-    pub fn destination(&self) -> &ViewState {
-        self.flight.as_ref().map_or(&self.view, |(_, goal)| goal)
+    pub fn destination(&self) -> ViewState {
+        let eye = self.flight.as_ref().map_or(self.view.eye, |(_, destination)| *destination);
+        ViewState { eye, ..self.view.clone() }
     }
 
     /// The view as it is saved and shared, including whether time is paused.
     pub fn shareable(&self) -> ViewState {
-        ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination().clone() }
+        ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination() }
     }
 
     /// Restores the previous view of the history (`back`), or the next one.
@@ -375,7 +370,7 @@ impl Viewer {
             CameraPose::Centre { .. } => {
                 // The pose is outside the body, on the side of the target.
                 let towards_target = places.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
-                (towards_target * self.radius_km(camera_body) * 1.5, towards_target, DVec3::Z, None)
+                (towards_target * self.radius_km(camera_body) * OUTSIDE_RADII, towards_target, DVec3::Z, None)
             }
         };
         let tracked = tracking_up
@@ -404,31 +399,24 @@ impl Viewer {
         }
         self.leave();
         self.selected = id;
-        let goal = ViewState {
-            target: id,
-            eye: inertial_orbit_pose(id, orbit),
-            tracks: true,
-            roll_deg: 0.0,
-            fov_deg: FOV_DEG,
-            ..self.view.clone()
-        };
+        (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, FOV_DEG);
+        let destination = inertial_orbit_pose(id, orbit);
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                let eye = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
-                self.view = ViewState { eye, ..goal.clone() };
-                self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), goal));
+                self.view.eye = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
+                self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), destination));
             }
-            None => self.view = goal,
+            None => self.view.eye = destination,
         }
     }
 
     /// Ends a flight at its destination, which has an orbit that a drag can change.
     fn end_flight(&mut self) {
-        if let Some((_, goal)) = self.flight.take() {
-            self.view = ViewState { tdb_s: self.view.tdb_s, ..goal };
+        if let Some((_, destination)) = self.flight.take() {
+            self.view.eye = destination;
         }
     }
 
@@ -437,6 +425,21 @@ impl Viewer {
         self.leave();
         self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, 60.0);
+    }
+
+    /// Faces a body from where the camera is. A camera at the centre of this body cannot face it.
+    fn look_at(&mut self, id: NaifId, places: &dyn BodyPositions) {
+        if self.view.eye == (CameraPose::Centre { body: id }) {
+            return;
+        }
+        self.remember();
+        self.leave_free_pose(places);
+        (self.view.target, self.view.tracks) = (id, true);
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye
+            && *body == id
+        {
+            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
+        }
     }
 
     fn look_from(&mut self, from: NaifId) {

@@ -6,6 +6,7 @@
 use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
 use crate::catalog::Catalog;
+use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
@@ -45,8 +46,16 @@ struct Row {
     summary: String,
 }
 
-/// The result of one search step: the advanced search, and the events that it found.
-type StepAnswer = (EventSearch, Result<Vec<Row>, String>);
+impl Row {
+    /// The row of an event, in the current language.
+    fn of(event: SkyEvent, catalog: &Catalog) -> Self {
+        Self { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) }
+    }
+}
+
+/// The result of one search step: the advanced search, and the events that it found. Their texts are formatted only when they are shown: the language may
+/// change meanwhile.
+type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
 /// The contacts of an event at a place, and whether the event is visible there.
 type LocalContacts = Result<(Vec<ContactLine>, bool), String>;
@@ -69,7 +78,8 @@ pub(crate) struct EventsPanel {
     rows: Vec<Row>,
     /// Whether the search that found the rows runs backward, and where it starts.
     searched: Option<(bool, Instant)>,
-    failure: Option<String>,
+    /// Why the search has ended before the end of its range.
+    failure: Option<EphemerisError>,
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
     playback: Option<EventPlayback>,
@@ -86,8 +96,9 @@ impl EventsPanel {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }
 
-    /// Formats the texts of the rows again, in the current language.
+    /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error.
     pub(crate) fn rename(&mut self, catalog: &Catalog) {
+        self.local = None;
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
         }
@@ -187,10 +198,8 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     }
     let done = search.progress();
     let step = move |session: &crate::session::Session| {
-        let catalog = session.catalog();
-        let row = |event: SkyEvent| Row { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) };
-        let found = search.step(catalog, session.ephemeris()).map_err(|e| error_text(&e));
-        (search, found.map(|events| events.into_iter().map(row).collect()))
+        let found = search.step(session.catalog(), session.ephemeris());
+        (search, found)
     };
     Some((ask(worker, step), done))
 }
@@ -202,8 +211,9 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
         panel.running = None;
         match found {
-            Ok(rows) => {
-                panel.rows.extend(rows);
+            Ok(events) => {
+                let catalog = worker.session().catalog();
+                panel.rows.extend(events.into_iter().map(|event| Row::of(event, catalog)));
                 if panel.rows.len() < MAX_ROWS {
                     panel.running = next_step(search, worker);
                 } else {
@@ -260,7 +270,7 @@ fn status_text(panel: &EventsPanel) -> (String, &'static str) {
         format!("{side} {}", minute_text(start))
     });
     match (&panel.failure, panel.rows.len()) {
-        (Some(why), _) => (why.clone(), text!("events-end-hint")),
+        (Some(why), _) => (error_text(why), text!("events-end-hint")),
         (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
         (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
         (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),

@@ -90,6 +90,11 @@ impl InformationPanel {
     pub(crate) fn with(settings: &Settings) -> Self {
         Self { unit: settings.unit, home: settings.home, ..Self::default() }
     }
+
+    /// Drops the report, whose errors are texts in the language in which it was asked for.
+    pub(crate) fn forget_report(&mut self) {
+        (self.requested, self.pending, self.report) = (None, None, None);
+    }
 }
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {

@@ -215,7 +215,6 @@ impl Interface {
             ui.ctx().set_zoom_factor(self.settings.zoom);
         }
         let mut actions = Vec::new();
-        let had_tour = self.tour.is_open();
         let panels_before = what_to_see_now::open_panels(self);
         shortcuts::pressed(self, ui.ctx(), &mut actions);
         share::update(self, ui.ctx(), worker);
@@ -231,7 +230,7 @@ impl Interface {
         warning::show(self, ui.ctx());
         what_to_see_now::hide_after_input(self, panels_before, &actions);
         tour::pause_after_change(self, view_of_tour);
-        let starts_tour = !had_tour && self.tour.is_open();
+        let starts_tour = std::mem::take(&mut self.tour.has_started);
         self.has_keyboard = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
         let places = SessionPositions(worker.session());
@@ -249,7 +248,7 @@ impl Interface {
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
-                let view = self.viewer.destination().clone();
+                let view = self.viewer.destination();
                 let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
                 self.settings.remember(name, view);
             }
@@ -286,6 +285,8 @@ impl Interface {
             self.timeline = timeline::Timeline::default();
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
             (self.message, self.notice) = (String::new(), None);
+            self.search.forget_failure();
+            self.information.forget_report();
             self.events.rename(worker.session().catalog());
         }
     }

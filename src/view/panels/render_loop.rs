@@ -19,7 +19,7 @@ use crate::view::worker::adaptive_resolution::AdaptiveResolution;
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Seconds after the last motion of the view until an image at full resolution replaces the coarse image.
 const STILL_AFTER_S: f64 = 0.18;
@@ -65,8 +65,8 @@ pub(super) struct Viewport {
     pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The position of the last right click, in pixels of the image.
-    pub(super) menu_px: Option<DVec2>,
+    /// The direction of the last right click, or of the body or star near it: an ICRF unit vector. Images with other resolutions may follow while the menu is open.
+    pub(super) menu_direction: Option<DVec3>,
     /// Index in the star catalog of the last star that was clicked or found.
     pub(super) star: Option<usize>,
 }
@@ -89,7 +89,7 @@ impl Default for Viewport {
             overlays: Vec::new(),
             caption_height: 0.0,
             menu_body: None,
-            menu_px: None,
+            menu_direction: None,
             star: None,
         }
     }

@@ -44,6 +44,11 @@ impl SearchField {
         self.failure = None;
         was_open
     }
+
+    /// Removes the error.
+    pub(crate) fn forget_failure(&mut self) {
+        self.failure = None;
+    }
 }
 
 /// Selects the entire text of a field, so that typing replaces it.

@@ -26,6 +26,8 @@ pub(crate) struct TourPlayer {
     playing: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
+    /// A tour was started in this frame, whose first view is among the frame's actions.
+    pub has_started: bool,
 }
 
 struct TourPlayback {
@@ -76,6 +78,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
             let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
             actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
             interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
+            interface.tour.has_started = true;
         }
         Err(e) => interface.reply(error_text(&e)),
     }

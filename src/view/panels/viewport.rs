@@ -14,7 +14,7 @@ use crate::view::panels::theme::{BODY, HEADING};
 use crate::view::window::primitives::ON_GPU;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies.
 const NAME_POINTS: f32 = BODY;
@@ -190,8 +190,8 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
         let found =
             clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
+        interface.viewport.menu_direction = clicked_px.and_then(|at_px| snapped_direction(interface, at_px));
         interface.viewport.menu_body = found;
-        interface.viewport.menu_px = clicked_px;
         actions.extend(found.map(Action::Select));
     }
     response.context_menu(|ui| {
@@ -219,10 +219,9 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
         let measure_button = icons::button(ui, Icon::Measure, text!("menu-measure"));
         let hover = text!("menu-measure-hint");
         if ui.add(measure_button).on_hover_text(hover).clicked()
-            && let Some((at_px, rendered)) = interface.viewport.menu_px.zip(interface.viewport.shown.as_ref())
+            && let Some(direction) = interface.viewport.menu_direction
         {
-            let at_px = snapped_px(&interface.viewport.labels, &rendered.scene, at_px);
-            measure(interface, at_px, interface.viewport.menu_body);
+            measure(interface, direction, interface.viewport.menu_body);
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable().to_link());
@@ -280,7 +279,9 @@ fn vec2(v: DVec2) -> Vec2 {
 /// Handles a click: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     if let Some((at_px, body)) = click.measured {
-        measure(interface, at_px, body);
+        if let Some(direction) = snapped_direction(interface, at_px) {
+            measure(interface, direction, body);
+        }
         return;
     }
     interface.viewport.picked_px = Some(click.pixel);
@@ -290,13 +291,17 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
     }
 }
 
+/// The direction of a pixel of the image, or of the body or star near it; `None` outside the circle of a fisheye image.
+fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
+    let scene = &interface.shown()?.scene;
+    scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, at_px))
+}
+
 /// Adds a direction to the measured angle.
-fn measure(interface: &mut Interface, at_px: DVec2, body: Option<NaifId>) {
+fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
-    // Pixels outside the circle of a fisheye image have no direction.
-    let Some(direction) = rendered.scene.geometry.direction(&rendered.scene.camera, at_px) else { return };
     let angle = interface.angle.add(direction, seen_body);
     interface.reply(angle);
 }
@@ -349,7 +354,7 @@ fn mouse(
     let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
     // Checked before double-clicks, so that two quick clicks with Ctrl also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured = Some((snapped_px(&interface.viewport.labels, &rendered.scene, at_px), body_at_pointer()));
+        let measured = Some((at_px, body_at_pointer()));
         return Some(Click { pixel: [0, 0], star: None, measured });
     }
     if response.double_clicked() {

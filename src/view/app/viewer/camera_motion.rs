@@ -10,9 +10,9 @@ use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::view_state::{
-    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, inertial_orbit_pose,
+    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, inertial_orbit_pose, rotated_view,
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 /// Change of the logarithm of the field of view per wheel notch.
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
@@ -20,6 +20,7 @@ const LOG_FOV_PER_NOTCH: f64 = 0.15;
 impl Viewer {
     pub(super) fn turn(&mut self, dx: f64, dy: f64, height_px: f64, places: &dyn BodyPositions) {
         self.end_flight();
+        self.leave_free_pose(places);
         let fov_rad = self.view.fov_deg.to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
@@ -34,6 +35,7 @@ impl Viewer {
     /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the image follows the mouse.
     pub(super) fn look_around(&mut self, dx: f64, dy: f64, height_px: f64, places: &dyn BodyPositions) {
         self.end_flight();
+        self.leave_free_pose(places);
         self.keep_tracked_direction(places);
         let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
         match &mut self.view.eye {
@@ -41,18 +43,24 @@ impl Viewer {
                 *yaw_deg = (*yaw_deg + dx * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
                 *pitch_deg = (*pitch_deg - dy * deg_per_px).clamp(-89.0, 89.0);
             }
-            CameraPose::Ground { azimuth_deg, altitude_deg, body, .. } => {
+            CameraPose::Ground { azimuth_deg, altitude_deg, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx * deg_per_px).rem_euclid(360.0);
                 *altitude_deg = (*altitude_deg - dy * deg_per_px).clamp(-89.9, 89.9);
-                // Looking around stops the tracking of another target. It remains the target, so that the exposure does not jump.
-                self.view.tracks &= self.view.target == *body;
             }
-            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
+            CameraPose::Centre { .. } | CameraPose::Free { .. } => return,
         }
+        // Looking around stops the tracking of another target. It remains the target, so that the exposure does not jump.
+        self.view.tracks &= self.view.target == self.view.eye.body();
     }
 
-    pub(super) fn zoom(&mut self, notches: f64) {
+    pub(super) fn roll(&mut self, deg: f64, places: &dyn BodyPositions) {
+        self.leave_free_pose(places);
+        self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0);
+    }
+
+    pub(super) fn zoom(&mut self, notches: f64, places: &dyn BodyPositions) {
         self.end_flight();
+        self.leave_free_pose(places);
         match &mut self.view.eye {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
@@ -74,34 +82,58 @@ impl Viewer {
     }
 
     pub(super) fn track(&mut self, on: bool, places: &dyn BodyPositions) {
+        self.leave_free_pose(places);
         if !on {
             self.keep_tracked_direction(places);
         }
         self.view.tracks = on;
     }
 
-    /// If a camera on the ground tracks another body, stores the direction to that body as its azimuth and altitude. Otherwise the camera would jump
-    /// to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric, without the planetary
-    /// aberration that an image includes: some 20 arcsec for the Sun, at most a minute of arc for a planet.
+    /// If the camera tracks another body than the one that it stands on or orbits, stores the direction to that body in its own angles. Otherwise the
+    /// camera would jump to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric,
+    /// without the planetary aberration that an image includes: some 20 arcsec for the Sun, at most a minute of arc for a planet.
     fn keep_tracked_direction(&mut self, places: &dyn BodyPositions) {
-        let CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, .. } = self.view.eye else { return };
+        let body = self.view.eye.body();
         if !self.view.tracks || self.view.target == body {
             return;
         }
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
         let Some(pose) = self.pose_from(body, places) else { return };
-        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
-        let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
-        let tracked_deg = horizontal_angles_deg(normal, body_from_icrf * pose.forward);
-        if let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = &mut self.view.eye {
-            (*azimuth_deg, *altitude_deg) = tracked_deg;
+        let subject_radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        match &mut self.view.eye {
+            CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
+                let (_, normal) = ground_point_km(subject_radii_km, *latitude_deg, *longitude_deg, *height_km);
+                (*azimuth_deg, *altitude_deg) = horizontal_angles_deg(normal, body_from_icrf * pose.forward);
+                // While the camera tracks a body, its up direction is the zenith, without the roll.
+                self.view.roll_deg = 0.0;
+            }
+            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
+                let (axes_from_icrf, pole) = if *fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
+                let inward = -orbit.offset_km(1.0, pole).normalize();
+                let (forward, up) = (axes_from_icrf * pose.forward, axes_from_icrf * pose.up);
+                [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
+            }
+            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
         }
-        // While the camera tracks a body, its up direction is the zenith, without the roll.
-        self.view.roll_deg = 0.0;
+    }
+
+    /// Changes a free pose, in which a tour was paused, to an orbit with the same image, which drags can change. During a flight the pose stays free.
+    pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
+        let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
+        let Some(pole) = places.body_from_icrf(body, self.view.time()).map(|m| m.row(2)).filter(|_| !self.is_flying()) else { return };
+        let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };
+        self.view.eye = inertial_orbit_pose(body, OrbitCamera::from_offset(offset_km, self.radius_km(body), pole));
+        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+            [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
+        }
+        // A free camera tracks nothing.
+        self.view.tracks = self.view.target == body;
     }
 
     pub(super) fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
         self.end_flight();
+        self.leave_free_pose(places);
         let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
         let Some(pose) = self.pose_from(body, places).filter(|_| fixed != make_fixed) else { return };
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
@@ -117,8 +149,9 @@ impl Viewer {
         }
     }
 
-    pub(super) fn face_selected(&mut self) {
+    pub(super) fn face_selected(&mut self, places: &dyn BodyPositions) {
         self.end_flight();
+        self.leave_free_pose(places);
         self.view.roll_deg = 0.0;
         self.view.tracks = true;
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
@@ -126,4 +159,17 @@ impl Viewer {
             self.view.target = *body;
         }
     }
+}
+
+/// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors; the first two are measured from `inward`, the direction from an orbit to
+/// its body. All vectors are in the same axes; `forward` and `inward` are unit vectors.
+fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f64; 3] {
+    let (inward, level_up) = rotated_view(inward, pole, 0.0, 0.0);
+    let right = inward.cross(level_up);
+    let yaw_deg = forward.dot(right).atan2(forward.dot(inward)).to_degrees();
+    let pitch_deg = forward.dot(level_up).clamp(-1.0, 1.0).asin().to_degrees();
+    let (_, unrolled_up) = rotated_view(inward, pole, yaw_deg, pitch_deg);
+    // A positive roll turns the up vector about `forward` by a negative angle.
+    let roll_deg = -up.dot(forward.cross(unrolled_up)).atan2(up.dot(unrolled_up)).to_degrees();
+    [yaw_deg, pitch_deg, roll_deg.rem_euclid(360.0)]
 }

@@ -84,6 +84,88 @@ fn a_drag_ends_a_flight() {
     assert!(!viewer.is_flying() && matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
 }
 
+/// What the user changes during a flight lasts, and the views that are shared and remembered have it.
+#[test]
+fn changes_during_a_flight_last() {
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::TogglePause);
+    apply(&mut viewer, Action::FlyTo(SATURN));
+    viewer.advance(0.5);
+    (viewer.view.orbits, viewer.view.exposure_stops) = (true, Some(3.0));
+    apply(&mut viewer, Action::SetTime(Instant::from_tdb_seconds_past_j2000(5e7)));
+    apply(&mut viewer, Action::ChangeFov(2.0));
+    apply(&mut viewer, Action::Roll(5.0));
+    let fov_deg = viewer.view.fov_deg;
+    assert!(viewer.is_flying() && fov_deg < FOV_DEG);
+    let shared = viewer.shareable();
+    viewer.advance(3.0);
+    assert!(!viewer.is_flying());
+    let arrived = viewer.shareable();
+    apply(&mut viewer, Action::LookFrom(NaifId::EARTH));
+    apply(&mut viewer, Action::PreviousView);
+    for view in [&shared, &arrived, &viewer.view] {
+        assert_eq!((view.orbits, view.exposure_stops, view.tdb_s), (true, Some(3.0), 5e7));
+        assert_eq!((view.fov_deg, view.roll_deg, view.target), (fov_deg, 5.0, SATURN));
+        assert!(matches!(view.eye, CameraPose::Orbit { body: SATURN, .. }), "{:?}", view.eye);
+    }
+}
+
+/// *Look at* faces the body, also during a flight, which it ends at its destination, and if the camera has turned away from the body that it orbits.
+#[test]
+fn look_at_faces_the_body() {
+    let faces = |viewer: &Viewer, id: NaifId| {
+        let camera_body = viewer.view.eye.body();
+        let pose = viewer.pose_from(camera_body, &CollinearBodies).expect("a place");
+        let body_km = CollinearBodies.geometric_between_km(camera_body, id, viewer.view.time()).expect("a body");
+        pose.forward.distance((body_km - pose.offset_km).normalize()) < 1e-9
+    };
+    let mut viewer = viewer();
+    apply(&mut viewer, Action::FlyTo(SATURN));
+    viewer.advance(0.3);
+    apply(&mut viewer, Action::LookAt(NaifId::EARTH));
+    assert!(matches!(viewer.view.eye, CameraPose::Orbit { body: SATURN, .. }) && faces(&viewer, NaifId::EARTH), "{:?}", viewer.view);
+    let mut viewer = self::viewer();
+    apply(&mut viewer, Action::LookAround(400.0, 100.0));
+    assert!(!faces(&viewer, NaifId::EARTH));
+    apply(&mut viewer, Action::LookAt(NaifId::EARTH));
+    assert!(faces(&viewer, NaifId::EARTH), "{:?}", viewer.view);
+    // From its own centre a body cannot be seen.
+    let mut viewer = self::viewer();
+    viewer.selected = NaifId::MOON;
+    apply(&mut viewer, Action::LookFrom(NaifId::EARTH));
+    apply(&mut viewer, Action::LookAt(NaifId::EARTH));
+    assert_eq!(viewer.view.target, NaifId::MOON);
+}
+
+/// In the middle of a camera path of a tour the pose is free. The first motion changes it to an orbit with the same image.
+#[test]
+fn motions_continue_from_a_free_pose() {
+    let zero_motions =
+        [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0), Action::Zoom(0.0)].map(|action| (action, true));
+    let motions = [
+        Action::Turn(30.0, 10.0),
+        Action::LookAround(30.0, 10.0),
+        Action::Roll(5.0),
+        Action::Zoom(1.0),
+        Action::FaceSelected,
+        Action::LookAt(NaifId::MOON),
+    ];
+    for (action, keeps_image) in zero_motions.into_iter().chain(motions.map(|action| (action, false))) {
+        let mut viewer = viewer();
+        viewer.view.tdb_s = 4321.0;
+        let offset_km = DVec3::new(9000.0, 20_000.0, -7000.0);
+        let forward = DVec3::new(-0.4, -0.8, 0.6).normalize();
+        let up = forward.cross(DVec3::new(0.3, 0.1, 0.9)).normalize();
+        viewer.view.eye = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
+        viewer.view.tracks = false;
+        apply(&mut viewer, action.clone());
+        assert!(matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::EARTH, .. }), "{action:?}");
+        let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let change = pose.offset_km.distance(offset_km) / 2e4 + pose.forward.distance(forward) + pose.up.distance(up);
+        assert!((change < 1e-9) == keeps_image, "{action:?}: {change} {pose:?}");
+    }
+}
+
 #[test]
 fn changing_the_frame_keeps_the_camera_in_place() {
     let mut viewer = viewer();
@@ -191,6 +273,27 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
         assert!(!is_tracking, "{action:?}");
         // The exposure favours the target.
         assert_eq!(viewer.view.target, NaifId::SUN, "{action:?}");
+    }
+}
+
+/// The same in an orbit, in either frame: turning the camera away from the tracked body starts from the direction of the image, and moves the image.
+#[test]
+fn in_an_orbit_the_view_stays_where_it_was_when_tracking_ends() {
+    for rotates in [false, true] {
+        for (action, is_motion) in
+            [(Action::LookAround(100.0, 40.0), true), (Action::LookAround(0.0, 0.0), false), (Action::Track(false), false)]
+        {
+            let mut viewer = viewer();
+            viewer.view.tdb_s = 5000.0;
+            apply(&mut viewer, Action::RotateWithBody(rotates));
+            apply(&mut viewer, Action::LookAt(NaifId::MOON));
+            let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+            apply(&mut viewer, action.clone());
+            let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+            let turned = before.forward.distance(after.forward) + before.up.distance(after.up);
+            assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {rotates}: {turned}");
+            assert_eq!((viewer.view.tracks, viewer.view.target), (false, NaifId::MOON), "{action:?}");
+        }
     }
 }
 

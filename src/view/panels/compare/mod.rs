@@ -136,7 +136,7 @@ impl ComparePanel {
         ui.separator();
         let syntax_error = variants.iter().zip([text!("compare-left"), text!("compare-right")]).find_map(|(variant, side)| {
             let e = EffectOverrides::parse(&variant.effects).err()?;
-            Some(format!("{side}: {e}"))
+            Some(format!("{side}: {}", error_text(&e)))
         });
         if let Some(syntax_error) = syntax_error {
             ui.colored_label(ui.visuals().warn_fg_color, syntax_error);

@@ -120,6 +120,8 @@ impl ShaderPanel {
     /// Shows a key from the search field on the Key page.
     pub(crate) fn show_key(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
+        // A module that all bodies share has no key.
+        self.chosen.take_if(|module| matches!(module, InspectedModule::Shared(_)));
         self.requested = Some(*key.features());
     }
 
@@ -253,4 +255,21 @@ fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(&failure.diagnosis).monospace()).extend());
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A module that all bodies share has no key, so that the key of a search would not be shown.
+    #[test]
+    fn a_searched_key_leaves_a_shared_module() {
+        let Ok(key) = "lambert.albedo.sun1.ellipsoid".parse::<ShaderKey>() else { panic!("not a key") };
+        let rings = InspectedModule::Part("rings");
+        for (chosen, expected) in [(InspectedModule::Shared("point"), None), (rings, Some(rings))] {
+            let mut panel = ShaderPanel { chosen: Some(chosen), ..ShaderPanel::default() };
+            panel.show_key(&key);
+            assert_eq!((panel.chosen, panel.page), (expected, Page::Key));
+        }
+    }
 }

@@ -9,6 +9,7 @@ use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
+use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, named, signed, text};
 use crate::view::panels::theme::SMALL;
@@ -64,7 +65,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let [single, double] = match answer {
         Ok(both) => both,
-        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why.to_string())),
+        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
     let radiance = single.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {
