@@ -364,5 +364,11 @@ mod tests {
             assert_eq!(with_mark, error_text);
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
+        // The times of a folder, and of a view that Google Earth saved, are not those of the Placemark after them.
+        for other in ["<TimeSpan><begin>2050</begin></TimeSpan>", "<LookAt><gx:TimeStamp><when>2050</when></gx:TimeStamp></LookAt>"] {
+            let document = KML.replace("<Folder>", &format!("<Folder>{other}")).replace("<TimeStamp><when>2024-04</when></TimeStamp>", "");
+            let layer = read("a.kml", Some(NaifId::EARTH), &document).expect("read");
+            assert!(layer.points.iter().all(|p| p.time.is_none()) && layer.lines.iter().all(|l| l.time.is_none()), "{other}");
+        }
     }
 }
