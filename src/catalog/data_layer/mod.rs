@@ -249,6 +249,20 @@ mod tests {
         assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
     }
 
+    #[test]
+    fn nulls_of_votables_are_no_values() {
+        for (field, null) in [
+            ("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"),
+            ("datatype=\"double\"/>", "NaN"),
+            ("datatype=\"double\"/>", " "),
+        ] {
+            let with_size = VOTABLE.replace("name=\"id\" datatype=\"char\" arraysize=\"*\"/>", &format!("name=\"size\" {field}"));
+            let layer = read("a.vot", None, &with_size.replace("A &amp; &#66;", null)).expect("read");
+            assert_eq!(layer.points.iter().map(|p| p.size_px).collect::<Vec<_>>(), [None, None], "{null}");
+            assert_eq!(read("a.vot", None, &with_size.replace("A &amp; &#66;", "7")).expect("read").points[0].size_px, Some(7.0));
+        }
+    }
+
     /// The rows of [`VOTABLE`] give the same points in both binary formats.
     #[test]
     fn binary_votables_give_the_same_points() {
