@@ -251,11 +251,9 @@ mod tests {
 
     #[test]
     fn nulls_of_votables_are_no_values() {
-        for (field, null) in [
-            ("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"),
-            ("datatype=\"double\"/>", "NaN"),
-            ("datatype=\"double\"/>", " "),
-        ] {
+        for (field, null) in
+            [("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"), ("datatype=\"double\"/>", "NaN"), ("datatype=\"double\"/>", " ")]
+        {
             let with_size = VOTABLE.replace("name=\"id\" datatype=\"char\" arraysize=\"*\"/>", &format!("name=\"size\" {field}"));
             let layer = read("a.vot", None, &with_size.replace("A &amp; &#66;", null)).expect("read");
             assert_eq!(layer.points.iter().map(|p| p.size_px).collect::<Vec<_>>(), [None, None], "{null}");
