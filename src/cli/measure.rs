@@ -41,7 +41,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "BODY", requires = "time")]
     body: Option<String>,
     /// Time of that view: ISO 8601 UTC, jd_tdb:DAY or now
-    #[arg(long, value_name = "TIME", requires = "body")]
+    #[arg(long, value_name = "TIME", requires = "body", allow_hyphen_values = true)]
     time: Option<String>,
     /// Distance of that view in equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", requires = "body")]

@@ -88,6 +88,8 @@ fn the_quality_that_suffices_for_a_view_is_named() {
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
         (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
+        // A negative year is no option.
+        (&["measure", "--body", "vulcan", "--time", "-2999-01-01"], "vulcan"),
         (&["stability", "--sweep", "nothing"], "--sweep nothing"),
     ] {
         let out = orrery(args);
