@@ -19,6 +19,7 @@ use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
 use orrery_catalogs::CATALOG_FILES;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use std::sync::OnceLock;
 
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
@@ -114,10 +115,6 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
                 Some((_, list)) => list.push(ring),
                 None => rings_of_file.push((body_name, vec![ring])),
             }
-        }
-        for (body_name, list) in rings_of_file.iter().filter(|(_, list)| list.len() > MAX_RINGS) {
-            let (body, count) = (echo_within(&body_name.value, 60), list.len());
-            problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
         }
         rings.extend(rings_of_file);
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
@@ -322,9 +319,18 @@ fn assemble(
         });
     }
     report_parent_cycles(&bodies, &parents, problems);
+    // The rings of a file replace those of earlier files. A file may name a body in several ways: `Saturn` and `saturn`, or an alias.
+    let mut file_of_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
     for (body_name, list) in rings {
-        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
-            b.rings = list;
+        let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };
+        let file = &body_name.source_line.file;
+        if file_of_rings.insert(b.id.0, Rc::clone(file)).is_none_or(|earlier| !Rc::ptr_eq(&earlier, file)) {
+            b.rings.clear();
+        }
+        b.rings.extend(list);
+        if b.rings.len() > MAX_RINGS {
+            let (body, count) = (echo_within(&body_name.value, 60), b.rings.len());
+            problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
         }
     }
     for (body_name, air) in atmospheres {

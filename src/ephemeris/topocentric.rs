@@ -16,6 +16,8 @@ const REFRACTION_DEG: f64 = 34.0 / 60.0;
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
+/// Contacts are not searched farther than this from the greatest obscuration, nor that farther from the span, seconds.
+const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
 
@@ -105,7 +107,10 @@ impl ObserverSky<'_> {
     /// # Errors
     /// The body that the place is on, a body that is not in the catalog, or one that the ephemeris cannot place at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
-        let known = |id: NaifId| self.catalog.body(id).ok_or_else(|| EphemerisError::other(format!("no body has the code {}", id.0)));
+        let known = |id: NaifId| {
+            let unknown = || EphemerisError::other(format!("{} has no disc and no ground: name a body", self.ephemeris.name_of(id)));
+            self.catalog.body(id).ok_or_else(unknown)
+        };
         let (ground, body) = (known(self.place.body)?, known(target)?);
         if ground.id == body.id {
             return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", body.name)));
@@ -187,7 +192,7 @@ impl ObserverSky<'_> {
         Ok([rises, sets].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
-    /// The first passage of `occulting` in front of `target` within `length_s` of `start`, above the horizon or not.
+    /// The first passage of `occulting` in front of `target` of which a part is within `length_s` of `start`, above the horizon or not.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
@@ -221,7 +226,17 @@ impl ObserverSky<'_> {
                 _ => {}
             }
         }
-        let Some((sampled_s, _)) = best else { return Ok(None) };
+        let Some((mut sampled_s, mut deepest)) = best else { return Ok(None) };
+        // A passage that is in progress at the start or at the end of the span may be deepest outside of it.
+        for step in [-CONTACT_STEP_S, CONTACT_STEP_S] {
+            while deepest > 0.0 && (-LONGEST_PASSAGE_S..=length_s + LONGEST_PASSAGE_S).contains(&sampled_s) {
+                let next = overlap(sampled_s + step)?;
+                if next <= deepest {
+                    break;
+                }
+                (sampled_s, deepest) = (sampled_s + step, next);
+            }
+        }
         let greatest_s = time_of_maximum(sampled_s - CONTACT_STEP_S, sampled_s + CONTACT_STEP_S, overlap)?;
         let deepest = overlap(greatest_s)?;
         if deepest <= 0.0 {
@@ -238,7 +253,7 @@ impl ObserverSky<'_> {
                 }
                 inside = s;
                 step += CONTACT_STEP_S;
-                if step > 2.0 * crate::units::SECONDS_PER_DAY {
+                if step > LONGEST_PASSAGE_S {
                     return Ok(s);
                 }
             }

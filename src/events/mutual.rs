@@ -23,8 +23,11 @@ const MAX_DISTANCE_KM: f64 = 40_000.0;
 /// 249 000 km apart in depth (Io and Europa). Seen 3 degrees (one less, for the inclinations of the orbits) from the plane, they pass at a distance of
 /// 13 000 km, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
-/// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take some hours.
-const HALF_S: f64 = 4.0 * 3600.0;
+/// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
+const HALF_S: f64 = 8.0 * 3600.0;
+/// Time between samples of a passage. Near its greatest elongation a moon may be passed twice within hours: a contact is the first exit from the region, not
+/// that of the other passage.
+const CONTACT_STEP_S: f64 = 60.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
 ///
@@ -58,7 +61,10 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                     if last[k] <= second_last[k] && last[k] < now[k] && last[k] < MAX_DISTANCE_KM {
                         let conjunction =
                             MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
-                        found.extend(conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest)));
+                        let event = conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest));
+                        // Two conjunctions may belong to one event.
+                        let new = event.filter(|e| !found.iter().any(|earlier| is_same(earlier, e)));
+                        found.extend(new);
                     }
                 }
             }
@@ -67,6 +73,12 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
         }
     }
     Ok(found)
+}
+
+/// Whether two events are one: the same moons at the same instant.
+fn is_same(a: &MoonEvent, b: &MoonEvent) -> bool {
+    let apart_s = a.greatest.tdb_seconds_past_j2000() - b.greatest.tdb_seconds_past_j2000();
+    (a.class, a.moon, a.by) == (b.class, b.moon, b.by) && apart_s.abs() < CONTACT_STEP_S
 }
 
 /// Two moons around their conjunction. Times are those of light at the farther moon, in seconds from the sample of least distance; vectors are from Jupiter's
@@ -149,8 +161,23 @@ impl<'a> MutualConjunction<'a> {
         offset.offset_km * offset.observer_km / observer_from_near_km - radius_km - far_radius_km
     }
 
+    /// When the farther moon, which is inside the region at `inside_s`, was last outside before (`direction` -1), or is first outside after it (1).
+    fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
+        let outside = |s: f64| self.distance_outside_km(s, region);
+        let mut inside = inside_s;
+        while (inside - inside_s).abs() < 0.8 * HALF_S {
+            let next = inside + direction * CONTACT_STEP_S;
+            if outside(next) >= 0.0 {
+                return zero_crossing(inside, next, outside);
+            }
+            inside = next;
+        }
+        inside
+    }
+
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
-        let greatest_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, |s| self.offset(s).offset_km);
+        let offset_km = |s: f64| self.offset(s).offset_km;
+        let conjunction_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, offset_km);
         let (class, limits): (_, &[(&str, &str, Region)]) = if self.observer == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
         } else {
@@ -161,12 +188,22 @@ impl<'a> MutualConjunction<'a> {
             let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
             reception_time(ephemeris, planet_km + self.far_km.at(s), at)
         };
+        // The first region contains the others.
+        let outermost = limits[0].2;
+        if self.distance_outside_km(conjunction_s, outermost) >= 0.0 {
+            return Ok(None);
+        }
+        // Between the first and the last contact the moons may pass twice: the nearer passage is the greatest phase.
+        let (begin_s, end_s) = (self.exit_s(conjunction_s, -1.0, outermost), self.exit_s(conjunction_s, 1.0, outermost));
+        let at = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
+        let samples = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
+        let nearest = (0..=samples).min_by(|a, b| offset_km(at(*a)).total_cmp(&offset_km(at(*b)))).unwrap_or(0);
+        let greatest_s = time_of_minimum(at(nearest) - CONTACT_STEP_S, at(nearest) + CONTACT_STEP_S, offset_km);
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
-            let outside = |s: f64| self.distance_outside_km(s, region);
-            if outside(greatest_s) < 0.0 {
-                contacts.push((first, reception_of(zero_crossing(greatest_s, greatest_s - 0.8 * HALF_S, outside))?));
-                contacts.push((last, reception_of(zero_crossing(greatest_s, greatest_s + 0.8 * HALF_S, outside))?));
+            if self.distance_outside_km(greatest_s, region) < 0.0 {
+                contacts.push((first, reception_of(self.exit_s(greatest_s, -1.0, region))?));
+                contacts.push((last, reception_of(self.exit_s(greatest_s, 1.0, region))?));
             }
         }
         sort_by_time(&mut contacts);

@@ -111,8 +111,12 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. From within a leap
+    /// second, which has no number, `s` counts from the following midnight, except that 0 s later is the instant itself.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
+        if s == 0.0 {
+            return self;
+        }
         Self::from_utc_seconds(self.utc_seconds().0 + s)
     }
 
@@ -141,10 +145,19 @@ impl Instant {
     /// UTC seconds (86 400 to a day) past 2000-01-01T12:00. Within a leap second the count is that of the following midnight, and the second value is the
     /// seconds since the leap second began.
     fn utc_seconds(self) -> (f64, Option<f64>) {
-        let tt_s = self.tt_seconds_past_j2000();
-        let tai_s = tt_s - TT_MINUS_TAI_S;
+        self.utc_seconds_of_tai(self.tt_seconds_past_j2000() - TT_MINUS_TAI_S)
+    }
+
+    /// The same, for the nearest millisecond: an instant 10 ns before a leap second, by the rounding of a number of seconds, is the leap second's start.
+    fn utc_seconds_to_a_millisecond(self) -> (f64, Option<f64>) {
+        let tai_s = self.tt_seconds_past_j2000() - TT_MINUS_TAI_S;
+        self.utc_seconds_of_tai((tai_s * 1e3).round() / 1e3)
+    }
+
+    /// The count of UTC seconds of this instant, whose TAI is `tai_s`.
+    fn utc_seconds_of_tai(self, tai_s: f64) -> (f64, Option<f64>) {
         if tai_s - FIRST_TAI_MINUS_UTC_S < UTC_START_S {
-            return (tt_s - delta_t::delta_t_s(tt_s), None);
+            return (self.ut1_seconds_past_j2000(), None);
         }
         let mut offset_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
@@ -215,6 +228,12 @@ mod tests {
             "2016-12-31T23:59:59Z",
             "2017-01-01T00:00:00Z",
             "1972-06-30T23:59:60.500Z",
+            "1972-01-01T00:00:00Z",
+            // As numbers of TDB seconds, these leap seconds are rounded to some nanoseconds before they begin.
+            "1987-12-31T23:59:60Z",
+            "1995-12-31T23:59:60Z",
+            "1998-12-31T23:59:60Z",
+            "2005-12-31T23:59:60Z",
             "1969-07-20T20:17:40Z",
             "1600-02-29T00:00:00Z",
             "-2999-01-01T12:00:00Z",
@@ -222,6 +241,14 @@ mod tests {
             "3000-12-31T23:59:59.125Z",
         ] {
             assert_eq!(Instant::parse(text).expect(text).to_utc_iso(), text);
+        }
+    }
+
+    #[test]
+    fn steps_from_a_leap_second_begin_with_it() {
+        let leap_second = Instant::parse("2016-12-31T23:59:60Z").expect("a leap second");
+        for (s, text) in [(0.0, "2016-12-31T23:59:60Z"), (1.0, "2017-01-01T00:00:01Z"), (86_400.0, "2017-01-02T00:00:00Z")] {
+            assert_eq!(leap_second.plus_utc_seconds(s).to_utc_iso(), text, "{s} s");
         }
     }
 

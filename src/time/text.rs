@@ -85,7 +85,7 @@ fn seconds(part: &str) -> Option<f64> {
 }
 
 pub(super) fn format_utc(t: Instant) -> String {
-    let (utc_s, leap) = t.utc_seconds();
+    let (utc_s, leap) = t.utc_seconds_to_a_millisecond();
     if !utc_s.is_finite() {
         return "not a time".to_owned();
     }

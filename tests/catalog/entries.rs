@@ -107,6 +107,21 @@ fn a_new_body_needs_all_fields() {
     );
 }
 
+/// A file's rings replace those of the embedded files, and a body's name may be written in several ways.
+#[test]
+fn rings_of_one_file_belong_together_however_the_body_is_named() {
+    let ring = |body: &str, name: &str| {
+        format!("[[ring]]\nbody = \"{body}\"\nname = \"{name}\"\ninner_km = 9e4\nouter_km = 1e5\ntau_normal = 0.1\n")
+    };
+    let rings_of = |files: &[(String, String)]| {
+        let catalog = Catalog::with_files(files).unwrap_or_else(|e| panic!("{e}"));
+        catalog.body(NaifId(699)).expect("Saturn").rings.iter().map(|r| r.name.clone()).collect::<Vec<_>>()
+    };
+    let first = ("a.toml".to_owned(), format!("{}{}", ring("Saturn", "X"), ring("saturn", "Y")));
+    assert_eq!(rings_of(std::slice::from_ref(&first)), ["X", "Y"]);
+    assert_eq!(rings_of(&[first, ("b.toml".to_owned(), ring("SATURN", "Z"))]), ["Z"]);
+}
+
 #[test]
 fn invalid_rings_names_ids_and_toml_are_reported() {
     let found = problems(

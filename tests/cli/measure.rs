@@ -93,6 +93,8 @@ fn the_quality_that_suffices_for_a_view_is_named() {
         (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
         (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
         (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
+        // A negative year is no option.
+        (&["measure", "--body", "vulcan", "--time", "-2999-01-01"], "vulcan"),
         (&["stability", "--sweep", "nothing"], "--sweep nothing"),
     ] {
         let out = orrery(args);

@@ -70,6 +70,18 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert_eq!((polar_day.rise, polar_day.set, polar_day.up_at_start), (None, None, true));
 }
 
+/// The error names the barycentre as the user did, not by its code.
+#[test]
+fn a_barycentre_has_no_altitude() {
+    let catalog = Catalog::embedded();
+    let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: 48.0, lon_east_deg: 11.0, height_km: 0.0 };
+    let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
+    let noon = Instant::parse("2024-01-01T12:00:00Z").expect("a time");
+    let error = sky.topocentric(NaifId(4), noon).expect_err("a barycentre").to_string();
+    assert!(error.starts_with("Mars's barycentre has no disc"), "{error}");
+}
+
 /// NASA's table gives 12:23, 13:40, 13:42, 13:44 and 15:02 CDT, truncated to the minute; each is compared at its half minute.
 #[test]
 fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
@@ -90,6 +102,15 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
         assert!(seconds_apart(found, minute).abs() < 40.0, "{} against {minute}", found.to_utc_iso());
     }
     assert!(passage.magnitude > 1.0 && passage.altitude_deg > 60.0, "{passage:?}");
+    // A day that ends before totality, or begins after it, has the same eclipse with the same greatest phase.
+    for start in ["2024-04-07T18:00:00Z", "2024-04-08T19:30:00Z"] {
+        let of_day = sky.passage(NaifId::SUN, NaifId::MOON, Instant::parse(start).expect(start), 86_400.0).expect("places").expect(start);
+        for (found, whole) in [(of_day.begins, passage.begins), (of_day.greatest, passage.greatest), (of_day.ends, passage.ends)] {
+            let apart_s = found.tdb_seconds_past_j2000() - whole.tdb_seconds_past_j2000();
+            assert!(apart_s.abs() < 1.0, "{start}: {} is {apart_s} s away", found.to_utc_iso());
+        }
+        assert!((of_day.magnitude - passage.magnitude).abs() < 1e-5 && of_day.inner.is_some(), "{start}: {of_day:?}");
+    }
     // At the preceding new moon there is no eclipse.
     let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);

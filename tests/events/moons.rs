@@ -127,3 +127,26 @@ fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
         assert!(times.windows(2).all(|w| w[0] < w[1]) && times[0] < 0.0 && times[times.len() - 1] > 0.0, "{e:?}");
     }
 }
+
+/// Near its greatest elongation one moon passes the other twice within hours. In August 2003 these were two occultations with four contacts, then one of five
+/// hours: the minutes at which the discs meet and part in tables of both moons' apparent places at steps of a minute (`orrery ephemeris --apparent`), from
+/// which the separation was computed outside of this program.
+#[test]
+fn two_passages_within_hours_are_two_events_or_one() {
+    let occultations_of_europa = |from: &str, to: &str, by: NaifId| {
+        let found = mutual_events(&IAU, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events");
+        found
+            .into_iter()
+            .filter(|e| e.class == MoonEventType::MutualOccultation && e.moon == NaifId(502) && e.by == Some(by))
+            .map(|e| ["I", "IV"].map(|name| contact(&e, name).to_utc_iso()[..16].to_owned()))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(
+        occultations_of_europa("2003-08-10T11:00:00Z", "2003-08-10T19:00:00Z", NaifId(501)),
+        [["2003-08-10T13:01", "2003-08-10T14:00"], ["2003-08-10T16:01", "2003-08-10T16:50"]]
+    );
+    assert_eq!(
+        occultations_of_europa("2003-08-25T18:00:00Z", "2003-08-26T04:00:00Z", NaifId(503)),
+        [["2003-08-25T20:06", "2003-08-26T01:09"]]
+    );
+}

@@ -44,9 +44,10 @@ impl ElementHandler for Document {
 
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
-        let parent = path.len().checked_sub(2).and_then(|k| path.get(k)).map_or("", |e| e.name.as_str());
-        match (element.name.as_str(), parent) {
-            ("when", "TimeStamp") | ("begin", "TimeSpan") => {
+        let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
+        match (element.name.as_str(), ancestor(1)) {
+            // Documents, folders and views have times, too, which are not those of a Placemark.
+            ("when", "TimeStamp") | ("begin", "TimeSpan") if ancestor(2) == "Placemark" => {
                 let text = element.text.trim();
                 // A year or a month alone means its first day.
                 let full_date = match text.len() {

@@ -249,6 +249,18 @@ mod tests {
         assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
     }
 
+    #[test]
+    fn nulls_of_votables_are_no_values() {
+        for (field, null) in
+            [("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"), ("datatype=\"double\"/>", "NaN"), ("datatype=\"double\"/>", " ")]
+        {
+            let with_size = VOTABLE.replace("name=\"id\" datatype=\"char\" arraysize=\"*\"/>", &format!("name=\"size\" {field}"));
+            let layer = read("a.vot", None, &with_size.replace("A &amp; &#66;", null)).expect("read");
+            assert_eq!(layer.points.iter().map(|p| p.size_px).collect::<Vec<_>>(), [None, None], "{null}");
+            assert_eq!(read("a.vot", None, &with_size.replace("A &amp; &#66;", "7")).expect("read").points[0].size_px, Some(7.0));
+        }
+    }
+
     /// The rows of [`VOTABLE`] give the same points in both binary formats.
     #[test]
     fn binary_votables_give_the_same_points() {
@@ -364,5 +376,11 @@ mod tests {
             assert_eq!(with_mark, error_text);
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
+        // The times of a folder, and of a view that Google Earth saved, are not those of the Placemark after them.
+        for other in ["<TimeSpan><begin>2050</begin></TimeSpan>", "<LookAt><gx:TimeStamp><when>2050</when></gx:TimeStamp></LookAt>"] {
+            let document = KML.replace("<Folder>", &format!("<Folder>{other}")).replace("<TimeStamp><when>2024-04</when></TimeStamp>", "");
+            let layer = read("a.kml", Some(NaifId::EARTH), &document).expect("read");
+            assert!(layer.points.iter().all(|p| p.time.is_none()) && layer.lines.iter().all(|l| l.time.is_none()), "{other}");
+        }
     }
 }

@@ -21,6 +21,8 @@ struct Columns {
     by_field: [Option<usize>; FIELDS.len()],
     designation: Option<usize>,
     name: Option<usize>,
+    /// The database's full name, such as `1 Ceres (A801 AA)` or `1P/Halley`. It contains the designation.
+    full_name: Option<usize>,
     count: usize,
 }
 
@@ -56,7 +58,7 @@ impl Columns {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);
-        Ok(Self { by_field, designation, name: column_of(&["name"]).or(column_of(&["fullname"])), count: names.len() })
+        Ok(Self { by_field, designation, name: column_of(&["name"]), full_name: column_of(&["fullname"]), count: names.len() })
     }
 
     fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
@@ -68,7 +70,13 @@ impl Columns {
             values[k] = number(k, column.map_or("", |c| cells[c].as_ref()))?;
         }
         let text = |column: Option<usize>| column.map_or("", |c| cells[c].as_ref());
-        body(text(self.designation), text(self.name), &values)
+        // A table may have all three; the name of a body that has only a provisional designation is empty.
+        match [self.designation, self.name, self.full_name].map(text) {
+            [designation, "", full_name] if !full_name.is_empty() && (designation.is_empty() || self.name.is_none()) => {
+                body("", full_name, &values)
+            }
+            [designation, name, _] => body(designation, name, &values),
+        }
     }
 }
 
@@ -207,6 +215,20 @@ mod tests {
                     && (reference.orbit.perihelion_au - found.orbit.perihelion_au).abs() < 1e-12
             );
         }
+    }
+
+    /// The database's full name contains the designation, so a body has only one of them; a body without a name has either.
+    #[test]
+    fn no_designation_is_shown_twice_and_no_body_is_nameless() {
+        let full_name = |columns: &str, cells: &str| {
+            let text = format!("{columns},e,q,i,om,w,tp,M1\n{cells},0.97,0.59,162,59,112,2446470.96,5.5\n");
+            read("c.csv", &text).unwrap_or_else(|e| panic!("{e}")).remove(0).full_name()
+        };
+        assert_eq!(full_name("pdes,full_name", "1P,1P/Halley"), "1P/Halley");
+        assert_eq!(full_name("pdes,name,full_name", "1,Ceres,\"     1 Ceres (A801 AA)\""), "1 Ceres");
+        assert_eq!(full_name("pdes,name,full_name", "2004 MN4,,\"       (2004 MN4)\""), "2004 MN4");
+        assert_eq!(full_name("name,full_name", ",\"       (2004 MN4)\""), "(2004 MN4)");
+        assert_eq!(full_name("pdes,full_name", "2004 MN4,"), "2004 MN4");
     }
 
     #[test]

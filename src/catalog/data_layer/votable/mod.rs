@@ -24,6 +24,14 @@ struct Field {
     line: usize,
 }
 
+impl Field {
+    /// Whether a cell of TABLEDATA means null, apart from an empty one: the number of VALUES, or NaN, as in BINARY.
+    fn is_null(&self, cell: &str) -> bool {
+        let is_float = matches!(self.data_type.as_str(), "float" | "double");
+        self.null.as_deref() == Some(cell) || is_float && cell.eq_ignore_ascii_case("nan")
+    }
+}
+
 /// The first TABLE, as far as it has been read.
 #[derive(Default)]
 struct Table {
@@ -140,6 +148,11 @@ impl ElementHandler for Table {
             "TD" => self.row.push(element.text.trim().to_owned()),
             "TR" => {
                 let columns = self.columns.as_ref().ok_or("a row outside of TABLEDATA")?;
+                for (cell, field) in self.row.iter_mut().zip(&self.fields) {
+                    if field.is_null(cell) {
+                        cell.clear();
+                    }
+                }
                 let point = columns.point(&self.row)?;
                 self.content.count_positions(1)?;
                 self.content.points.push(point);
