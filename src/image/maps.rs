@@ -5,7 +5,8 @@
 //! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], a map is decoded once; later runs read only
 //! the levels that they need.
 
-use super::encoded_map::{EncodedMap, MapDecoding};
+use super::encoded_map::EncodedMap;
+use super::map_decoding::MapDecoding;
 use super::mip_level::Level;
 use super::mips::RowOrder;
 use super::stored_maps::StoredMaps;

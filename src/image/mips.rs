@@ -5,8 +5,9 @@
 //! are rounded only on encoding, so errors do not accumulate. Of a map of opacities ([`OpacityTexels`]), each level has the mean opacity. Rows near the poles are filtered first ([`super::poles`]). The left and
 //! right edge of the image are borders of texels at every level, so no mean mixes texels across the map's seam.
 
+use super::map_decoding::{MapDecoding, OpacityTexels};
 use super::poles::{PoleRowFilter, PrefixSums};
-use super::{Level, MapDecoding, OpacityTexels, PoleFilter, TexelFormat};
+use super::{Level, PoleFilter, TexelFormat};
 use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;

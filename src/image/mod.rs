@@ -14,6 +14,7 @@ mod encoded_map;
 mod glyph_atlas;
 mod integrity;
 pub(crate) mod levels;
+mod map_decoding;
 mod map_entry;
 mod maps;
 mod mip_level;
@@ -26,9 +27,9 @@ mod y4m;
 
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
-pub use encoded_map::{MapDecoding, OpacityTexels};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
 pub use integrity::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
+pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
 use mips::RowOrder;

@@ -26,9 +26,10 @@ const MAX_ENTRY_BYTES: u64 = 64 << 20;
 const EXTENSION: &str = "levels";
 
 /// The source files whose code determines the levels.
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 7] = [
     include_str!("map_entry.rs"),
     include_str!("encoded_map.rs"),
+    include_str!("map_decoding.rs"),
     include_str!("mips.rs"),
     include_str!("poles.rs"),
     include_str!("mod.rs"),

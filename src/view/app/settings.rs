@@ -291,7 +291,7 @@ mod tests {
     fn a_scale_outside_its_range_is_limited() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        for (saved, zoom) in [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e300", 3.0)]
+        for (saved, zoom) in [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e30", 3.0)]
         {
             std::fs::write(&path, format!("{{\"zoom\": {saved}}}")).expect("a file");
             assert_eq!(Settings::load(&path), (Settings { zoom, ..Settings::default() }, None), "{saved}");

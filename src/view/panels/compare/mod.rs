@@ -222,7 +222,8 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
         shown.response.on_hover_text(text!("compare-renderer-of", side = side));
     });
     let field = TextEdit::singleline(&mut variant.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
-    ui.add(field).on_hover_text(text!("compare-effects-hint", side = side));
+    let name = text!("compare-effects-hint", side = side);
+    ui.add(field).accessible_name(&name).on_hover_text(name);
 }
 
 /// A short description of a variant, such as `draft normal`.

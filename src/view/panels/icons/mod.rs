@@ -105,9 +105,14 @@ fn family() -> FontFamily {
     FontFamily::Name(FAMILY.into())
 }
 
-/// egui's default fonts and the icon font.
+/// egui's default fonts and the icon font. Characters that the proportional font lacks, such as the signs of arcminutes and arcseconds, come from the
+/// monospaced one.
 pub(crate) fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
+    let monospaced = fonts.families.get(&FontFamily::Monospace).cloned().unwrap_or_default();
+    let proportional = fonts.families.entry(FontFamily::Proportional).or_default();
+    let missing: Vec<_> = monospaced.into_iter().filter(|name| !proportional.contains(name)).collect();
+    proportional.extend(missing);
     fonts.font_data.insert(FAMILY.into(), Arc::new(FontData::from_static(include_bytes!("phosphor.ttf"))));
     fonts.families.insert(family(), vec![FAMILY.into()]);
     fonts
@@ -203,6 +208,37 @@ mod tests {
             I::Watch,
         ]
     };
+
+    /// Characters beyond ASCII in the window's texts, in all languages, and in its code.
+    fn characters_beyond_ascii(folder: &std::path::Path, all: &mut std::collections::BTreeSet<char>) {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                characters_beyond_ascii(&path, all);
+            } else if path.extension().is_some_and(|e| e == "ftl" || e == "rs") {
+                all.extend(std::fs::read_to_string(path).expect("text").chars().filter(|c| !c.is_ascii()));
+            }
+        }
+    }
+
+    #[test]
+    fn every_character_of_the_window_has_a_glyph() {
+        let mut all = std::collections::BTreeSet::from(['″', '′', 'α', 'ω']);
+        characters_beyond_ascii(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view"), &mut all);
+        let missing_in = |definitions: FontDefinitions| {
+            let ctx = egui::Context::default();
+            ctx.set_fonts(definitions);
+            let mut missing = Vec::new();
+            let mut output = ctx.run_ui(Default::default(), |ui| {
+                let font = FontId::proportional(16.0);
+                missing = ui.fonts_mut(|fonts| all.iter().copied().filter(|c| !fonts.has_glyph(&font, *c)).collect());
+            });
+            output.textures_delta.clear();
+            missing
+        };
+        assert_eq!(missing_in(fonts()), Vec::<char>::new());
+        assert!(missing_in(FontDefinitions::default()).contains(&'″'), "the proportional font alone lacks it");
+    }
 
     /// The font contains each glyph, no two icons share a glyph, and the font does not contain letters.
     #[test]

@@ -1,0 +1,48 @@
+//! How a map's file is decoded: its colour space, the filter of its polar rows, and the quantity of which its coarser levels have means.
+//!
+//! In: the role of the map. Out: values to compare and hash, which identify a decoded map. Not here: decoding.
+
+use super::{PoleFilter, TexelFormat};
+
+/// How a map's file is decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MapDecoding {
+    pub format: TexelFormat,
+    pub poles: PoleFilter,
+    /// For a map whose texels shaders turn into opacities. `None`: the mean of texels is the mean of their values.
+    pub opacity: Option<OpacityTexels>,
+}
+
+impl MapDecoding {
+    /// A map that is decoded as it is.
+    pub const fn plain(format: TexelFormat) -> Self {
+        Self { format, poles: PoleFilter::None, opacity: None }
+    }
+}
+
+/// The texel values between which opacity rises from 0 to 1 by `smoothstep`. A coarser texel of such a map has the mean opacity of its finer texels: the
+/// opacity of their mean value would be smaller, and a body's light would depend on the size of its image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct OpacityTexels {
+    /// As bits, so that decodings can be compared.
+    clear_bits: u32,
+    closed_bits: u32,
+}
+
+impl OpacityTexels {
+    /// `closed` is greater than `clear`.
+    pub fn new(clear: f32, closed: f32) -> Self {
+        Self { clear_bits: clear.to_bits(), closed_bits: closed.to_bits() }
+    }
+
+    /// Opacity of a texel, as `cloud_opacity` of shaders/lib/clouds.wesl.
+    pub(super) fn opacity(self, texel: f32) -> f32 {
+        let [clear, closed] = self.range();
+        let t = ((texel - clear) / (closed - clear)).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
+    pub(super) fn range(self) -> [f32; 2] {
+        [self.clear_bits, self.closed_bits].map(f32::from_bits)
+    }
+}
