@@ -69,8 +69,9 @@ const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MA
 const CORPUS: ExportFolder =
     ExportFolder { what: "a set of test cases", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's manifest and subfolders
-/// are removed, because another selection of keys has files of other names.
+/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's manifest becomes one of an
+/// unfinished export, which lists nothing and which `--overwrite` replaces again, and its subfolders are removed, because another selection of keys has
+/// files of other names.
 fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
     let what = layout.what;
     let shown = echo(&folder.display().to_string());
@@ -83,8 +84,9 @@ fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Resu
         match (is_empty, is_ours, overwrite) {
             (true, _, _) => {}
             (false, true, true) => {
-                // First, because a folder with a manifest is complete.
-                std::fs::remove_file(folder.join(layout.manifest)).map_err(failed)?;
+                // First, because a folder whose manifest lists files is complete.
+                let unfinished = serde_json::json!({ "revision": "unfinished", layout.list: [] }).to_string();
+                std::fs::write(folder.join(layout.manifest), unfinished).map_err(failed)?;
                 for subfolder in layout.folders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
                     std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
@@ -143,13 +145,19 @@ mod tests {
 
     /// An interrupted export must not pass for a complete one.
     #[test]
-    fn an_export_to_replace_loses_its_manifest_first() {
+    fn an_export_to_replace_is_unfinished_and_can_be_replaced_again() {
         let folder = tempfile::tempdir().expect("a folder");
         let manifest = folder.path().join(CORPUS.manifest);
         std::fs::create_dir(folder.path().join("cases")).expect("made");
-        std::fs::write(&manifest, r#"{"revision":"built-in","cases":[]}"#).expect("written");
+        std::fs::write(&manifest, r#"{"revision":"built-in","cases":["a"]}"#).expect("written");
         assert!(prepare_folder(folder.path(), &CORPUS, false).is_err() && manifest.exists());
-        prepare_folder(folder.path(), &CORPUS, true).expect("prepared");
-        assert!(!manifest.exists() && !folder.path().join("cases").exists());
+        // The second time after an interruption.
+        for _ in 0..2 {
+            prepare_folder(folder.path(), &CORPUS, true).expect("prepared");
+            let manifest: serde_json::Value = serde_json::from_slice(&std::fs::read(&manifest).expect("a manifest")).expect("JSON");
+            assert_eq!(manifest["cases"], serde_json::json!([]));
+            assert!(!folder.path().join("cases").exists());
+            std::fs::create_dir(folder.path().join("cases")).expect("made");
+        }
     }
 }

@@ -165,7 +165,7 @@ impl<'a> MutualConjunction<'a> {
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let outside = |s: f64| self.distance_outside_km(s, region);
         let mut inside = inside_s;
-        while (inside - inside_s).abs() < 0.8 * HALF_S {
+        while inside.abs() < 0.95 * HALF_S {
             let next = inside + direction * CONTACT_STEP_S;
             if outside(next) >= 0.0 {
                 return zero_crossing(inside, next, outside);

@@ -103,7 +103,8 @@ impl Devices {
     }
 
     /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software
-    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly the executed modules, whatever changes meanwhile.
+    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly the executed modules, whatever changes meanwhile, unless the
+    /// software renderer fails for another reason.
     /// [`Self::forget_if_outdated`] must follow the drawing.
     #[cfg(feature = "gpu")]
     fn modules_for_gpu<'a>(
@@ -115,14 +116,15 @@ impl Devices {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(PlanModules { library, executed: None });
         }
-        let (modules, changes) = loop {
+        let (modules, new, changes) = loop {
             let changes = self.shader_source_changes();
             let modules = gpu::ModuleSet::of(plan, library);
+            let new: Vec<ModuleId> = modules.ids().filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
+            // Unchanged until here, `new` is about these modules and not about later ones of the same names.
             if self.shader_source_changes() == changes {
-                break (modules, changes);
+                break (modules, new, changes);
             }
         };
-        let new: Vec<ModuleId> = modules.ids().filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
         let modules = PlanModules { library, executed: Some((modules, changes)) };
         if new.is_empty() {
             return Ok(modules);

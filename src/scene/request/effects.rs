@@ -147,7 +147,7 @@ pub struct EffectOverrides {
     off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
     air_model: Option<AtmosphereModel>,
-    /// Overrides for single bodies, by their names in lower case; they take precedence over overrides for all bodies.
+    /// Overrides for single bodies, by their names as [`normalized_name`] writes them; they take precedence over overrides for all bodies.
     per_body: BTreeMap<String, EffectOverrides>,
 }
 
@@ -206,9 +206,9 @@ impl EffectOverrides {
         self.under_names(std::iter::once(name))
     }
 
-    /// Like [`Self::for_body`], for a body of the catalog under its name and its other names.
+    /// Like [`Self::for_body`], for a body of the catalog under its other names and its name, which takes precedence: the window sets effects under it.
     pub(crate) fn for_catalog_body(&self, body: &Body) -> Option<Self> {
-        self.under_names(std::iter::once(&body.name).chain(&body.aliases).map(String::as_str))
+        self.under_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
     }
 
     /// Whether the user switched an effect of a body on or off.
@@ -217,6 +217,9 @@ impl EffectOverrides {
     }
 
     fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
+        if self.per_body.is_empty() {
+            return None;
+        }
         let mut own = names.filter_map(|name| self.per_body.get(&normalized_name(name))).peekable();
         own.peek()?;
         let mut all = Self { per_body: BTreeMap::new(), ..self.clone() };
@@ -381,6 +384,8 @@ mod tests {
         }
         assert_eq!(is_set("1_Ceres:-eclipse", "ceres"), Some(false));
         assert_eq!(is_set("-eclipse,luna:+eclipse", "moon"), Some(true));
+        // The window sets effects under the body's own name.
+        assert_eq!(is_set("luna:-eclipse,moon:+eclipse", "moon"), Some(true));
         assert_eq!(is_set("-eclipse,luna:+eclipse", "io"), Some(false));
     }
 }

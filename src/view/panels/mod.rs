@@ -54,6 +54,8 @@ use std::sync::Arc;
 
 /// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;
+/// The most messages of a frame that the notice shows; all of them go to standard error.
+const MAX_NOTICE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
 
@@ -195,7 +197,8 @@ impl Interface {
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
         if !others.is_empty() {
-            let lines: Vec<String> = others.into_iter().map(|line| text!("notice", detail = line)).collect();
+            let first = others.len().saturating_sub(MAX_NOTICE_LINES);
+            let lines: Vec<String> = others.into_iter().skip(first).map(|line| text!("notice", detail = line)).collect();
             self.notice = Some((lines.join("\n"), now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);

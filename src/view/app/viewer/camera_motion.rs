@@ -54,6 +54,7 @@ impl Viewer {
     }
 
     pub(super) fn roll(&mut self, deg: f64, places: &dyn BodyPositions) {
+        self.end_flight();
         self.leave_free_pose(places);
         self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0);
     }
@@ -118,7 +119,8 @@ impl Viewer {
         }
     }
 
-    /// Changes a free pose, in which a tour was paused, to an orbit with the same image, which drags can change. During a flight the pose stays free.
+    /// Changes a free pose, in which a tour was paused, to an orbit with the same image, which drags can change. A camera closer to the centre than the
+    /// equatorial radius, near the ground of a flattened body, moves out to it. During a flight the pose stays free.
     pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
         let Some(pole) = places.body_from_icrf(body, self.view.time()).map(|m| m.row(2)).filter(|_| !self.is_flying()) else { return };

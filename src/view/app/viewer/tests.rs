@@ -94,7 +94,6 @@ fn changes_during_a_flight_last() {
     (viewer.view.orbits, viewer.view.exposure_stops) = (true, Some(3.0));
     apply(&mut viewer, Action::SetTime(Instant::from_tdb_seconds_past_j2000(5e7)));
     apply(&mut viewer, Action::ChangeFov(2.0));
-    apply(&mut viewer, Action::Roll(5.0));
     let fov_deg = viewer.view.fov_deg;
     assert!(viewer.is_flying() && fov_deg < FOV_DEG);
     let shared = viewer.shareable();
@@ -105,9 +104,15 @@ fn changes_during_a_flight_last() {
     apply(&mut viewer, Action::PreviousView);
     for view in [&shared, &arrived, &viewer.view] {
         assert_eq!((view.orbits, view.exposure_stops, view.tdb_s), (true, Some(3.0), 5e7));
-        assert_eq!((view.fov_deg, view.roll_deg, view.target), (fov_deg, 5.0, SATURN));
+        assert_eq!((view.fov_deg, view.target), (fov_deg, SATURN));
         assert!(matches!(view.eye, CameraPose::Orbit { body: SATURN, .. }), "{:?}", view.eye);
     }
+    // A pose in flight has its own roll, so a roll ends the flight, as a drag does.
+    apply(&mut viewer, Action::FlyTo(SATURN));
+    viewer.advance(0.5);
+    assert!(viewer.is_flying());
+    apply(&mut viewer, Action::Roll(5.0));
+    assert!(!viewer.is_flying() && viewer.view.roll_deg == 5.0, "{:?}", viewer.view);
 }
 
 /// *Look at* faces the body, also during a flight, which it ends at its destination, and if the camera has turned away from the body that it orbits.

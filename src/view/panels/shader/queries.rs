@@ -4,9 +4,9 @@
 
 use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
-use crate::image::{DisplayImage, Level};
+use crate::image::{DisplayImage, Level, MapDecoding};
 use crate::render::plan::{self, FrameImages, ResourceProvider, SamplingQuality};
-use crate::scene::draw::{MapFiles, MapRole, PixelView, Shape};
+use crate::scene::draw::PixelView;
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
 use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
@@ -96,7 +96,7 @@ pub(crate) struct ShaderQueries {
     differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
     reachable_keys: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
     timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
-    maps: QueryCache<(MapRole, String), Result<MapFacts, String>>,
+    maps: QueryCache<(MapDecoding, String), Result<MapFacts, String>>,
     sample_images: QueryCache<ShaderKey, SampleImageResult>,
     /// The sample images that are textures already.
     sample_textures: HashMap<ShaderKey, TextureHandle>,
@@ -169,12 +169,11 @@ impl ShaderQueries {
         self.timed.known(id).cloned()
     }
 
-    /// The size of a map file as decoded for its role.
-    pub(crate) fn map(&mut self, worker: &dyn RenderWorker, role: MapRole, file: &str) -> Option<Result<MapFacts, String>> {
+    /// The size of a map file as it is decoded for a draw.
+    pub(crate) fn map(&mut self, worker: &dyn RenderWorker, file: &str, decoding: MapDecoding) -> Option<Result<MapFacts, String>> {
         let asked_file = file.to_owned();
         self.maps
-            .get(worker, &(role, file.to_owned()), move |session| {
-                let decoding = plan::map_decoding(role, &MapFiles::default(), Shape::Ellipsoid);
+            .get(worker, &(decoding, file.to_owned()), move |session| {
                 let map = session.map(&asked_file, decoding).map_err(|e| error_text(&e))?;
                 let first = map.levels.first().ok_or(text!("map-empty"))?;
                 let bytes = map.levels.iter().map(Level::byte_count).sum();

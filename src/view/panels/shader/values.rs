@@ -4,7 +4,7 @@
 //! key.
 
 use super::{Inspected, ShaderPanel};
-use crate::render::plan::{RING_PROFILE, role_of, uniform_bytes};
+use crate::render::plan::{self, RING_PROFILE, role_of, uniform_bytes};
 use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
 use crate::view::error_texts::error_text;
@@ -132,13 +132,15 @@ fn texture_table(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspect
         for texture in &layout.textures {
             ui.monospace(texture.binding.to_string());
             ui.label(&texture.name);
-            let map =
-                inspected.draw.zip(role_of(&texture.name)).and_then(|(draw, role)| draw.map_files.by_role().find(|(r, _)| *r == role));
+            let map = inspected.draw.zip(role_of(&texture.name)).and_then(|(draw, role)| {
+                let (_, file) = draw.map_files.by_role().find(|(r, _)| *r == role)?;
+                Some((file, plan::map_decoding(role, &draw.map_files, draw.features.shape)))
+            });
             let ring_table = inspected.draw.and_then(|draw| draw.uniforms.ring.table.as_ref()).filter(|_| texture.name == RING_PROFILE);
             match (map, ring_table) {
-                (Some((role, file)), _) => {
+                (Some((file, decoding)), _) => {
                     ui.label(file);
-                    match panel.queries.map(inspected.worker, role, file) {
+                    match panel.queries.map(inspected.worker, file, decoding) {
                         Some(Ok(facts)) => {
                             ui.label(text!(
                                 "values-map",
