@@ -35,8 +35,8 @@ impl OpacityTexels {
         Self { clear_bits: clear.to_bits(), closed_bits: closed.to_bits() }
     }
 
-    /// Opacity of a texel, as `cloud_opacity` of shaders/lib/clouds.wesl.
-    pub(super) fn opacity(self, texel: f32) -> f32 {
+    /// Opacity of a texel, as `cloud_opacity` of shaders/lib/clouds.wesl; tests/shader/formulas.rs compares the two.
+    pub fn opacity(self, texel: f32) -> f32 {
         let [clear, closed] = self.range();
         let t = ((texel - clear) / (closed - clear)).clamp(0.0, 1.0);
         t * t * (3.0 - 2.0 * t)

@@ -7,10 +7,10 @@ use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{AerosolPhase, Catalog, NaifId, PhaseFunction, Photometry, Ring};
-use orrery::image::SharedTexture;
+use orrery::image::{OpacityTexels, SharedTexture};
 use orrery::render::plan::ring_profile;
 use orrery::scene::atmosphere::phase;
-use orrery::scene::draw::{DrawUniforms, Light, RingTable, Surface};
+use orrery::scene::draw::{CloudUniforms, DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
 use orrery::scene::ring_shine::{scattered, sun_halves};
@@ -336,6 +336,25 @@ fn the_catalogs_parameters_reach_the_photometric_laws() {
         }
     }
     assert!(found > 0, "no body has this law");
+}
+
+/// Mip levels of a cloud map have the mean of this opacity, so it must be the one that the shader computes from a texel.
+#[test]
+fn the_opacity_of_clouds_agrees_with_the_shader() {
+    let texels: Vec<f32> = (0..=255_u8).map(|byte| f32::from(byte) / 255.0).collect();
+    let inputs: Vec<EvalInput> = texels.iter().map(|texel| eval_input([f64::from(*texel)])).collect();
+    let shader = Emitted::new("cloud.sun1.ellipsoid", "vec4f(cloud_opacity(p.x))");
+    let errors = [(0.03, 0.75), (0.2, 0.9)].map(|(clear, full)| {
+        let clouds = CloudUniforms { clear, full, ..CloudUniforms::default() };
+        let results = shader.evaluate(&DrawUniforms { clouds, ..one_light_uniforms() }, None, &inputs);
+        let opacity_with = |bounds: OpacityTexels| texels.iter().map(move |texel| f64::from(bounds.opacity(*texel)));
+        let other = OpacityTexels::new(clear, 0.5);
+        [OpacityTexels::new(clear, full), other].map(|bounds| greatest_error(&results, opacity_with(bounds)))
+    });
+    for [same_bounds, other_bounds] in errors {
+        assert!(same_bounds < 1e-6, "{same_bounds}");
+        assert!(other_bounds > 0.1, "the comparison must be able to fail: {other_bounds}");
+    }
 }
 
 /// Tolerance 1e-6 of white, a four-thousandth of a level of 255.
