@@ -57,9 +57,9 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
-/// One standard error of [`delta_t_s`] in seconds. From -720 to the end of the measured table it follows measured and published figures. Before, it is 0.8 s times
-/// the square of the centuries from 1820 (Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333). After the table's end, the centuries count from there, and
-/// 0.2 s a year are added during the first hundred years.
+/// One standard error of [`delta_t_s`] in seconds. From -720 to the end of the measured table it follows measured and published figures. Before, it is 0.8 s
+/// times the square of the centuries from 1820 (Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333). After the table's end, the centuries count from
+/// there, and 0.2 s a year are added during the first hundred years.
 pub fn delta_t_error_s(tt_s: f64) -> f64 {
     let year = year_of(tt_s);
     let centuries = (year - 1820.0) / 100.0;

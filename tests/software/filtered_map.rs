@@ -83,8 +83,8 @@ struct Footprint {
     minor: f64,
     /// Angle of the major axis, radians.
     rotation: f64,
-    /// The gradients along x and y are the points `phase` and `phase` + 90 degrees of the ellipse in its parametric form, major axis times cos + minor axis times
-    /// sin; radians.
+    /// The gradients along x and y are the points `phase` and `phase` + 90 degrees of the ellipse in its parametric form, major axis times cosine + minor axis
+    /// times sine; radians.
     phase: f64,
 }
 

@@ -269,7 +269,8 @@ uniforms! {
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
-        /// Side in radii of the cells that are just too large to be drawn, because the rows hold the finest lattices only. From half this side, lattices fade out.
+        /// Side in radii of the cells that are just too large to be drawn, because the rows hold the finest lattices only. From half this side on, lattices
+        /// fade out.
         pub largest: f32 = "detail_largest",
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
@@ -319,7 +320,7 @@ uniforms! {
         /// Innermost and outermost radius, equatorial radii.
         pub radius_range: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
-        pub extent: f32 = "ring_extent",
+        pub outermost_radius: f32 = "ring_extent",
         /// Maximum number of segments into which a pixel's footprint on the ring's plane is divided, at least 1.
         pub segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
@@ -341,8 +342,8 @@ uniforms! {
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
-        /// Ring-shine: horizontal unit vector towards the Sun (xy; the ring's plane is horizontal), 1 / the height above this plane from which no ring is visible
-        /// (z), factor on the light (w).
+        /// Ring-shine: unit vector towards the Sun, projected on the ring's plane (xy); 1 / the height above this plane from which no ring is visible (z); factor
+        /// on the light (w).
         pub shine_parameters: Vec4 = "ring_shine",
     }
 }

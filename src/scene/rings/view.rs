@@ -391,7 +391,7 @@ impl<'a> RingView<'a> {
         RingUniforms {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
-            extent: narrow(self.outermost_km() / self.body.radii_km.x),
+            outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
             segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
