@@ -168,7 +168,7 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. Unlike a face, its camera shows an image of its own.
+    // The light meter sees the middle of the image, at most the front face. As no cube face it gets no glare from a Sun outside its frame.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
