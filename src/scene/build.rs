@@ -196,7 +196,7 @@ impl<'a> SceneBuilder<'a> {
             sky_decisions: sky.decisions.into_iter().chain(annotations.decisions).collect(),
             sky_lines: annotations.sky_lines,
             outlined: outlined.map(Draw::shape_alone),
-            corona: sun.corona.map(|c| corona::Corona { draws_behind: order::draws_behind(&self.placed, &draws, NaifId::SUN), ..c }),
+            corona: sun.corona.map(|c| corona::Corona { draws_behind: order::draw_count_up_to(&self.placed, &draws, NaifId::SUN), ..c }),
             draws,
             points,
             orbits: orbits.into_iter().chain(sky.comet_orbits).collect(),

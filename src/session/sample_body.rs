@@ -123,7 +123,7 @@ fn ring(surface: Surface) -> RingUniforms {
         sun_limb_darkening_u1: Vec3::splat(0.4),
         sun_limb_darkening_u2: Vec3::splat(0.2),
         shine: None,
-        shine_axes: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
+        shine_parameters: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
     }
 }
 

@@ -1,7 +1,8 @@
 //! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
 //!
-//! [`key`] identifies a module; [`mod@emit`] writes its WGSL; [`module`] parses, validates, reflects and lowers it; [`library`] caches the
-//! result. Below, a fragment is always a WESL source file of shaders/, never the fragment stage.
+//! [`id`] names a shader module: a body's by its [`key`], a simple shader by the name of its fragment. [`mod@emit`] writes its WGSL from the [`fragments`];
+//! [`module`] parses, validates, reflects and lowers it; [`library`] caches the result, in a folder that [`generator`] names. Below, a module is such a shader
+//! module, and a fragment is always a WESL source file of shaders/, never the fragment stage.
 
 #[doc(hidden)]
 pub mod compare;
@@ -31,7 +32,7 @@ pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
-/// Why a module could not be built. The shipped WESL files cause none of these errors; edited files may.
+/// Why a module could not be built. Except for a name without a module, the shipped WESL files cause none of these errors; edited files may.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
     /// A file is not valid WESL, or uses syntax that the generator does not support.

@@ -1,5 +1,5 @@
 //! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), skylight against
-//! simulated photons, the shadows of the planet and of the Moon, and air of zero density.
+//! simulated photons, multiply scattered light, the shadows of the planet and of the Moon, and air of zero density.
 
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -21,8 +21,8 @@ fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
 }
 
-/// For each ray the largest relative error of its radiance over the channels, sorted; channels fainter than 1e-4 of the atmosphere's
-/// brightest ray are left out. And the largest error of a transmittance.
+/// Errors of a model on the rays of the reference that meet air. First, sorted: the largest relative error of each ray's radiance over the channels, without
+/// channels fainter than 1e-4 of the atmosphere's brightest. Second: the largest error of a transmittance.
 fn errors(model: &str) -> (Vec<f64>, f64) {
     let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
@@ -30,6 +30,7 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
     let rays = table["rays"].as_array().expect("rays");
     let brightest = |air: &Value| rays.iter().filter(|r| r["atm"] == *air).flat_map(|r| numbers(&r["radiance"])).fold(0.0, f64::max);
     let (mut radiance, mut transmittance) = (Vec::new(), 0.0f64);
+    // The segment is the part of a ray inside the air.
     for ray in rays.iter().filter(|r| !r["segment"].is_null()) {
         let air = ray["atm"].as_str().expect("a name");
         let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
@@ -78,6 +79,11 @@ fn five_samples_keep_their_stated_error() {
 }
 
 #[test]
+fn eight_samples_keep_their_stated_error() {
+    assert_within_stated_bounds(AtmosphereModel::Pixel8);
+}
+
+#[test]
 fn sixteen_samples_keep_their_stated_error() {
     assert_within_stated_bounds(AtmosphereModel::Pixel16);
 }
@@ -87,21 +93,16 @@ fn thirty_two_samples_keep_their_stated_error() {
     assert_within_stated_bounds(AtmosphereModel::Pixel32);
 }
 
-#[test]
-fn eight_samples_keep_their_stated_error() {
-    assert_within_stated_bounds(AtmosphereModel::Pixel8);
-}
-
-/// Radiance of the sky at an elevation, 2 m above the Earth's ground, with the Sun `sun_below_deg` below the horizon. `is_antisolar`: at
-/// the azimuth opposite the Sun's, otherwise at the Sun's.
-fn dusk_radiance(sun_below_deg: f64, elevation_deg: f64, is_antisolar: bool) -> Vec<f64> {
+/// Radiance of the sky at an altitude, seen from 2 m above the Earth's ground, with the Sun `sun_below_deg` below the horizon. `is_antisolar`: at the
+/// azimuth opposite the Sun's, otherwise at the Sun's.
+fn dusk_radiance(sun_below_deg: f64, altitude_deg: f64, is_antisolar: bool) -> Vec<f64> {
     let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let (sun_elevation, elevation) = ((-sun_below_deg).to_radians(), elevation_deg.to_radians());
+    let (sun_altitude, altitude) = ((-sun_below_deg).to_radians(), altitude_deg.to_radians());
     let side = if is_antisolar { -1.0 } else { 1.0 };
     let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
-        "dir": [elevation.sin(), side * elevation.cos(), 0.0], "sun": [sun_elevation.sin(), sun_elevation.cos(), 0.0],
+        "dir": [altitude.sin(), side * altitude.cos(), 0.0], "sun": [sun_altitude.sin(), sun_altitude.cos(), 0.0],
         "tier": "pixel-16" });
     numbers(&prober.answer(&question.to_string()).expect("an answer")["radiance"])
 }
@@ -176,16 +177,17 @@ fn an_empty_atmosphere_changes_nothing() {
 /// visible.
 #[test]
 fn the_moons_shadow_darkens_the_air() {
-    let eclipsed_fraction = |elevation_deg: f64| {
+    // Radiance in the eclipse, relative to that without it.
+    let remaining_fraction = |altitude_deg: f64| {
         let sky = |effects: &str| {
-            let elevation = elevation_deg.to_radians();
+            let altitude = altitude_deg.to_radians();
             let (lat, lon) = (25.29f64.to_radians(), (-104.14f64).to_radians());
             let up = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
             let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
             let request = ViewRequest {
                 target: None,
                 position: Position::Ground { body: NaifId::EARTH, latitude_deg: 25.29, longitude_deg: -104.14, height_km: 0.002 },
-                look: Look::Along { direction: up * elevation.sin() + east * elevation.cos(), axes: Axes::BodyFixed },
+                look: Look::Along { direction: up * altitude.sin() + east * altitude.cos(), axes: Axes::BodyFixed },
                 up: Up::Celestial,
                 fov_deg: Some(1.0),
                 width: 8,
@@ -194,9 +196,10 @@ fn the_moons_shadow_darkens_the_air() {
             };
             sum(&SESSION, &request)
         };
+        // Only sunlight is compared, so city lights are off.
         sky("+eclipse,-night") / sky("-eclipse,-night")
     };
-    let (zenith, horizon) = (eclipsed_fraction(85.0), eclipsed_fraction(2.0));
+    let (zenith, horizon) = (remaining_fraction(85.0), remaining_fraction(2.0));
     assert!(zenith < 2e-3, "{zenith}");
     assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
 }
@@ -251,6 +254,7 @@ fn skylight_from_the_table_agrees_with_photons() {
         // The table's last row: the square root of the irradiance on level ground.
         let sky = table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column];
         for channel in [1, 2] {
+            // Per light incident on the level top of the air.
             let tabulated = f64::from(sky[channel]).powi(2) / cosine;
             let expected = diffuse_by_photons(per_km[channel] * scale_height_km, cosine, 200_000);
             assert!((tabulated / expected - 1.0).abs() < 0.05, "mu {cosine:.2}, channel {channel}: {tabulated:.4} for {expected:.4}");
@@ -277,13 +281,11 @@ fn multiple_scattering_is_negligible_in_thin_air_and_brightens_the_earth() {
         assert!(brightest > 0.0 && brightest < upper_bound, "{name}: {brightest}");
     }
     let time = "2024-06-08T06:00:00Z";
-    let (single, multiple) =
-        (earth_at(time, "+atmosphere=pixel-16,-clouds,-eclipse"), earth_at(time, "+atmosphere=table,-clouds,-eclipse"));
-    let (single, multiple) = (
-        SESSION.draw(&single, SAMPLING, FrameImages::DisplayAndHdr).expect("draws"),
-        SESSION.draw(&multiple, SAMPLING, FrameImages::DisplayAndHdr).expect("draws"),
-    );
-    let total_blue = |d: &orrery::session::DrawnFrame| d.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
-    let ratio = total_blue(&multiple) / total_blue(&single);
+    let total_blue = |effects: &str| {
+        let drawn = SESSION.draw(&earth_at(time, effects), SAMPLING, FrameImages::DisplayAndHdr).expect("draws");
+        drawn.frame.hdr.iter().map(|p| f64::from(p[2])).sum::<f64>()
+    };
+    let (single, multiple) = (total_blue("+atmosphere=pixel-16,-clouds,-eclipse"), total_blue("+atmosphere=table,-clouds,-eclipse"));
+    let ratio = multiple / single;
     assert!(ratio > 1.1 && ratio < 2.0, "{ratio}");
 }

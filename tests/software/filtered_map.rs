@@ -42,14 +42,14 @@ pub(super) fn reads(program: &Program) -> Vec<TextureOp> {
     program.lane_tape.iter().filter_map(|i| if let Instr::Texture { op, .. } = i { Some(*op) } else { None }).collect()
 }
 
-/// Whether the filter of a tape is not replaced: it reads single texels of given levels.
+/// Whether a tape runs the filter as it is written, which reads single texels of given levels.
 fn is_interpreted(program: &Program) -> bool {
     let reads = reads(program);
     !reads.is_empty() && reads.iter().all(|op| *op == TextureOp::Level)
 }
 
 /// The shipped function, which is replaced by the operation.
-fn operation() -> Program {
+fn native_program() -> Program {
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     assert_eq!(reads(&native), [TextureOp::Filtered], "not replaced; `cargo test --lib lower::native` says why");
     native
@@ -74,15 +74,17 @@ fn noise() -> Texture {
     Texture { format: TexelFormat::Rgba32Float, levels: sizes.map(|s| level(s, &mut next)).collect() }
 }
 
-/// A position on the map and the ellipse of a pixel's footprint, in texels.
+/// The ellipse on the map that is a pixel's footprint.
 struct Footprint {
+    /// Its centre, in map coordinates.
     uv: [f64; 2],
     /// Lengths of the axes, texels.
     major: f64,
     minor: f64,
     /// Angle of the major axis, radians.
     rotation: f64,
-    /// Direction of the gradient along x as the parameter of the ellipse: 0 along the major axis; radians.
+    /// The gradients along x and y are the points `phase` and `phase` + 90 degrees of the ellipse in its parametric form, major axis times cosine + minor axis
+    /// times sine; radians.
     phase: f64,
 }
 
@@ -142,18 +144,18 @@ fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Tex
 /// Differences between two programs in each lane (the largest of the four channels), in ascending order.
 fn differences<R: Real>(
     native: &Program,
-    taps: &Program,
+    interpreted: &Program,
     class: KernelClass,
     max_taps: f32,
     footprint_of: fn(usize) -> Footprint,
 ) -> Vec<f64> {
     let texture = noise();
-    let (native_textures, tap_textures) = (bound(native, &texture, class), bound(taps, &texture, class));
+    let (native_textures, interpreted_textures) = (bound(native, &texture, class), bound(interpreted, &texture, class));
     let mut all: Vec<f64> = (0..16)
         .flat_map(|k| {
             let footprint = |lane: usize| footprint_of(lane + LANES * k);
-            let native = batch::<R>(native, &native_textures, class, max_taps, footprint);
-            native.into_iter().zip(batch::<R>(taps, &tap_textures, class, max_taps, footprint))
+            let native_values = batch::<R>(native, &native_textures, class, max_taps, footprint);
+            native_values.into_iter().zip(batch::<R>(interpreted, &interpreted_textures, class, max_taps, footprint))
         })
         .map(|(a, b)| a.iter().zip(b).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs())))
         .collect();
@@ -162,28 +164,28 @@ fn differences<R: Real>(
 }
 
 /// Compares both programs in every kernel class, in f64 and in f32.
-fn assert_equal_values(native: &Program, taps: &Program, max_taps: f32, footprint_of: fn(usize) -> Footprint) {
+fn assert_equal_values(native: &Program, interpreted: &Program, max_taps: f32, footprint_of: fn(usize) -> Footprint) {
     for class in KernelClass::available() {
-        let sorted = differences::<f64>(native, taps, class, max_taps, footprint_of);
+        let sorted = differences::<f64>(native, interpreted, class, max_taps, footprint_of);
         assert!(sorted[sorted.len() - 1] < 1e-9, "{} at {max_taps} taps, f64: {}", class.name(), sorted[sorted.len() - 1]);
         // In f32 rounding may add a tap, which then has almost no weight. Coordinates are accurate to 2^-16 of a texel.
-        let sorted = differences::<f32>(native, taps, class, max_taps, footprint_of);
+        let sorted = differences::<f32>(native, interpreted, class, max_taps, footprint_of);
         assert!(sorted[sorted.len() - 1] < 1e-3, "{} at {max_taps} taps, f32: {}", class.name(), sorted[sorted.len() - 1]);
     }
 }
 
 #[test]
 fn the_operation_gives_the_values_of_the_fragment() {
-    let (native, taps) = (operation(), program(&renamed()));
-    assert!(is_interpreted(&taps));
+    let (native, interpreted) = (native_program(), program(&renamed()));
+    assert!(is_interpreted(&interpreted));
     for max_taps in [1.0, 2.0, 8.0, 16.0] {
-        assert_equal_values(&native, &taps, max_taps, random);
+        assert_equal_values(&native, &interpreted, max_taps, random);
     }
     // The comparison must be able to fail: the level raised by 0.3, or the taps shifted by half a tap.
     for (shipped, edit) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (taps - 1.0)", "- 0.5 * taps")] {
         assert!(renamed().contains(shipped));
-        let edited = program(&renamed().replace(shipped, edit));
-        let sorted = differences::<f64>(&native, &edited, KernelClass::detect(), 8.0, random);
+        let edited_program = program(&renamed().replace(shipped, edit));
+        let sorted = differences::<f64>(&native, &edited_program, KernelClass::detect(), 8.0, random);
         assert!(sorted[sorted.len() / 2] > 1e-3, "{edit} is not detected");
     }
 }
@@ -191,15 +193,15 @@ fn the_operation_gives_the_values_of_the_fragment() {
 /// A batch in which the squares of the axes of each footprint add up to at most 1 takes a path of its own through the native code, without levels and taps.
 #[test]
 fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified() {
-    let (native, taps) = (operation(), program(&renamed()));
+    let (native, interpreted) = (native_program(), program(&renamed()));
     for max_taps in [1.0, 8.0] {
-        assert_equal_values(&native, &taps, max_taps, magnified);
+        assert_equal_values(&native, &interpreted, max_taps, magnified);
     }
     // The comparison must be able to fail: other weights of the four texels.
     let shipped = "let weight = fract(place);";
     assert!(renamed().contains(shipped));
-    let edited = program(&renamed().replace(shipped, "let weight = fract(place) * fract(place);"));
-    let sorted = differences::<f64>(&native, &edited, KernelClass::detect(), 8.0, magnified);
+    let edited_program = program(&renamed().replace(shipped, "let weight = fract(place) * fract(place);"));
+    let sorted = differences::<f64>(&native, &edited_program, KernelClass::detect(), 8.0, magnified);
     assert!(sorted[sorted.len() / 2] > 1e-3, "other weights are not detected");
 }
 
@@ -224,8 +226,8 @@ fn an_added_tap_causes_no_jump() {
     let class = KernelClass::detect();
     // From 1 to 17 widths, in steps of a thousandth of the width.
     let lengthened = |width: f64| move |t: f64| fixed(width * (1.0 + 16.0 * t), width);
-    // Texels are noise between 0 and 1. A footprint that is longer by a thousandth of its width moves a tap by at most half of that thousandth. The
-    // texels of the finer of the two mip levels are at least half as wide as the footprint.
+    // One step moves a tap by at most half a thousandth of the width, which is at most 1e-3 texels of the finer mip level, because these are at least half as
+    // wide as the footprint. Texels are noise between 0 and 1, so this changes the value by at most 1.5e-3, both axes counted. The weights of taps change, too.
     for width in [1.0, 1.4, 3.0] {
         let step = greatest_step::<f64>(&program(&format!("{FRAGMENT}{ENTRY}")), class, lengthened(width));
         assert!(step < 2e-3, "a step of {step} at a width of {width} texels");
@@ -244,7 +246,7 @@ fn growing(t: f64) -> Footprint {
 /// The steepest slope of the weight between two levels as a function of the level's fraction. It is 1 because the weight is the fraction itself.
 const STEEPEST_WEIGHT: f64 = 1.0;
 /// A step of 1.5 / 16 000 of a texel changes the level by at most 1.4e-4, and so the weight between levels by at most that times its slope; and it moves a tap
-/// by at most half of the step, 4.7e-5 texels. The texels are between 0 and 1. With a margin for rounding.
+/// by at most half of the step, 4.7e-5 texels. The texels are between 0 and 1. Both terms have a margin for rounding.
 const GREATEST_STEP_OF_GROWTH: f64 = 1.45e-4 * STEEPEST_WEIGHT + 5.5e-5;
 
 #[test]
@@ -263,8 +265,8 @@ fn no_jump_separates_magnification_from_minification() {
         }
     }
     // The comparison must be able to fail: half the value where the footprint is at most a texel wide.
-    let value = "bilinear(map, map_sampler, place, finer)";
-    let halved = edited(value, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {value}"));
+    let read = "bilinear(map, map_sampler, place, finer)";
+    let halved = edited(read, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {read}"));
     let step = greatest_step::<f64>(&program(&format!("{halved}{ENTRY}")), KernelClass::detect(), growing);
     assert!(step > 1e-2, "a jump of {step} is not detected");
 }
@@ -301,9 +303,9 @@ fn the_example_in_the_guide_magnifies_by_a_b_spline_without_a_jump() {
         let error = |lane: usize| (0..4).map(|k| (values[lane][k] - b_spline(finest, magnified(lane).uv, k)).abs()).fold(0.0, f64::max);
         (0..LANES).map(error).fold(0.0, f64::max)
     };
-    let (error, of_bilinear) = (greatest_error(&example), greatest_error(&program(&renamed())));
+    let (error, error_of_bilinear) = (greatest_error(&example), greatest_error(&program(&renamed())));
     assert!(error < 1e-9, "{error}");
-    assert!(of_bilinear > 1e-2, "the bilinear filter is not detected: {of_bilinear}");
+    assert!(error_of_bilinear > 1e-2, "the bilinear filter is not detected: {error_of_bilinear}");
     let step = greatest_step::<f64>(&example, class, growing);
     assert!(step < GREATEST_STEP_OF_GROWTH, "a step of {step}");
 }
@@ -326,9 +328,9 @@ fn an_edited_function_is_not_replaced() {
     ] {
         let fragment = edited(shipped, edit);
         let edited_program = program(&format!("{fragment}{ENTRY}"));
-        let taps = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
+        let under_another_name = program(&format!("{fragment}{ENTRY}").replace("filtered_map", "tap_by_tap"));
         assert!(is_interpreted(&edited_program), "{edit}");
-        assert_eq!(differences::<f64>(&edited_program, &taps, class, 8.0, random).last(), Some(&0.0), "{edit}");
+        assert_eq!(differences::<f64>(&edited_program, &under_another_name, class, 8.0, random).last(), Some(&0.0), "{edit}");
         let sorted = differences::<f64>(&edited_program, &native, class, 8.0, random);
         assert!(sorted[sorted.len() - 1] > 1e-3, "{edit} is not detected");
     }
@@ -341,7 +343,7 @@ fn an_edited_function_is_not_replaced() {
 
 #[test]
 fn a_function_with_other_local_names_or_comments_is_still_replaced() {
-    operation();
+    native_program();
     let equivalent = [
         edited("reach", "extent"),
         edited("excess", "overhang").replace("let overhang", "// Of the last tap.\n    let overhang"),
@@ -355,7 +357,7 @@ fn a_function_with_other_local_names_or_comments_is_still_replaced() {
 /// A planet's module with a map, and the same module with the user's version of the fragment, as with `view --shaders`.
 #[test]
 fn a_planets_module_has_the_operation_until_the_fragment_is_edited() {
-    operation();
+    native_program();
     let reads_of = |fragments: &Fragments| {
         let id: ModuleId = "lambert.albedo.sun1.sphere".parse().expect("a key");
         let module = ShaderModule::build_with(fragments, &id, &lowering()).expect("builds");

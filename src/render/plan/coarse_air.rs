@@ -6,7 +6,7 @@
 //! rows, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
-use super::extent::MarkedTexels;
+use super::extent::MarkedImage;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
 use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
@@ -86,11 +86,11 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
 
 /// For the clouds' draw, if the ground's draw also shows the clouds: where the marked texels are. Between four of them the ground's draw shows the clouds, and
 /// the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
-pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedTexels> {
+pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedImage> {
     let fills_in_clouds = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     fills_in_clouds.then(|| {
         let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
-        MarkedTexels { binding: COARSE_AIR_BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
+        MarkedImage { binding: COARSE_AIR_BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
     })
 }
 

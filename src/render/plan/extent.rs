@@ -16,12 +16,12 @@ pub struct Extent {
     /// For the sky: the outline of the ground, which hides the sky except behind its antialiased edge.
     outside: Option<Ellipse>,
     /// For clouds: where all four texels around a pixel are marked, the ground's draw shows the clouds.
-    pub(crate) marked: Option<MarkedTexels>,
+    pub(crate) marked: Option<MarkedImage>,
 }
 
-/// An image whose texels lie at corners of the screen's pixels. The draw discards each pixel whose four nearest texels have alpha 1.
+/// An image with marked texels (alpha 1) that lie at corners of the screen's pixels. The draw discards each pixel whose four nearest texels are marked.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MarkedTexels {
+pub struct MarkedImage {
     /// Binding of the image in the draw's module.
     pub binding: u32,
     /// Distance between neighbouring texels, in pixels.
@@ -30,9 +30,9 @@ pub struct MarkedTexels {
     pub first_texel: [u32; 2],
 }
 
-impl MarkedTexels {
+impl MarkedImage {
     /// The rectangle of texels that surround a rectangle of pixels. Both are given by left, top, right and bottom edge, the last two exclusive.
-    pub(crate) fn beside(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
+    pub(crate) fn texels_around(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
         let [x, y] = self.first_texel;
         let before = |pixel: u32| pixel / self.pixels_per_texel;
         // The texel after the last pixel is one more than the texel before it; the exclusive edge is one more again.
@@ -47,7 +47,7 @@ struct Ellipse([f64; 6]);
 impl Extent {
     /// The extent of a body's draw on a screen of this size; `None` if nothing narrower than its rectangle is known. `marked`: the marks of clouds
     /// that the ground's draw shows in part.
-    pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedTexels>) -> Option<Self> {
+    pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedImage>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         if features.shape == Shape::Mesh || features.limb_heights {
             return None;

@@ -20,7 +20,7 @@ pub use build::{SamplingQuality, modules, plan, steps};
 pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
-pub use extent::{Extent, MarkedTexels};
+pub use extent::{Extent, MarkedImage};
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{

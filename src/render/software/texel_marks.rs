@@ -1,17 +1,18 @@
-//! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedTexels`]).
+//! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedImage`]).
 //!
 //! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely, kept
-//! completely, or neither. Always: a pixel that the draw's module keeps is never called discarded, and the reverse. Where only some of a pixel's
-//! texels are marked, the module decides.
+//! completely, or neither; the functions have the names of those of [`Extent`](crate::render::plan::Extent). Always: the answers agree with the draw's module.
+//! A rectangle with marked and unmarked texels gets neither answer, and the module decides for each of its pixels.
 
 use super::sample::texels::{Decode, Float, Texels};
 use crate::image::TexelFormat;
-use crate::render::plan::MarkedTexels;
+use crate::render::plan::MarkedImage;
 
 /// The marks of an image.
 #[derive(Clone, Debug)]
 pub struct TexelMarks {
-    placement: MarkedTexels,
+    /// The binding of the image, and where its texels lie on the screen.
+    image: MarkedImage,
     /// Size of the image in texels.
     size: [u32; 2],
     /// Row by row, whether a texel is marked (its alpha is 1).
@@ -20,15 +21,15 @@ pub struct TexelMarks {
 
 impl TexelMarks {
     /// `None` if the image has no floats, or too many texels for memory: then the module discards its pixels one by one.
-    pub(super) fn new(placement: MarkedTexels, image: &Texels<'_>) -> Option<Self> {
-        let level = image.levels.first().filter(|_| image.format == TexelFormat::Rgba32Float)?.read();
+    pub(super) fn new(image: MarkedImage, texels: &Texels<'_>) -> Option<Self> {
+        let level = texels.levels.first().filter(|_| texels.format == TexelFormat::Rgba32Float)?.read();
         let count = level.width * level.height;
         let mut is_marked = super::try_vec(count as usize, false, "the marks of texels").ok()?;
         for (index, is_marked) in (0..count).zip(&mut is_marked) {
             // SAFETY: the level has `count` texels.
             *is_marked = Float.channel::<3>(unsafe { Float.texel(&level, index) }) == 1.0;
         }
-        Some(Self { placement, size: [level.width, level.height], is_marked })
+        Some(Self { image, size: [level.width, level.height], is_marked })
     }
 
     /// Whether every pixel of a rectangle is discarded. `pixels`: left, top, right and bottom edge (exclusive).
@@ -36,14 +37,14 @@ impl TexelMarks {
         self.rows(pixels).is_some_and(|mut rows| rows.all(|row| row.iter().all(|is_marked| *is_marked)))
     }
 
-    /// Whether the module keeps every pixel of a rectangle.
+    /// Whether every pixel of a rectangle is kept.
     pub(super) fn covers(&self, pixels: [u32; 4]) -> bool {
         self.rows(pixels).is_some_and(|mut rows| rows.all(|row| row.iter().all(|is_marked| !is_marked)))
     }
 
-    /// The texels between which the pixels of a rectangle lie, row by row; `None` if some are beyond the image.
+    /// Marks of the texels that surround the pixels of a rectangle, row by row; `None` if some texels are beyond the image.
     fn rows(&self, pixels: [u32; 4]) -> Option<impl Iterator<Item = &[bool]>> {
-        let [left, top, right, bottom] = self.placement.beside(pixels);
+        let [left, top, right, bottom] = self.image.texels_around(pixels);
         let [width, height] = self.size;
         (right <= width && bottom <= height)
             .then(|| (top..bottom).map(move |y| &self.is_marked[(y * width + left) as usize..(y * width + right) as usize]))
@@ -59,7 +60,7 @@ mod tests {
         let texel = |k: u32| [0.5, 0.5, 0.5, if is_marked([k % 8, k / 8]) { 1.0_f32 } else { 0.0 }];
         let bytes: Vec<u8> = (0..64_u32).flat_map(texel).flat_map(f32::to_le_bytes).collect();
         let image = Texels::new(TexelFormat::Rgba32Float, std::iter::once((8, 8, &bytes[..]))).expect("an image");
-        TexelMarks::new(MarkedTexels { binding: 0, pixels_per_texel: 4, first_texel: [1, 2] }, &image).expect("marks")
+        TexelMarks::new(MarkedImage { binding: 0, pixels_per_texel: 4, first_texel: [1, 2] }, &image).expect("marks")
     }
 
     #[test]

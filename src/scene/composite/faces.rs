@@ -3,9 +3,10 @@
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Face size. `full_px` gives the face's centre, where its density in pixels per radian is least, the greatest density of the image (a fisheye's is
-//! tangential, at its rim). `radial_px` gives it only the fisheye's constant radial density. The face has `full_px`, but beyond [`MAX_FACE_PX`] only as much
-//! as `radial_px` requires: min(full_px, max(radial_px, MAX_FACE_PX)).
+//! Face size. A face has the fewest pixels per radian at its centre. A fisheye has the same number everywhere along its radii. Across them it has more, most at
+//! its rim (or 90 degrees from its axis, if it shows more; the region beyond is ignored). A face should have as many pixels per radian at its centre as the
+//! image has anywhere. A face that would thereby exceed [`RIM_DENSITY_LIMIT_PX`] is reduced to that size, but not below the size at which it still has as many
+//! as the fisheye has along its radii.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -22,8 +23,10 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Maximum size of a face, in pixels, if the density at a fisheye's rim determines it.
-pub(crate) const MAX_FACE_PX: u32 = 4096;
+/// Up to this size, in pixels, a face has the density of pixels across a fisheye's radii at the rim; see the module's documentation.
+const RIM_DENSITY_LIMIT_PX: u32 = 4096;
+/// Maximum size of a face, in pixels: a frame has a border, too. It is even, as all sizes are.
+const MAX_FACE_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
 /// Border of a face on each side, in pixels: the filter's radius.
 pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, pixels.
@@ -75,26 +78,23 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     bounds.map(|p| p.map(|v| v.clamp(0.0, 1.0)))
 }
 
-/// Size of a face before rounding, in pixels (see the module's documentation).
-fn face_px_exact(image: &SphereImage) -> f64 {
+/// Size of a face before rounding, in pixels (see the module's documentation). At its centre a face of 2 n pixels has n per radian.
+fn exact_size_px(image: &SphereImage) -> f64 {
     let full_px = 2.0 * image.pixels_per_radian();
     let radial_px = 2.0 / image.radians_per_pixel().min_element();
-    full_px.min(radial_px.max(f64::from(MAX_FACE_PX)))
+    full_px.min(radial_px.max(f64::from(RIM_DENSITY_LIMIT_PX)))
 }
 
 /// Size of a face, in pixels. For an equirectangular image of 16384 by 16384 this is 10432 pixels.
-fn face_px(image: &SphereImage) -> u32 {
-    (face_px_exact(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
+fn size_px(image: &SphereImage) -> u32 {
+    (exact_size_px(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
 }
 
-/// Maximum size of a face, in pixels: a frame has a border, too. It is even, as all sizes are.
-const FACE_LIMIT_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
-
-/// The least field of view of a fisheye whose faces are larger than [`FACE_LIMIT_PX`], if it is to have the same size in pixels: degrees, rounded up to a
-/// tenth.
+/// For a fisheye whose faces are larger than [`MAX_FACE_PX`]: the least field of view at which they would not be, for an image of the same size. In degrees,
+/// rounded up to a tenth.
 fn least_fov_deg(image: &SphereImage) -> f64 {
-    // Faces as large as this have `radial_px`, which is in inverse proportion to the field of view.
-    let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * face_px_exact(image) / f64::from(FACE_LIMIT_PX);
+    // The size of such large faces is determined by the density along the radii, which is inversely proportional to the field of view.
+    let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * exact_size_px(image) / f64::from(MAX_FACE_PX);
     // The factor is for rounding: without it a least field of view of exactly a tenth of a degree might need one more pixel.
     (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0
 }
@@ -116,9 +116,9 @@ pub(super) fn frames(
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let face_px = face_px(&image);
+    let face_px = size_px(&image);
     let frame_px = face_px + 2 * BORDER_PX;
-    if face_px > FACE_LIMIT_PX {
+    if face_px > MAX_FACE_PX {
         let least_deg = least_fov_deg(&image);
         return Err(SceneError::Request(format!(
             "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
@@ -128,6 +128,7 @@ pub(super) fn frames(
     if effects.override_of(Effect::Glare).is_none() {
         effects.set(Effect::Glare, false);
     }
+    // `Composite::new` adds these layers to the combined image, except the outline, which such images lack.
     let layers = Layers {
         labels: false,
         features: false,
@@ -167,7 +168,7 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face.
+    // The light meter sees the middle of the image, at most the front face. As no cube face it gets no glare from a Sun outside its frame.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
@@ -182,7 +183,7 @@ fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
     let [up, forward] = match (composition.projection, composition.zenith_centred) {
         (Projection::Equirectangular, _) => [up_hint, horizontal],
-        // The front is at the bottom of the image.
+        // The target's side of the horizon is at the bottom of the image.
         (_, true) => [-horizontal, up_hint],
         _ => [camera.up, camera.forward],
     };
@@ -225,7 +226,7 @@ mod tests {
             width: side_px,
             height: side_px,
         };
-        let is_refused = |side_px: u32, fov_deg: f64| face_px(&fisheye(side_px, fov_deg)) > FACE_LIMIT_PX;
+        let is_refused = |side_px: u32, fov_deg: f64| size_px(&fisheye(side_px, fov_deg)) > MAX_FACE_PX;
         let mut refused = 0;
         for side_px in (1..=MAX_IMAGE_PX).step_by(37).chain([MAX_IMAGE_PX]) {
             for fov_deg in (0..40).map(|k| 1.0 + 3.1 * f64::from(k)).filter(|fov_deg| is_refused(side_px, *fov_deg)) {
@@ -241,7 +242,7 @@ mod tests {
 
     /// Every direction inside a cap is in the visible bounds of its face, and a narrow cap needs the front face only.
     #[test]
-    fn what_a_fisheye_shows_is_used() {
+    fn visible_bounds_contain_all_that_a_fisheye_shows() {
         for (half_deg, faces) in [(10.0, 1), (40.0, 1), (90.0, 5), (110.0, 5), (140.0, 6), (180.0, 6)] {
             let half = f64::to_radians(half_deg);
             let bounds: Vec<_> = (0..6).map(|f| visible_bounds(f, half)).collect();

@@ -108,7 +108,7 @@ uniforms! {
         pub ray_dv: Vec3 = "ray_dv",
         /// Near camera: |camera|² - 1, computed in f64. Ignored when `anchor_is_camera` is 0.
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
-        /// 1: the anchor is the camera (near form); 0: the anchor plane (far form).
+        /// 1: the anchor is the camera. 0: it is in the plane through the body's centre.
         pub anchor_is_camera: f32 = "anchor_is_camera",
         /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
@@ -124,7 +124,8 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
+        /// Factor on z that turns a unit-sphere point into a direction whose angle to the equatorial plane is the latitude by which the map's rows are spaced
+        /// (planetocentric or planetographic).
         pub map_latitude_stretch: f32 = "map_latitude_stretch",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
@@ -179,25 +180,26 @@ uniforms! {
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, as `air_ground_depth`.
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
-        /// First row of the clouds' part of the coarse image of the air, which the plan sets.
+        /// First row of the clouds' part of the coarse image of the air. The plan, which arranges the image, sets this field.
         pub coarse_row: f32 = "cloud_coarse_row",
     }
 }
 
 uniforms! {
-    /// The air, lengths in equatorial radii. `radius_sq_minus_1` is |p|² - 1 in the unit-sphere frame.
+    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is |p|² - 1
+    /// in the frame in which the floor is the unit sphere.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the top.
         pub top: f32 = "air_top",
-        /// Heights of the near end, at the camera, and the far end of a ray that only rises or only falls; the height of the air's top for an end outside the
-        /// air.
+        /// Heights of the two ends of a ray that rises or falls all along: x of the end at the camera, y of the far end. An end outside the air has the height
+        /// of the air's top. `air_quadrature_nodes` is computed from them.
         pub end_heights: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
-        /// Coefficients per equatorial radius at the ground, linear RGB.
+        /// Coefficients per equatorial radius at the floor, linear RGB.
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
         pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
-        /// Fraction of the sunlight removed by extinction that reaches the ground as skylight.
+        /// Of the sunlight that extinction removes, the fraction that reaches the ground as skylight.
         pub skylight: Vec3 = "air_skylight",
         pub mie_scale_height: f32 = "air_mie_scale_height",
         /// Parameters of the aerosol's phase function, `catalog::AerosolPhase::parameters`; x: its asymmetry.
@@ -218,12 +220,13 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
-        /// Largest error of the light in a coarse image of the air: as a fraction of the light, and of radiance per irradiance.
+        /// Largest error of light that is interpolated from the coarse image of the air: x relative to the light, y as radiance divided by the irradiance of the
+        /// first light. An error below either is accepted. Negative where the image must not be interpolated at all.
         pub coarse_bound: Vec2,
-        /// First row of the body's part of that image. The plan, which arranges the image, sets it.
+        /// First row of the body's part of that image. The plan sets this field.
         pub coarse_row: f32 = "air_coarse_row",
-        /// Height above the ground of the floor from which the draw counts heights, and the reciprocal of the height of the air's top above the ground; both
-        /// in the floor's radii.
+        /// The draw counts heights from the floor, the table of multiply scattered light from the ground. x: height of the floor above the ground. y: 1 / height
+        /// of the air's top above the ground.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
         /// The table of `scene::atmosphere::multi_scatter_table`; empty if the draw does not read it.
         pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
@@ -238,9 +241,9 @@ uniforms! {
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
         pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
-        /// Largest error of the sunlight in the coarse image of the air, as `AtmosphereUniforms::coarse_bound`; negative where it must not be interpolated at all.
+        /// Largest error of sunlight that is interpolated from the coarse image of the air, as `AtmosphereUniforms::coarse_bound`.
         pub coarse_bound: Vec2,
-        /// First row of the sunlight's part of that image, which the plan sets.
+        /// First row of the sunlight's part of that image. The plan sets this field.
         pub coarse_row: f32 = "eclipse_coarse_row",
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb_darkening: [Vec4; 3] = "eclipse_limb_darkening",
@@ -248,8 +251,9 @@ uniforms! {
         pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
         pub occluder_outlines: Vec<Vec4> = "occluder_outline",
-        /// The first occluder's atmosphere: radius and bending angle at the lower and the upper edge of each refracting layer, and the layer's transmittance.
+        /// Per refracting layer of the first occluder's atmosphere: radius and bending angle (radians) at its lower edge (xy) and at its upper edge (zw).
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
+        /// Per refracting layer: its transmittance.
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
         /// The table of `scene::atmosphere::multi_scatter_in_shadow`; empty if the draw does not read it.
         pub multi_scatter: Vec<Vec4> = "occluder_multi_scatter",
@@ -257,7 +261,7 @@ uniforms! {
 }
 
 uniforms! {
-    /// Uniforms of shaders/lib/detail.wesl.
+    /// Uniforms of shaders/lib/detail.wesl, where a lattice is a cubic grid of cells of one size.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct DetailUniforms {
         /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
@@ -265,12 +269,13 @@ uniforms! {
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
-        /// Size of cells, in radii, at which lattices fade out because there would be too many.
+        /// Side in radii of the cells that are just too large to be drawn, because the rows hold the finest lattices only. From half this side on, lattices
+        /// fade out.
         pub largest: f32 = "detail_largest",
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// In narrow fields, where the reference point is on the ground: that point (xyz) and its view depth (w; 0: not used), the ray to it (xyz) with its
-        /// coordinate u in the rectangle (w), and its coordinate v (x).
+        /// In narrow fields the reference point is on the ground. First row: that point (xyz), and its distance from the camera in lengths of the ray (w; 0: the
+        /// field is not narrow). Second row: the ray to the point (xyz), and the point's u in the draw's rectangle (w). Third row: the point's v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
@@ -279,7 +284,8 @@ uniforms! {
     /// Uniforms of shaders/lib/limb_heights.wesl.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct LimbUniforms {
-        /// See shaders/lib/draw.wesl.
+        /// In the Moon's draw: unit vectors towards the position angles 0 and 90 degrees of its limb. In the draw of the Sun behind the Moon: coefficients that
+        /// give a pixel's offset from the Moon along these (shaders/lib/draw.wesl).
         pub position_angle_axes: [Vec4; 2] = "limb_position_angle_axes",
         pub table: Option<Arc<LimbTable>>,
     }
@@ -289,7 +295,8 @@ uniforms! {
     /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct ForegroundLimbUniforms {
-        /// Three rows for each of two bodies. The third row of the first body also has x, that of the second y, of the reference pixel of all positions.
+        /// For each of two bodies three rows, which shaders/lib/foreground_limb.wesl describes. They take positions on the screen relative to one pixel for both
+        /// bodies. Its x is the w of the first body's third row; its y is the w of the second body's third row.
         pub rows: [Vec4; 6] = "foreground_limb",
     }
 }
@@ -299,6 +306,7 @@ pub use crate::scene::constants::OVERLAY_ROWS;
 /// The uniforms of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayUniforms {
+    /// As shaders/lib/overlay.wesl describes them.
     pub rows: [Vec4; OVERLAY_ROWS],
     /// Whether the image spans all longitudes, so that its left edge joins its right edge.
     pub wraps_around: bool,
@@ -312,7 +320,7 @@ uniforms! {
         /// Innermost and outermost radius, equatorial radii.
         pub radius_range: Vec2 = "ring_radius_range",
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
-        pub extent: f32 = "ring_extent",
+        pub outermost_radius: f32 = "ring_extent",
         /// Maximum number of segments into which a pixel's footprint on the ring's plane is divided, at least 1.
         pub segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
@@ -328,28 +336,32 @@ uniforms! {
         pub side: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
-        /// The globe's semi-axes over its equatorial radius.
+        /// For the globe's shadow on the rings: the globe's semi-axes over its equatorial radius.
         pub shadow_axes: Vec3 = "shadow_axes",
         pub sun_limb_darkening_u1: Vec3 = "sun_limb_darkening_u1",
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
-        /// Unit vector towards the Sun, projected on the ring's plane (xy), reciprocal of the height from which no ring is visible (z), factor on the light (w).
-        pub shine_axes: Vec4 = "ring_shine",
+        /// Ring-shine: unit vector towards the Sun, projected on the ring's plane (xy); 1 / the height above this plane from which no ring is visible (z); factor
+        /// on the light (w).
+        pub shine_parameters: Vec4 = "ring_shine",
     }
 }
 
 impl RingUniforms {
+    /// The bin of a radius in the table is x - y / radius, at most z.
     fn bins(&self) -> Vec3 {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
 
+    /// The table's first slant, as its index among all slants, and the largest offset from there.
     fn slants(&self) -> Vec2 {
         let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slants).map(f64::from);
         // The upper limit stays just below the last row, so that interpolation reads the last row as the successor of the row before it.
         Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
     }
 
+    /// Of a shadow's table: the number of rows, one per slant of sunlight.
     fn sun_rows(&self) -> f32 {
         self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows())))
     }

@@ -53,7 +53,7 @@ fn decide_for_globe(
     if decisions.log.effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
-        ring_uniforms.shine_axes = view.shine_axes(&shine, inputs.placed.phase_brightness());
+        ring_uniforms.shine_parameters = view.shine_parameters(&shine, inputs.placed.phase_brightness());
         ring_uniforms.shine = Some(shine);
         decisions.chosen.ring_shine = true;
     }

@@ -1,4 +1,5 @@
-//! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit each ringlet for each of its rays.
+//! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit each interval of a ring for each of its
+//! rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
 //! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
@@ -8,14 +9,14 @@
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
 
-/// Light scattered by large particles and by dust, in the channel with the greatest albedo, without the factor phase function / 4.
+/// Light scattered by large particles (0) and by dust (1), in the channel with the greatest albedo, without the factor phase function / 4.
 type ByParticle = [f64; 2];
 
 /// The light along paths of one slant.
 struct SlantSums {
-    /// Of each interval.
+    /// Light of each interval.
     light: Vec<ByParticle>,
-    /// Its integral over the radius up to each interval's inner edge, and at the end up to the outermost edge.
+    /// Integral of the light over the radius up to each interval's inner edge; the last element is the integral over all intervals.
     integral: Vec<ByParticle>,
 }
 
@@ -30,18 +31,18 @@ impl SlantSums {
         let mut sum = [0.0; 2];
         let mut integral = vec![sum];
         for (interval, light) in intervals.iter().zip(&light) {
-            sum = [0, 1].map(|kind| sum[kind] + (interval.to - interval.from) * light[kind]);
+            sum = [0, 1].map(|particle| sum[particle] + (interval.to - interval.from) * light[particle]);
             integral.push(sum);
         }
         Self { light, integral }
     }
 
-    /// The integral up to a radius. `index`: the interval that contains it; 0 also for a radius inside the first interval, the number of intervals for a
-    /// radius outside the last.
+    /// The integral up to a radius. `index`: the interval that contains the radius. It is 0 also for a radius below those of all intervals, and the number of
+    /// intervals for a radius above them.
     fn up_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.from).max(0.0);
-        [0, 1].map(|kind| self.integral[index][kind] + within * self.light[index][kind])
+        [0, 1].map(|particle| self.integral[index][particle] + within * self.light[index][particle])
     }
 }
 
@@ -73,9 +74,9 @@ impl<'a> RadialSums<'a> {
             let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
             let [inner, outer] = ends.map(|(radius, interval)| sums.up_to(self.intervals, radius, interval));
-            [0, 1].map(|kind| (outer[kind] - inner[kind]) / (to - from))
+            [0, 1].map(|particle| (outer[particle] - inner[particle]) / (to - from))
         });
-        [0, 1].map(|kind| lower_mean[kind] + upper_weight * (upper_mean[kind] - lower_mean[kind]))
+        [0, 1].map(|particle| lower_mean[particle] + upper_weight * (upper_mean[particle] - lower_mean[particle]))
     }
 }
 
@@ -105,14 +106,14 @@ mod tests {
         mean
     }
 
-    /// Largest difference from the reference over radii, widths and slants of a body's rings. `slant_factor`: deviation of the slant from the
-    /// reference's.
-    fn difference(name: &str, slant_factor: f64) -> f64 {
+    /// Greatest difference from the reference over radii, widths and slants of a body's rings. `slant_factor`: the slant of the sums divided by that of the
+    /// reference.
+    fn greatest_difference(name: &str, slant_factor: f64) -> f64 {
         let catalog = Catalog::embedded();
         let body = catalog.body_named(name).expect("a body");
         let intervals = intervals(body.rings.iter(), body.radii_km.x);
         let (inner, outer) = (intervals[0].from, intervals[intervals.len() - 1].to);
-        let mut largest: f64 = 0.0;
+        let mut greatest: f64 = 0.0;
         for sin_elevation in [0.45, 0.02] {
             let [near, far] = sun_halves(sin_elevation, SUN_TANGENT);
             for sunlight in [[near, far], [far, near]] {
@@ -125,20 +126,20 @@ mod tests {
                     let slant = (7.0 * quasi_random(0.819_173)).exp2();
                     let between = [middle - half_width, middle + half_width];
                     let (mean, exact) = (sums.mean(between, slant * slant_factor), one_by_one(&intervals, sunlight, between, slant));
-                    largest = (0..2).fold(largest, |max, kind| max.max((mean[kind] - exact[kind]).abs()));
+                    greatest = (0..2).fold(greatest, |max, particle| max.max((mean[particle] - exact[particle]).abs()));
                 }
             }
         }
-        largest
+        greatest
     }
 
     #[test]
     fn means_are_those_of_every_interval_one_by_one() {
         for name in ["jupiter", "saturn", "uranus", "neptune"] {
-            let largest = difference(name, 1.0);
-            assert!(largest < 3e-4, "{name}: {largest}");
+            let greatest = greatest_difference(name, 1.0);
+            assert!(greatest < 3e-4, "{name}: {greatest}");
         }
         // The comparison must be able to fail: slants smaller by a tenth.
-        assert!(difference("saturn", 0.9) > 3e-3);
+        assert!(greatest_difference("saturn", 0.9) > 3e-3);
     }
 }

@@ -342,7 +342,7 @@ impl<'a> RingView<'a> {
 
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
     /// divided out.
-    pub(crate) fn shine_axes(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
+    pub(crate) fn shine_parameters(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
         let horizontal = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let [x, y, z, w] =
             [horizontal.x, horizontal.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
@@ -391,7 +391,7 @@ impl<'a> RingView<'a> {
         RingUniforms {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
-            extent: narrow(self.outermost_km() / self.body.radii_km.x),
+            outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
             segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),

@@ -28,7 +28,7 @@ impl BoundingSphere {
     }
 
     /// Squared length of the tangent from the camera; negative inside.
-    fn tangent_squared_km2(&self) -> f64 {
+    fn tangent_sq_km2(&self) -> f64 {
         self.centre_km.length_squared() - self.radius_km * self.radius_km
     }
 
@@ -41,16 +41,16 @@ impl BoundingSphere {
 
 /// Whether body `a` is in front of body `b` wherever their outlines overlap.
 pub(crate) fn is_in_front(a: &PlacedBody<'_>, b: &PlacedBody<'_>) -> bool {
-    BoundingSphere::of(a).tangent_squared_km2() < BoundingSphere::of(b).tangent_squared_km2()
+    BoundingSphere::of(a).tangent_sq_km2() < BoundingSphere::of(b).tangent_sq_km2()
 }
 
 /// The sort key of a draw: farther groups first, within a group by step, then farther bodies first. A group is a planet with rings and its moons, or a
 /// single body. Distances are the squared lengths of tangents to bounding spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DrawOrder {
-    group_tangent_squared_km2: f64,
+    group_tangent_sq_km2: f64,
     step: DrawingStep,
-    body_tangent_squared_km2: f64,
+    body_tangent_sq_km2: f64,
 }
 
 /// The steps in which a body with rings and the moons around it are drawn.
@@ -67,10 +67,11 @@ enum DrawingStep {
 /// The step in which a moon of a ringed planet is drawn; `None`: in front of all layers of the planet. `pole`: normal of the ring's plane, unit vector.
 fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3) -> Option<DrawingStep> {
     let from_planet_km = moon.centre_km - planet.centre_km;
-    let (height_km, camera_km) = (pole.dot(from_planet_km), -pole.dot(planet.centre_km));
-    let crosses_plane = height_km.abs() <= moon.radius_km;
-    let on_far_side = height_km * camera_km < 0.0;
-    let in_front_of_globe = moon.tangent_squared_km2() < planet.tangent_squared_km2();
+    // Heights above the ring's plane.
+    let (moon_height_km, camera_height_km) = (pole.dot(from_planet_km), -pole.dot(planet.centre_km));
+    let crosses_plane = moon_height_km.abs() <= moon.radius_km;
+    let on_far_side = moon_height_km * camera_height_km < 0.0;
+    let in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
     // A camera within the ring's radius may look outwards at a moon that is closer than the planet but still behind the far half of the ring.
     let outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
     match (crosses_plane, on_far_side, in_front_of_globe) {
@@ -87,11 +88,12 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
     let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == BodyPart::Ring).map(|d| d.body).collect();
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let order_of = |id: NaifId, part: BodyPart| {
+        // Draws are made from placed bodies, so this value is arbitrary.
         let Some(p) = placed_body(id) else {
-            return DrawOrder { group_tangent_squared_km2: 0.0, step: DrawingStep::Globe, body_tangent_squared_km2: 0.0 };
+            return DrawOrder { group_tangent_sq_km2: 0.0, step: DrawingStep::Globe, body_tangent_sq_km2: 0.0 };
         };
         let sphere = BoundingSphere::of(p);
-        let body_tangent_squared_km2 = sphere.tangent_squared_km2();
+        let body_tangent_sq_km2 = sphere.tangent_sq_km2();
         let step = match part {
             BodyPart::RingBehind => DrawingStep::FarHalf,
             BodyPart::Ring => DrawingStep::NearHalf,
@@ -100,21 +102,21 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
         let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(placed_body);
         let moon_order = planet.and_then(|planet| {
             let pole = planet.placement.body_from_icrf.transpose() * DVec3::Z;
-            Some((BoundingSphere::of(planet).tangent_squared_km2(), step_among_rings(&sphere, &BoundingSphere::of(planet), pole)?))
+            Some((BoundingSphere::of(planet).tangent_sq_km2(), step_among_rings(&sphere, &BoundingSphere::of(planet), pole)?))
         });
-        let (group_tangent_squared_km2, step) = moon_order.unwrap_or((body_tangent_squared_km2, step));
-        DrawOrder { group_tangent_squared_km2, step, body_tangent_squared_km2 }
+        let (group_tangent_sq_km2, step) = moon_order.unwrap_or((body_tangent_sq_km2, step));
+        DrawOrder { group_tangent_sq_km2, step, body_tangent_sq_km2 }
     };
     draws.sort_by_cached_key(|d| {
         let order = order_of(d.body, d.part);
-        (Farther(order.group_tangent_squared_km2), order.step, Farther(order.body_tangent_squared_km2), d.part)
+        (Farther(order.group_tangent_sq_km2), order.step, Farther(order.body_tangent_sq_km2), d.part)
     });
     draws
 }
 
-/// Number of sorted draws up to the last draw of `body`: light around the body is drawn after them. For a body without a draw, the number of draws up to
-/// the last farther body.
-pub(crate) fn draws_behind(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
+/// Number of sorted draws up to the last draw of `body`, which is included: light around the body is drawn after them. For a body without a draw, the number
+/// of draws up to the last one of a farther body.
+pub(crate) fn draw_count_up_to(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let body_km = distance_km(body);
     let last = draws.iter().rposition(|d| d.body == body).or_else(|| draws.iter().rposition(|d| distance_km(d.body) >= body_km));
@@ -158,7 +160,7 @@ mod tests {
     }
 
     /// For cameras at many distances and moons anywhere around a planet with a ring: along each ray that meets two of moon, globe and ring, the one drawn
-    /// later is nearer.
+    /// later is nearer. Lengths are in radii of the planet.
     #[test]
     fn along_every_ray_the_nearer_is_drawn_later() {
         let mut next = numbers(7);
@@ -168,23 +170,25 @@ mod tests {
         };
         let (mut pairs, mut with_ring) = (0, 0);
         for _ in 0..40_000 {
-            let (towards, far, size) = random_direction();
-            let (outwards, away, _) = random_direction();
-            let (perpendicular, slant, _) = random_direction();
-            // The planet has radius 1, the ring reaches from 1.2 to 2.3.
-            let camera = towards * (1.02 + 10f64.powf(7.0 * far * far) - 1.0);
-            let moon = BoundingSphere { centre_km: outwards * (1.3 + 4.0 * away) - camera, radius_km: 0.02 + 0.1 * size };
+            // Each direction comes with two numbers in 0..1.
+            let (to_camera, camera_number, size) = random_direction();
+            let (to_moon, moon_number, _) = random_direction();
+            let (perpendicular, offset, _) = random_direction();
+            // The ring reaches from 1.2 to 2.3. The camera is 0.02 to 10 million radii above the globe, the moon 1.3 to 5.3 radii from its centre.
+            let camera = to_camera * (0.02 + 10f64.powf(7.0 * camera_number * camera_number));
+            let moon = BoundingSphere { centre_km: to_moon * (1.3 + 4.0 * moon_number) - camera, radius_km: 0.02 + 0.1 * size };
             let planet = BoundingSphere { centre_km: -camera, radius_km: 1.0 };
             let pole = DVec3::Z;
             // A ray that meets the moon.
-            let along = (moon.centre_km + perpendicular * (moon.radius_km * 0.9 * slant)).normalize();
+            let along = (moon.centre_km + perpendicular * (moon.radius_km * 0.9 * offset)).normalize();
             let Some(at_moon) = distance_to(&moon, along) else { continue };
-            if moon.tangent_squared_km2() < 0.0 {
+            if moon.tangent_sq_km2() < 0.0 {
                 continue;
             }
-            let in_front_of_globe = moon.tangent_squared_km2() < planet.tangent_squared_km2();
+            let in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
             let step = step_among_rings(&moon, &planet, pole);
-            let drawn = step.map_or(if in_front_of_globe { 9 } else { -1 }, |s| s as i32);
+            // Without a step the moon is sorted as a group of its own: after all steps of the planet if it is in front, otherwise before them.
+            let drawn = step.map_or(if in_front_of_globe { i32::MAX } else { -1 }, |s| s as i32);
             if let Some(at_globe) = distance_to(&planet, along) {
                 assert_eq!(at_moon < at_globe, drawn > DrawingStep::Globe as i32, "{moon:?} {step:?} from {camera}");
                 pairs += 1;
