@@ -74,6 +74,8 @@ pub(crate) struct MapFacts {
 
 /// Side of a sample image, pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
+/// Largest number of textures of sample images; all are dropped before a further one is stored.
+const MAX_SAMPLE_TEXTURES: usize = 600;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
@@ -200,9 +202,16 @@ impl ShaderQueries {
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
-            self.sample_textures.insert(*key, texture.clone());
+            self.store_sample_texture(*key, texture.clone());
         }
         Some(texture)
+    }
+
+    fn store_sample_texture(&mut self, key: ShaderKey, texture: TextureHandle) {
+        if self.sample_textures.len() >= MAX_SAMPLE_TEXTURES {
+            self.sample_textures.clear();
+        }
+        self.sample_textures.insert(key, texture);
     }
 
     /// A pair of images of the view: unchanged, and with the key of one draw replaced.
@@ -256,4 +265,25 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(ComparedImage { image, by: "software".into(), took_ms })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+
+    /// A visit of many keys must not fill the memory of the GPU.
+    #[test]
+    fn textures_of_sample_images_are_dropped_when_there_are_too_many() {
+        let keys = keys_of(possible_features(&Catalog::embedded()));
+        assert!(keys.len() > 2 * MAX_SAMPLE_TEXTURES, "only {} keys", keys.len());
+        let (ctx, mut queries) = (egui::Context::default(), ShaderQueries::default());
+        for key in keys {
+            let image = colour_image(1, 1, vec![[0, 0, 0, 255]]);
+            queries.store_sample_texture(key, ctx.load_texture("sample", image, TextureOptions::LINEAR));
+            assert!(queries.sample_textures.contains_key(&key) && queries.sample_textures.len() <= MAX_SAMPLE_TEXTURES);
+        }
+        // The font texture is egui's own.
+        assert!(ctx.tex_manager().read().num_allocated() <= MAX_SAMPLE_TEXTURES + 1);
+    }
 }
