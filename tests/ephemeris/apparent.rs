@@ -45,6 +45,7 @@ fn apparent_places_agree_with_skyfield() {
         }
         let t = Instant::from_jd_tt(jd_tt);
         for (name, reference) in epoch["bodies"].as_object().expect("bodies") {
+            // From Mars outwards the reference has the barycentres of the planets' systems, NAIF ids 4 to 9.
             let id = match name.as_str() {
                 "moon" => 301,
                 "sun" => 10,
@@ -100,6 +101,7 @@ fn sub_points_agree_with_cspice() {
                 (points.sub_observer, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 (sun, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
+                // The angle between two points of the sphere; `RaDec` holds longitude and latitude here.
                 let error_deg = separation_arcsec(
                     RaDec { ra_deg: p.lon_east_deg, dec_deg: p.lat_centric_deg },
                     RaDec { ra_deg: number(expected, lon), dec_deg: number(expected, lat) },
