@@ -13,6 +13,7 @@ use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use crate::wording::{echo, suggestion_or_list};
+use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant as WallInstant};
@@ -125,7 +126,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
         let mut scene_row = row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of)?;
+            let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of, &bar)?;
             scene_row["effects"] = list.into();
         }
         if args.counts {
@@ -158,20 +159,24 @@ fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -
         "operations": sum(red).round(), "texture_reads": (sum(green) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately.
+/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately. The measured frames
+/// are added to the length of `bar`; `measure` advances it.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
     request: &ViewRequest,
     pair_count: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
+    bar: &ProgressBar,
 ) -> Result<Vec<Value>, CliError> {
     let drawn_with = session.draw(request, sampling, FrameImages::DisplayAndHdr)?;
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
     let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.effect == e.name());
-    for effect in Effect::ALL.into_iter().filter(|e| is_active(*e)) {
+    let active: Vec<Effect> = Effect::ALL.into_iter().filter(|e| is_active(*e)).collect();
+    bar.inc_length(2 * u64::from(pair_count) * active.len() as u64);
+    for effect in active {
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);
         // Also loads the modules and maps of this variant before the timing.
@@ -228,6 +233,25 @@ fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::Sources;
+    use indicatif::ProgressDrawTarget;
+
+    #[test]
+    fn the_progress_bar_expects_the_frames_that_measure_effects() {
+        let cache = tempfile::tempdir().expect("a folder");
+        let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+        let session = Session::open(&sources, |_| {}).expect("opens");
+        let scene = standard_scenes(8, 8).into_iter().find(|s| s.name == "saturn").expect("a standard scene");
+        let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::hidden());
+        bar.inc(1);
+        let measure = |_: &ViewRequest| -> Result<MeasuredFrame, CliError> {
+            bar.inc(1);
+            Ok(MeasuredFrame { wall: Duration::ZERO, cpu: None, stages: Stages::default(), drawn_by: None })
+        };
+        let effects = effects(&session, SamplingQuality { samples: 1, anisotropy: 1 }, &scene.request, 2, &measure, &bar).expect("effects");
+        assert!(!effects.is_empty());
+        assert_eq!((bar.length(), bar.position()), (Some(1 + 4 * effects.len() as u64), 1 + 4 * effects.len() as u64));
+    }
 
     #[test]
     fn a_cost_is_a_median_of_at_least_zero_with_its_deviation() {
