@@ -1,7 +1,7 @@
-//! `orrery bench`: measures elapsed and CPU time per frame of the standard scenes, by stage, and prints JSON.
+//! `orrery bench`: measures wall time and CPU time per frame of the standard scenes, by stage, and prints JSON.
 //!
-//! Each scene is drawn once to fill the caches and then measured. Except for `first_ms` and `least_ms`, the times in a scene's row are those of a
-//! single frame, the one with the median elapsed time, so that they belong together. Writing files is not part of a frame here.
+//! Each scene is drawn once to fill the caches and then measured. Except for `first_ms`, `least_ms` and the costs of effects, the times in a scene's row
+//! are those of a single frame, the one with the median wall time, so that they belong together. Writing files is not part of a frame here.
 
 use super::output::{print_message, progress};
 use super::view_args::size;
@@ -13,6 +13,7 @@ use crate::scene::effects::Effect;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{DrawnBy, LightChange, Session, Stage, Stages, milliseconds, process_cpu, standard_scenes};
 use crate::wording::{echo, suggestion_or_list};
+use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant as WallInstant};
@@ -21,11 +22,12 @@ const AFTER_HELP: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-With --effects, each scene also lists the cost of each active effect and the change in
-luminance that it causes (absolute change of luminance, relative to the brighter image). cpu_ms and
-wall_ms: the median difference between --frames pairs of frames with and without the
-effect, at least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of
-these differences (null for one pair); a cost below its noise is not significant.
+With --effects, each scene also lists each active effect. cpu_ms and wall_ms, its cost:
+the median difference between --frames pairs of frames with and without the effect, at
+least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of these
+differences (null for one pair); a cost below its noise is not significant. light: the
+absolute changes of luminance that the effect causes, summed over the pixels, as a
+fraction of the total luminance of the brighter image.
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system, night-sky, belt
 (100000 invented minor planets, distributed as the known ones), million-stars (those that
@@ -36,9 +38,10 @@ one frame: operations (a fused multiply-add is one; a branch counts for all pixe
 batch if one of them takes it) and texture reads (all taps of a filtered map are one),
 both summed over pixels.
 
-With --meshes, the table of shape models instead: an invented shape for Phobos of 5000 to
-326000 triangles, and for each the time to read it, to trace its shadow on itself, and to
-draw it with and without that shadow, as ratios to its ellipsoid, measured alternately.
+With --meshes, shape models are measured in place of the scenes: an invented shape for
+Phobos with 5000 to 326000 triangles. For each number: the time to read the shape, the
+time to trace its shadow on itself, and the times to draw it with and without that
+shadow, each divided by the time to draw the ellipsoid, measured alternately.
 
 Each scene is drawn once to fill the caches (first_ms), then --frames times. median_ms,
 median_cpu_ms, stages and stages_cpu are those of the frame with the median wall time
@@ -108,21 +111,22 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
         };
         let session = own_session.as_ref().unwrap_or(&session);
         let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
-            let (earlier, _) = session.report();
-            let before = process_cpu();
+            let (stages_before, _) = session.report();
+            let cpu_before = process_cpu();
             let start = WallInstant::now();
             let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.by);
             let wall = start.elapsed();
-            let cpu = before.and_then(|before| process_cpu()?.checked_sub(before));
+            let cpu = cpu_before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
-            Ok(MeasuredFrame { wall, cpu, stages: session.report().0.since(&earlier), drawn_by })
+            let (stages_after, _) = session.report();
+            Ok(MeasuredFrame { wall, cpu, stages: stages_after.since(&stages_before), drawn_by })
         };
         let measure = || measure_of(&scene.request);
         let first = measure()?;
         let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
         let mut scene_row = row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of)?;
+            let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of, &bar)?;
             scene_row["effects"] = list.into();
         }
         if args.counts {
@@ -148,25 +152,31 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
     // The cost view shows bodies only, so stars and lines of the sky are not counted.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, FrameImages::DisplayAndHdr)?;
+    // Each pixel of the cost view stores its operations in red, and its texture reads times INSTRUCTIONS_PER_READ in green.
+    let (red, green) = (0, 1);
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
-    Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[0] > 0.0).count(),
-        "operations": sum(0).round(), "texture_reads": (sum(1) / INSTRUCTIONS_PER_READ).round() }))
+    Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[red] > 0.0).count(),
+        "operations": sum(red).round(), "texture_reads": (sum(green) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately.
+/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately. The measured frames
+/// are added to the length of `bar`; `measure` advances it.
 fn effects(
     session: &Session,
     sampling: SamplingQuality,
     request: &ViewRequest,
     pair_count: u32,
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
+    bar: &ProgressBar,
 ) -> Result<Vec<Value>, CliError> {
     let drawn_with = session.draw(request, sampling, FrameImages::DisplayAndHdr)?;
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
     let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
     let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.effect == e.name());
-    for effect in Effect::ALL.into_iter().filter(|e| is_active(*e)) {
+    let active: Vec<Effect> = Effect::ALL.into_iter().filter(|e| is_active(*e)).collect();
+    bar.inc_length(2 * u64::from(pair_count) * active.len() as u64);
+    for effect in active {
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);
         // Also loads the modules and maps of this variant before the timing.
@@ -223,6 +233,25 @@ fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::session::Sources;
+    use indicatif::ProgressDrawTarget;
+
+    #[test]
+    fn the_progress_bar_expects_the_frames_that_measure_effects() {
+        let cache = tempfile::tempdir().expect("a folder");
+        let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+        let session = Session::open(&sources, |_| {}).expect("opens");
+        let scene = standard_scenes(8, 8).into_iter().find(|s| s.name == "saturn").expect("a standard scene");
+        let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::hidden());
+        bar.inc(1);
+        let measure = |_: &ViewRequest| -> Result<MeasuredFrame, CliError> {
+            bar.inc(1);
+            Ok(MeasuredFrame { wall: Duration::ZERO, cpu: None, stages: Stages::default(), drawn_by: None })
+        };
+        let effects = effects(&session, SamplingQuality { samples: 1, anisotropy: 1 }, &scene.request, 2, &measure, &bar).expect("effects");
+        assert!(!effects.is_empty());
+        assert_eq!((bar.length(), bar.position()), (Some(1 + 4 * effects.len() as u64), 1 + 4 * effects.len() as u64));
+    }
 
     #[test]
     fn a_cost_is_a_median_of_at_least_zero_with_its_deviation() {

@@ -18,8 +18,8 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
     image.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Fraction of the range of radiance around a pixel by which the mean over 3 x 3 pixels can change when the image moves by a pixel: a
-/// third along an axis, 0.47 along the diagonal.
+/// Bound of the change of the mean over 3 x 3 pixels when the image moves by a pixel, as a fraction of the range of radiance around them. An edge
+/// that moves by a pixel changes the mean by a third of the range along an axis, and by 0.47 of it along the diagonal.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains
@@ -78,15 +78,17 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::empty();
     let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
-        let mut before: Option<(PlannedView, LinearImage)> = None;
+        let mut previous: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
             let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
             let image = bench.light(&view, Precision::F32)?;
-            if let Some((earlier, before)) = &before {
-                let (worst, pixel) = unexplained_change(before, &image);
-                found.add(worst, || (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(bench, [earlier, &view])));
+            if let Some((previous_view, previous_image)) = &previous {
+                let (worst, pixel) = unexplained_change(previous_image, &image);
+                found.add(worst, || {
+                    (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(bench, [previous_view, &view]))
+                });
             }
-            before = Some((view, image));
+            previous = Some((view, image));
         }
         Ok(())
     };
@@ -100,12 +102,12 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         let base = bench.renderers.with_metered_exposure(base)?;
         let perpendicular = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
-        sequence(&format!("camera before {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
+        sequence(&format!("camera rotates near {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
             look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Each step moves away from the body by so much that the scene at the image's edge moves by a third of a pixel. A full run ends at 3.4
-        // times the height.
+        // Each step multiplies the camera's height above the body by the factor that moves the image's edge by a third of a pixel, 0.33 of
+        // `side / 2` pixels. A full run ends at 3.4 times the first height.
         let growth = 0.33 * 2.0 / f64::from(side);
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
@@ -148,7 +150,7 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
     let sequences = [
-        // The edge that leaves the umbra brightens by 1.3 stops in a minute.
+        // The edge of the Moon that leaves the umbra brightens by 1.3 stops in a minute.
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),
         ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
         ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),

@@ -10,9 +10,9 @@ use serde_json::Value;
 
 /// Tolerance of apparent places, which includes the error of the shipped kernel.
 const APPARENT_ARCSEC: f64 = 0.02;
-/// Tolerance of sub-points. The reference uses barycentres as the positions of planets, a difference of 1.5e-5 degrees for Saturn (320 km
-/// at 8 au).
-const SUB_POINT_DEG: f64 = 0.002;
+/// Tolerance of sub-points and phase angles. Measured: 1.5e-5 degrees for Jupiter and Saturn, because the reference uses barycentres as the positions
+/// of planets (Saturn: 320 km at 8 au); 1e-7 degrees for Mars and the Moon.
+const SUB_POINT_DEG: f64 = 5e-5;
 
 fn ephemeris() -> Ephemeris {
     Ephemeris::embedded(&Catalog::embedded()).expect("the shipped ephemeris")
@@ -45,6 +45,7 @@ fn apparent_places_agree_with_skyfield() {
         }
         let t = Instant::from_jd_tt(jd_tt);
         for (name, reference) in epoch["bodies"].as_object().expect("bodies") {
+            // From Mars outwards the reference has the barycentres of the planets' systems, NAIF ids 4 to 9.
             let id = match name.as_str() {
                 "moon" => 301,
                 "sun" => 10,
@@ -100,6 +101,7 @@ fn sub_points_agree_with_cspice() {
                 (points.sub_observer, "sub_earth_lon_east_deg", "sub_earth_lat_centric_deg"),
                 (sun, "sub_solar_lon_east_deg", "sub_solar_lat_centric_deg"),
             ] {
+                // The angle between two points of the sphere; `RaDec` holds longitude and latitude here.
                 let error_deg = separation_arcsec(
                     RaDec { ra_deg: p.lon_east_deg, dec_deg: p.lat_centric_deg },
                     RaDec { ra_deg: number(expected, lon), dec_deg: number(expected, lat) },

@@ -1,4 +1,4 @@
-//! The surface of a body: its shape, maps, overlays and meshes.
+//! The surface of a body: its shape, maps, overlays, procedural detail and meshes, and how a thin sunlit crescent of it is drawn.
 
 pub(crate) mod crescent;
 pub(crate) mod detail;

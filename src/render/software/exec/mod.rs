@@ -27,7 +27,7 @@ const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// most expensive shipped module runs some 10^4 instructions; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
 /// Number of instructions that a texture read counts as in [`MAX_LOOP_INSTRUCTIONS`].
-const INSTRUCTIONS_PER_READ: u32 = 64;
+const LOOP_INSTRUCTIONS_PER_READ: u32 = 64;
 
 /// A set of a batch's lanes: bit i is lane i.
 pub type LaneMask = u128;
@@ -353,7 +353,7 @@ impl<R: Real> Executor<R> {
             } as usize;
             if target < next_step {
                 backward_jumps += 1;
-                let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
+                let cost = self.counts.texture_reads.saturating_mul(LOOP_INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
                 if backward_jumps > MAX_BACKWARD_JUMPS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }

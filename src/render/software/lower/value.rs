@@ -16,10 +16,10 @@ pub struct VariableIndex {
 /// A place in a variable or in the uniform block; `inner` is the type of the place.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// Scalar `base` of the environment, plus each index times its stride. A load with an index out of range reads the last element; a store
-    /// with an index out of range has no effect.
+    /// The scalars of the environment (`Lowerer::env`: the current values of all variables in scope) from `base` plus each index times its stride.
+    /// A load with an index out of range reads the last element; a store with an index out of range has no effect.
     Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
-    /// Byte `offset` of the uniform block plus `dynamic` words of 4 bytes.
+    /// The uniform block from byte `offset` plus `dynamic` words of 4 bytes; the indices in `dynamic` are clamped to the last element already.
     Uniform { offset: u32, dynamic: Option<SsaValue>, inner: TypeInner },
 }
 

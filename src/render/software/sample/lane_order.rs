@@ -1,7 +1,7 @@
 //! The lanes of a batch in the order in which they are filtered: by mip level, then from many taps to few.
 //!
-//! In: a key for each lane and the active lanes. Out: their order, by a counting sort; values in that order, or back in their lanes. Not here: the
-//! filtering (`filter`).
+//! In: a sort key for each lane, level * [`MAX_TAPS`] + ([`MAX_TAPS`] - taps), and the active lanes. Out: their order, by a counting sort; values in
+//! that order, or back in their lanes. Not here: the filtering (`filter`).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -13,7 +13,8 @@ use crate::render::software::math::Real;
 pub(crate) const BATCH: usize = 128;
 /// Number of lanes that are fetched and interpolated together.
 pub(super) const CHUNK: usize = 32;
-/// Length of arrays that are read in chunks from any lane on. The padding is needed because the last chunk may extend beyond the batch.
+/// Length of arrays in sorted order. A level's chunks begin at its first position, which need not be a multiple of [`CHUNK`], so the last chunk may
+/// extend beyond the batch.
 pub(super) const PADDED: usize = BATCH + CHUNK;
 /// Maximum number of taps of a lane.
 pub(crate) const MAX_TAPS: usize = 16;
@@ -40,9 +41,9 @@ pub(super) struct LaneOrder {
     pub(super) count: usize,
     /// Whether all lanes are active and have the same key, so that the order is that of the batch.
     pub(super) is_identity: bool,
-    /// `starts[key]`: the position of the first lane with that key or a greater one; key = level * `MAX_TAPS` + (`MAX_TAPS` - taps).
+    /// `starts[key]`: the position of the first lane with that key or a greater one.
     pub(super) starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
-    /// From the finest to the coarsest level of a lane, active or not.
+    /// From the finest to the coarsest level that some lane reads, whether the lane is active or not.
     pub(super) levels: std::ops::Range<usize>,
     /// Whether some lane, active or not, has more than one tap.
     pub(super) has_several_taps: bool,
@@ -59,7 +60,7 @@ impl LaneOrder {
             max_key = max_key.max(*k);
             inverted_keys |= !*k;
         }
-        // The key of one tap is the last of its level, so that the complement of the key is 0 modulo MAX_TAPS.
+        // A lane with one tap has the last key of its level, -1 modulo MAX_TAPS, whose complement is 0 modulo MAX_TAPS.
         order.has_several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
         let (min_key, max_key) = (usize::from(min_key), usize::from(max_key));
         order.levels = min_key / MAX_TAPS..max_key / MAX_TAPS + 1;
@@ -89,7 +90,8 @@ impl LaneOrder {
         order
     }
 
-    /// The values in sorted order, copied to `buffer` unless the order is the identity. Chunks of the result may start at any position below `count`.
+    /// The values in sorted order, copied to `buffer` unless the order is the identity. A chunk of the result may start at any position below `count`;
+    /// in the identity, which is not padded, at multiples of [`CHUNK`].
     #[inline(always)]
     pub(super) fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
         if self.is_identity {
@@ -103,9 +105,10 @@ impl LaneOrder {
         buffer
     }
 
-    /// Writes the first `count` values of a chunk, which begins at a sorted position, to their lanes.
+    /// Writes the first `valid` values of a chunk to their lanes. `start`: the sorted position of the chunk's first value. In the identity all `N` are
+    /// valid.
     #[inline(always)]
-    pub(super) fn store<R: Real, const N: usize>(&self, value: &[[R; N]; 4], start: usize, count: usize, out: &mut Channels<'_, R>) {
+    pub(super) fn store<R: Real, const N: usize>(&self, value: &[[R; N]; 4], start: usize, valid: usize, out: &mut Channels<'_, R>) {
         if self.is_identity {
             for (out, value) in out.iter_mut().zip(value) {
                 if let Some(out) = out.as_mut().and_then(|out| out[start..].first_chunk_mut::<N>()) {
@@ -114,7 +117,7 @@ impl LaneOrder {
             }
             return;
         }
-        let lanes = self.sorted_lanes.get(start..(start + count).min(start + N)).unwrap_or_default();
+        let lanes = self.sorted_lanes.get(start..(start + valid).min(start + N)).unwrap_or_default();
         for (out, value) in out.iter_mut().zip(value) {
             let Some(out) = out else { continue };
             for (lane, value) in lanes.iter().zip(value) {
@@ -123,7 +126,7 @@ impl LaneOrder {
         }
     }
 
-    /// The sorted positions of a level's lanes.
+    /// The sorted positions of a level's lanes: the first, and the one after the last.
     #[inline(always)]
     pub(super) fn positions(&self, level: usize) -> (usize, usize) {
         (usize::from(self.starts[level * MAX_TAPS]), usize::from(self.starts[(level + 1) * MAX_TAPS]))

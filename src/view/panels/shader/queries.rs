@@ -1,6 +1,6 @@
 //! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, sample images.
 //!
-//! Always: each query runs once, on the query worker, unless its result was dropped; when the fragments change, all results are dropped.
+//! Always: a query runs on the query worker, and again only after its result was dropped; when the fragments change, all results are dropped.
 
 use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
@@ -31,6 +31,7 @@ use std::time::Instant as WallInstant;
 /// A module and its cost.
 pub(crate) struct LoadedModule {
     pub module: Arc<ShaderModule>,
+    /// Counts in the module's IR, naga's intermediate representation.
     pub ir: IrCost,
     /// Costs of the software renderer's tapes, vertex stage first.
     pub tapes: Vec<TapeCost>,
@@ -54,8 +55,10 @@ fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
     let module = library.get(id).map_err(|e| failure(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
     let tapes = tape_costs(&module).map_err(|e| failure(e.to_string(), String::new()))?;
-    let entry = library.entry_path(id).and_then(|path| Some((path.metadata().ok()?.len(), path)));
-    let entry = entry.map(|(bytes, path)| (path, bytes));
+    let entry = library.entry_path(id).and_then(|path| {
+        let bytes = path.metadata().ok()?.len();
+        Some((path, bytes))
+    });
     Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
 }
 
@@ -71,6 +74,8 @@ pub(crate) struct MapFacts {
 
 /// Side of a sample image, pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
+/// Largest number of textures of sample images; all are dropped before a further one is stored.
+const MAX_SAMPLE_TEXTURES: usize = 600;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
@@ -89,8 +94,8 @@ pub(crate) struct KeySwap {
 /// The results of all queries so far.
 #[derive(Default)]
 pub(crate) struct ShaderQueries {
-    /// Digest of the fragments to which the results belong.
-    generator: Option<Arc<str>>,
+    /// Digest of the generator, its fragments included, to which the results belong.
+    generator_digest: Option<Arc<str>>,
     modules: QueryCache<ModuleId, ModuleResult>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<ModuleText>, String>>,
     differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
@@ -108,9 +113,9 @@ pub(crate) struct ShaderQueries {
 impl ShaderQueries {
     /// Drops all results if the fragments have changed.
     pub(crate) fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
-        let generator = worker.session().library().generator();
-        if self.generator.as_ref() != Some(&generator) {
-            *self = Self { generator: Some(generator), ..Self::default() };
+        let digest = worker.session().library().generator();
+        if self.generator_digest.as_ref() != Some(&digest) {
+            *self = Self { generator_digest: Some(digest), ..Self::default() };
         }
     }
 
@@ -125,7 +130,7 @@ impl ShaderQueries {
         self.module(worker, id)?.ok()
     }
 
-    /// The module's text in a language, once it has arrived.
+    /// The module's text in a shading language (or another format of [`Language`]), once it has arrived.
     pub(crate) fn text(&mut self, worker: &dyn RenderWorker, id: &ModuleId, language: Language) -> Option<Result<Arc<ModuleText>, String>> {
         let asked_id = id.clone();
         self.texts
@@ -164,7 +169,7 @@ impl ShaderQueries {
         });
     }
 
-    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that cannot be timed on its own.
+    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that the sample body cannot be drawn with: one without a key, or of a mesh.
     pub(crate) fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
         self.timed.known(id).cloned()
     }
@@ -182,7 +187,7 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// The image of the sample body drawn by a key's module.
+    /// The image of the sample body of `session::sample_body`, the same body for all keys, drawn by a key's module.
     pub(crate) fn sample(
         &mut self,
         ctx: &egui::Context,
@@ -197,9 +202,16 @@ impl ShaderQueries {
         let texture =
             drawn.as_ref().map(|image| ctx.load_texture(key.to_string(), image.clone(), TextureOptions::LINEAR)).map_err(Clone::clone);
         if let Ok(texture) = &texture {
-            self.sample_textures.insert(*key, texture.clone());
+            self.store_sample_texture(*key, texture.clone());
         }
         Some(texture)
+    }
+
+    fn store_sample_texture(&mut self, key: ShaderKey, texture: TextureHandle) {
+        if self.sample_textures.len() >= MAX_SAMPLE_TEXTURES {
+            self.sample_textures.clear();
+        }
+        self.sample_textures.insert(key, texture);
     }
 
     /// A pair of images of the view: unchanged, and with the key of one draw replaced.
@@ -217,8 +229,8 @@ impl ShaderQueries {
         let (swap, request) = (key_swap.clone(), request.clone());
         self.swaps
             .get(worker, key_swap, move |session| {
-                let [drawn, changed] = [None, Some(&swap)].map(|swap| draw_swapped(session, &request, swap));
-                Pair::of(drawn, changed).map(Arc::new)
+                let [unchanged, changed] = [None, Some(&swap)].map(|applied| draw_swapped(session, &request, applied));
+                Pair::of(unchanged, changed).map(Arc::new)
             })
             .cloned()
     }
@@ -253,4 +265,25 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
     Ok(ComparedImage { image, by: "software".into(), took_ms })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+
+    /// A visit of many keys must not fill the memory of the GPU.
+    #[test]
+    fn textures_of_sample_images_are_dropped_when_there_are_too_many() {
+        let keys = keys_of(possible_features(&Catalog::embedded()));
+        assert!(keys.len() > 2 * MAX_SAMPLE_TEXTURES, "only {} keys", keys.len());
+        let (ctx, mut queries) = (egui::Context::default(), ShaderQueries::default());
+        for key in keys {
+            let image = colour_image(1, 1, vec![[0, 0, 0, 255]]);
+            queries.store_sample_texture(key, ctx.load_texture("sample", image, TextureOptions::LINEAR));
+            assert!(queries.sample_textures.contains_key(&key) && queries.sample_textures.len() <= MAX_SAMPLE_TEXTURES);
+        }
+        // The font texture is egui's own.
+        assert!(ctx.tex_manager().read().num_allocated() <= MAX_SAMPLE_TEXTURES + 1);
+    }
 }
