@@ -20,7 +20,7 @@ const EXAMPLES: &str = "Examples:
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
   orrery render --target moon --from earth --at 51.5,-0.1 --fov 1 --up zenith -o moon.png
   orrery render --target jupiter --distance-radii 60 --layers +orbits -o orbits.png
-  orrery render --target jupiter --distance-radii 40 --frames 240 --step 10m -o out-%05d.png
+  orrery render --target jupiter --distance-radii 40 --time 2026-11-28 --frames 240 --step 10m -o out-%05d.png
   orrery render --target io --frames 240 --step 60s -o - | ffmpeg -i - io.mp4
   orrery render --target saturn --stereo anaglyph -o saturn-red-cyan.png
   orrery render --target moon --from earth --at 51.5,-0.1 --projection fisheye --dome-zenith \
