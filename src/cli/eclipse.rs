@@ -54,6 +54,8 @@ Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
 C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch;
 begin and end, when the centre of the moon or of its shadow passes the planet's edge.
+Longitudes and circumstances at a place have the error of Delta T (TT - UT1), and so
+have instants before 1972. It is printed where it exceeds half a second.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
 the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra.
 With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
@@ -136,8 +138,11 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
         rows.extend(found.iter().chain(&mutual).map(|e| (e.greatest, moon_event(catalog, e))));
     }
     rows.sort_by(|a, b| a.0.tdb_seconds_past_j2000().total_cmp(&b.0.tdb_seconds_past_j2000()));
-    for (_, row) in &mut rows {
+    for (greatest, row) in &mut rows {
         row["radii"] = json!(radii.name());
+        let (delta_t_s, error_s) = greatest.delta_t_and_error_s();
+        row["delta_t_s"] = json!(delta_t_s);
+        row["delta_t_error_s"] = json!(error_s);
     }
     Ok(rows.into_iter().map(|(_, row)| row).collect())
 }

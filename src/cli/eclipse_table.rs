@@ -48,6 +48,26 @@ fn duration(seconds: &Value) -> String {
     }
 }
 
+/// Errors of Delta T below this are not printed, because times are printed in seconds.
+const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
+
+/// The line about the rows' largest error of Delta T, if times to a second are affected.
+fn delta_t_text(rows: &[Value]) -> Option<String> {
+    let error_s = |row: &Value| row["delta_t_error_s"].as_f64().unwrap_or(0.0);
+    let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
+    (error_s(worst) >= SHOWN_DELTA_T_ERROR_S).then(|| {
+        let day = rounded_time(&worst["greatest"], 0);
+        let day = day.split(' ').next().unwrap_or("");
+        let seconds = error_s(worst);
+        let error = if seconds < 60.0 { format!("{seconds:.1} s") } else { duration(&json!(seconds)) };
+        // The Earth turns by a degree in 240 s.
+        let shift_deg = seconds / 240.0;
+        format!(
+            "Delta T has a standard error of {error} on {day}: longitudes may be off by {shift_deg:.2} degrees, times at a place and times before 1972 by {error}\n"
+        )
+    })
+}
+
 /// The table: a heading, a row for each event, with `at_place` a line of local circumstances below it, and a last line with the number of events.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> String {
     let mut table =
@@ -88,7 +108,9 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
         text.extend(note.map(|n| format!("    {n}\n")));
     }
     let shadow = events::shadow_enlargement(catalog.eclipse_radii());
-    text + &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text())
+    text += &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text());
+    text.extend(delta_t_text(rows));
+    text
 }
 
 /// The contacts in order of time, without C1 to C4, which [`local_text`] prints on their own line.
@@ -181,6 +203,18 @@ mod tests {
         assert!(text.starts_with("here: U1 21:25:02 (30.0°) · maximum 22:55:46 (30.0°) · U4 00:26:30 (30.0°) · magnitude"), "{text}");
         let text = limb_text(&json!({ "contacts": by_name, "last_bead": "", "heights": "" }));
         assert!(text.find("U1") < text.find("U4"), "{text}");
+    }
+
+    #[test]
+    fn the_largest_error_of_delta_t_is_stated_if_seconds_are_wrong() {
+        let row = |greatest: &str, error_s: f64| json!({ "greatest": greatest, "delta_t_error_s": error_s });
+        let (old, recent) = (row("-0584-05-22T14:24:32.403Z", 462.4), row("2024-04-08T18:17:20Z", 0.02));
+        let text = delta_t_text(&[recent.clone(), old]).expect("an error of minutes");
+        assert!(text.contains("7m42s on -0584-05-22") && text.contains("1.93 degrees"), "{text}");
+        let text = delta_t_text(&[row("1900-05-28T14:53:56Z", 0.8)]).expect("an error of almost a second");
+        assert!(text.contains("0.8 s on 1900-05-28"), "{text}");
+        assert_eq!(delta_t_text(&[recent]), None);
+        assert_eq!(delta_t_text(&[]), None);
     }
 
     #[test]

@@ -57,21 +57,34 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
-/// One standard error of [`delta_t_s`] in seconds. From -720 to the end of the measured table it follows measured and published figures. Before, it is 0.8 s
-/// times the square of the centuries from 1820 (Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333). After the table's end, the centuries count from
-/// there, and 0.2 s a year are added during the first hundred years.
+/// One standard error of [`delta_t_s`] before the measured table: years and seconds, linear in between.
+///
+/// To 1600 of Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333: [`early_error_s`] to 1200, then 20 s, because the decades' fluctuations are unknown.
+/// From 1700 the largest differences of the spline from the Astronomical Almanac (page K8), an earlier reduction: 4.7 s about 1800, 0.8 s in 1900.
+const ERRORS_BEFORE_TABLE_S: [(f64, f64); 8] =
+    [(1200.0, 30.8), (1300.0, 20.0), (1600.0, 20.0), (1700.0, 5.0), (1820.0, 5.0), (1890.0, 2.0), (1900.0, 0.8), (1970.0, 0.7)];
+
+/// The standard error before 1200: 0.8 s times the square of the centuries from 1820.
+fn early_error_s(year: f64) -> f64 {
+    0.8 * ((year - 1820.0) / 100.0).powi(2)
+}
+
+/// One standard error of [`delta_t_s`] in seconds: published figures and differences before the measured table (462 s in 585 BC, 20 s in 1500, 0.8 s in
+/// 1900), measured ones in it. After the table's end it is an estimate: 0.2 s a year during the first hundred years, and 0.8 s times the square of the
+/// centuries from there.
 pub fn delta_t_error_s(tt_s: f64) -> f64 {
     let year = year_of(tt_s);
-    let centuries = (year - 1820.0) / 100.0;
     match year {
-        y if y < -720.0 => 0.8 * centuries * centuries,
-        y if y < 500.0 => 30.0 + (500.0 - y) * 0.15,
-        y if y < 1600.0 => 30.0 - (y - 500.0) * (28.0 / 1100.0),
-        y if y < 1900.0 => 2.0,
-        y if y < 1973.0 => 0.3,
-        y if y < PREDICTED_FROM_YEAR => 0.02,
-        y if y < TABLE_END_YEAR => 0.05,
-        y => 0.05 + 0.8 * ((y - TABLE_END_YEAR) / 100.0).powi(2) + 0.2 * (y - TABLE_END_YEAR).min(100.0),
+        y if y >= TABLE_END_YEAR => 0.05 + 0.8 * ((y - TABLE_END_YEAR) / 100.0).powi(2) + 0.2 * (y - TABLE_END_YEAR).min(100.0),
+        y if y >= PREDICTED_FROM_YEAR => 0.05,
+        y if y >= year_of_entry(1) => 0.02,
+        y if y < ERRORS_BEFORE_TABLE_S[0].0 => early_error_s(y),
+        y => {
+            let next = ERRORS_BEFORE_TABLE_S.iter().position(|(until, _)| y < *until);
+            let Some(next) = next else { return ERRORS_BEFORE_TABLE_S[ERRORS_BEFORE_TABLE_S.len() - 1].1 };
+            let ((y0, s0), (y1, s1)) = (ERRORS_BEFORE_TABLE_S[next - 1], ERRORS_BEFORE_TABLE_S[next]);
+            s0 + (s1 - s0) * (y - y0) / (y1 - y0)
+        }
     }
 }
 
@@ -133,11 +146,8 @@ mod tests {
 
     #[test]
     fn agrees_with_published_values() {
-        // Astronomical Almanac, page K9; IERS for 2020: 32.184 + 37 + 0.177; IERS for 2025: 32.184 + 37 - 0.04. Before the measured table, the spline differs
-        // from the Almanac, because it is smooth and rests on a later reduction.
+        // Astronomical Almanac, pages K8 and K9; IERS for 2020: 32.184 + 37 + 0.177; IERS for 2025: 32.184 + 37 - 0.04.
         for (year, seconds, tolerance_s) in [
-            (1900.0, -2.8, 0.9),
-            (1950.0, 29.15, 0.3),
             (1973.0, 43.37, 0.3),
             (1974.0, 44.49, 0.02),
             (2000.0, 63.83, 0.02),
@@ -149,6 +159,42 @@ mod tests {
         }
         // Delta T of the year before is outside the tolerance.
         assert!((at_year(1999.0) - 63.83).abs() > 0.02);
+    }
+
+    /// Astronomical Almanac, pages K8 and K9: an earlier reduction of the same telescopic observations.
+    const ALMANAC: [(f64, f64); 11] = [
+        (1800.0, 13.7),
+        (1820.0, 12.0),
+        (1850.0, 7.1),
+        (1880.0, -5.4),
+        (1890.0, -5.9),
+        (1900.0, -2.7),
+        (1910.0, 10.5),
+        (1920.0, 21.2),
+        (1930.0, 24.0),
+        (1940.0, 24.3),
+        (1950.0, 29.15),
+    ];
+
+    #[test]
+    fn the_stated_error_covers_the_differences_from_the_almanac() {
+        for (year, seconds) in ALMANAC {
+            let (difference_s, error_s) = ((at_year(year) - seconds).abs(), delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S));
+            assert!(difference_s <= error_s, "{year}: {difference_s} s, stated {error_s}");
+        }
+        // A tenth of a second for 1900 (Stephenson and Houlden 1986) would not.
+        assert!((at_year(1900.0) + 2.7).abs() > 0.1);
+    }
+
+    #[test]
+    fn the_stated_error_has_no_steps_before_the_measured_table() {
+        let error = |year: f64| delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S);
+        for tenth in -30_000..19_730 {
+            let year = f64::from(tenth) / 10.0;
+            // The steepest part is that of 3001 BC: 0.08 s a year.
+            assert!((error(year + 0.1) - error(year)).abs() < 0.1, "{year}: {} s, then {} s", error(year), error(year + 0.1));
+        }
+        assert!((error(-584.4) - 462.4).abs() < 1.0 && (error(1500.0) - 20.0).abs() < 1e-9, "{}", error(-584.4));
     }
 
     /// Morrison & Stephenson, J. Hist. Astron. 35 (2004), table 1, with its standard errors: an earlier and independent reduction, which

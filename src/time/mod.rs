@@ -90,6 +90,12 @@ impl Instant {
         self.ut1_seconds_past_j2000() / SECONDS_PER_DAY + JD_J2000
     }
 
+    /// Delta T = TT - UT1 in seconds, and its standard error (see [`delta_t`]). An error of one second turns the Earth by 15 arcseconds.
+    pub fn delta_t_and_error_s(self) -> (f64, f64) {
+        let tt_s = self.tt_seconds_past_j2000();
+        (delta_t::delta_t_s(tt_s), delta_t::delta_t_error_s(tt_s))
+    }
+
     /// UT1 in seconds past 2000-01-01T12:00 UT1; error as stated in [`delta_t`].
     pub fn ut1_seconds_past_j2000(self) -> f64 {
         let tt_s = self.tt_seconds_past_j2000();

@@ -27,7 +27,21 @@ fn the_json_of_every_kind_has_its_fields() {
         let events = list.as_array().expect("a list");
         assert!(!events.is_empty(), "{kind}");
         for e in events {
-            for field in ["kind", "type", "greatest", "gamma", "magnitude", "contacts", "lat", "lon", "saros", "duration_s", "radii"] {
+            for field in [
+                "kind",
+                "type",
+                "greatest",
+                "gamma",
+                "magnitude",
+                "contacts",
+                "lat",
+                "lon",
+                "saros",
+                "duration_s",
+                "radii",
+                "delta_t_s",
+                "delta_t_error_s",
+            ] {
                 assert!(e.get(field).is_some(), "{kind}: no {field}");
             }
             assert_eq!((e["kind"].as_str(), e["radii"].as_str()), (Some(kind), Some("iau")));

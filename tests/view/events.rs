@@ -151,6 +151,21 @@ fn open_events(window: &mut Window, utc: &str) {
     window.run_steps(40);
 }
 
+/// Contact times are shown in seconds, and in 585 BC the Earth's rotation is known to minutes only.
+#[test]
+fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
+    let mut window = window_without_images(NaifId(499));
+    open_events(&mut window, "-0584-05-08T00:00:00Z");
+    window.get_by_label_contains("Total solar eclipse, -0584-05-22").click();
+    window.run_steps(3);
+    window.get_by_label_contains("Delta T is uncertain by 462 s");
+    let mut window = window_without_images(NaifId(499));
+    open_events(&mut window, "2024-01-01T00:00:00Z");
+    window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC").click();
+    window.run_steps(3);
+    assert!(window.query_by_label_contains("Delta T is uncertain").is_none());
+}
+
 #[test]
 fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     let mut window = window_without_images(NaifId(499));

@@ -33,6 +33,8 @@ const PART_SEPARATOR: &str = " · ";
 const STATUS_HEIGHT: f32 = 24.0;
 /// Height of the table of an event's contacts, points: five rows, and the line above the table.
 const CONTACTS_HEIGHT: f32 = 146.0;
+/// A smaller error of Delta T is not shown, because contact times are shown in seconds.
+const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 /// Largest number of rows.
 const MAX_ROWS: usize = 1000;
 /// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
@@ -346,6 +348,11 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
+    let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
+    if delta_t_error_s >= SHOWN_DELTA_T_ERROR_S {
+        let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
+        ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
+    }
     let home = interface.information.home;
     let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
     ui.horizontal_wrapped(|ui| {

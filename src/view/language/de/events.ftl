@@ -38,6 +38,8 @@ events-greatest-hint = Den Moment der größten Finsternis zeigen, vom besten St
 events-from-place = Von diesem Ort
 events-from-place-hint = Vom Ort darunter aus sehen, im besten Moment dort
 events-contacts-coming = die Kontakte werden berechnet
+events-delta-t = Delta T ist um { $seconds } s unsicher; Zeiten an einem Ort sind es damit auch.
+events-delta-t-hint = Delta T = TT - UT1 gibt an, wie weit sich die Erde gedreht hat. Sein Standardfehler gilt auch für alle Zeiten vor 1972.
 events-not-visible = Von diesem Ort aus nicht sichtbar.
 events-altitude = Höhe { $degrees }°
 events-below-horizon = unter dem Horizont

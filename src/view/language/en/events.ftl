@@ -38,6 +38,8 @@ events-greatest-hint = Show the moment of the greatest eclipse, from the best vi
 events-from-place = From this place
 events-from-place-hint = See it from the place below, at its best moment there
 events-contacts-coming = computing the contacts
+events-delta-t = Delta T is uncertain by { $seconds } s, and so are times at a place.
+events-delta-t-hint = Delta T = TT - UT1 says how far the Earth has turned. Its standard error also applies to all times before 1972.
 events-not-visible = Not visible from this place.
 events-altitude = altitude { $degrees }°
 events-below-horizon = below the horizon
