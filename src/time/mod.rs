@@ -111,13 +111,20 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. From within a leap
-    /// second, which has no number, `s` counts from the following midnight, except that 0 s later is the instant itself.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. The leap second in which
+    /// the span begins takes its time: a second after 23:59:60 is midnight.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         if s == 0.0 {
             return self;
         }
-        Self::from_utc_seconds(self.utc_seconds().0 + s)
+        match self.utc_seconds_to_a_millisecond() {
+            (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
+            (midnight_s, Some(into_leap_s)) => {
+                let rest_s = if s > 0.0 { 1.0 } else { 0.0 };
+                Self::from_utc_seconds(midnight_s + into_leap_s + s - rest_s)
+            }
+            _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
+        }
     }
 
     fn from_tt_seconds(tt_s: f64) -> Self {
@@ -246,9 +253,19 @@ mod tests {
 
     #[test]
     fn steps_from_a_leap_second_begin_with_it() {
-        let leap_second = Instant::parse("2016-12-31T23:59:60Z").expect("a leap second");
-        for (s, text) in [(0.0, "2016-12-31T23:59:60Z"), (1.0, "2017-01-01T00:00:01Z"), (86_400.0, "2017-01-02T00:00:00Z")] {
-            assert_eq!(leap_second.plus_utc_seconds(s).to_utc_iso(), text, "{s} s");
+        for (begin, s, text) in [
+            ("2016-12-31T23:59:60Z", 0.0, "2016-12-31T23:59:60Z"),
+            ("2016-12-31T23:59:60Z", 0.5, "2016-12-31T23:59:60.500Z"),
+            ("2016-12-31T23:59:60Z", 1.0, "2017-01-01T00:00:00Z"),
+            ("2016-12-31T23:59:60Z", 2.0, "2017-01-01T00:00:01Z"),
+            ("2016-12-31T23:59:60Z", 86_400.0, "2017-01-01T23:59:59Z"),
+            ("2016-12-31T23:59:60Z", -1.0, "2016-12-31T23:59:59Z"),
+            ("2016-12-31T23:59:60.750Z", 0.5, "2017-01-01T00:00:00.250Z"),
+            ("2016-12-31T23:59:60.750Z", -0.5, "2016-12-31T23:59:60.250Z"),
+            // As a number of TDB seconds, this leap second is rounded to some nanoseconds before it begins.
+            ("1987-12-31T23:59:60Z", 1.0, "1988-01-01T00:00:00Z"),
+        ] {
+            assert_eq!(Instant::parse(begin).expect("a leap second").plus_utc_seconds(s).to_utc_iso(), text, "{begin} and {s} s");
         }
     }
 
