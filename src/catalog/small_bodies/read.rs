@@ -136,7 +136,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
             }
             continue;
         }
-        let names: Vec<String> = cells(line.trim_start_matches(['#', '\u{feff}'])).iter().map(|n| normalized(n)).collect();
+        let names: Vec<String> = cells(line.trim_start_matches('#')).iter().map(|n| normalized(n)).collect();
         match Columns::of(&names) {
             Ok(found) => columns = Some(found),
             // A comment above the line that names the columns.
@@ -156,6 +156,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
+    let text = text.trim_start_matches('\u{feff}');
     let all = if text.trim_start().starts_with('{') {
         read_json(text)
     } else if mpcorb::is_mpcorb(text) {
@@ -205,6 +206,7 @@ mod tests {
         let reference = one("a.csv", &csv);
         for (file, text) in [("b.csv", quoted), ("c.json", json), ("MPCORB.DAT", mpcorb.as_str())] {
             let found = one(file, text);
+            assert_eq!(one(file, &format!("\u{feff}{text}")), found, "{file} with a byte order mark");
             assert_eq!(found.brightness, BrightnessLaw::Asteroid { h: 3.34, g: 0.15 }, "{file}");
             assert!(
                 found.name.contains("Ceres") && (reference.orbit.passage_days - found.orbit.passage_days).abs() < 1e-6,
