@@ -259,7 +259,7 @@ mod tests {
         assert!(file_with(&plate_carree("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
         assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
-        let in_radians = [&plate_carree("0.1")[..], &[("CUNIT1", "'rad'")]].concat();
+        let in_radians = [&plate_carree("0.1")[..], &[("CUNIT1", "'rad'")][..]].concat();
         assert!(file_with(&in_radians, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("CUNIT1: `rad`")));
     }
 
