@@ -58,8 +58,8 @@ impl Instant {
 
     /// ISO 8601 UTC (`2024-04-08T18:17:16Z`, years before 1 as astronomical `-2999-…`) or `jd_tdb:2460409.262`.
     ///
-    /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out. A
-    /// second 60 is accepted where UTC has a leap second.
+    /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out or
+    /// written as `+00:00`. A second 60 is accepted where UTC has a leap second.
     pub fn parse(text: &str) -> Result<Self, TimeError> {
         text::parse(text)
     }
@@ -249,6 +249,15 @@ mod tests {
         ] {
             assert_eq!(Instant::parse(text).expect(text).to_utc_iso(), text);
         }
+    }
+
+    #[test]
+    fn an_offset_of_zero_is_utc() {
+        let instant = Instant::parse("2024-04-08T18:17:16.500Z");
+        for text in ["2024-04-08T18:17:16.5+00:00", "2024-04-08 18:17:16.500+00", "2024-04-08T18:17:16.5+0000"] {
+            assert_eq!(Instant::parse(text), instant, "{text}");
+        }
+        assert!(instant.is_ok() && Instant::parse("2024-04-08T18:17+01:00").is_err());
     }
 
     #[test]
