@@ -321,6 +321,11 @@ mod tests {
         // The same instant as text and as milliseconds.
         let [text, ms] = [point.time, layer.lines[0].time].map(|t| t.expect("a time").tdb_seconds_past_j2000());
         assert!((text - ms).abs() < 1e-3, "{text} {ms}");
+        for kind in ["Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"] {
+            let empty = format!("{{\"type\": \"Feature\", \"geometry\": {{\"type\": \"{kind}\", \"coordinates\": []}}}}");
+            let with_empty = GEOJSON.replace("{\"type\": \"Feature\", \"geometry\": null}", &empty);
+            assert_eq!(read("a.geojson", Some(NaifId::EARTH), &with_empty).map(|l| (l.points.len(), l.lines.len())), Ok((1, 3)), "{kind}");
+        }
         let alone = r#"{"type": "MultiPolygon", "coordinates": [[[[1, 2], [3, 4], [1, 2]]], [[[5, 6], [7, 8], [5, 6]]]]}"#;
         assert_eq!(read("a.json", Some(NaifId::MOON), alone).expect("read").lines.len(), 2);
         let why = |from: &str, to: &str| read("a.geojson", Some(NaifId::EARTH), &GEOJSON.replace(from, to)).expect_err("a mistake");
