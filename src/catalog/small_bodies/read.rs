@@ -245,6 +245,13 @@ mod tests {
         assert!(row("y,0.1,2.5,190,4,5,6,60000,9,").contains("i_deg is `190`; expected degrees from 0 to 180"));
         assert!(row("y,0.1,2.5,3,4,5,,60000,9,").contains("tp_jd is empty, and so is M_deg"));
         assert!(row("y,0.1,2.5,3,4,5,6,60000,dim,").contains("H is `dim`"));
+        assert_eq!(
+            row("y,0.1,2.5,3,4,5,6,2460000.5,9,"),
+            "m.csv:3: epoch_mjd is `2460000.5`; expected a modified Julian date (TDB) from -1400000 to 999999"
+        );
+        assert!(
+            why(&format!("{}x,0.1,2.5,3,4,5,6,60000,9,\n", HEAD.replace("epoch_mjd", "epoch"))).contains("m.csv:2: epoch_jd is `60000`")
+        );
         assert_eq!(row("y,0.1"), "m.csv:3: 2 values, and the first line names 10 columns");
         assert!(
             why("").contains("no bodies") && why(HEAD).contains("no bodies") && why("one two\n").contains("expected the names of columns")

@@ -54,8 +54,9 @@ pub(super) const FIELDS: [Field; 14] = [
     field("a_au", &["a", "aau"], [-1e6, 1e6], "au"),
     field("q_au", &["q", "qau"], [1e-5, 1e4], "au"),
     field("M_deg", &["ma", "m", "mdeg"], [-1e7, 1e7], "degrees"),
-    field("epoch_jd", &["epoch", "epochjd"], [0.0, 1e7], "a Julian date (TDB)"),
-    field("epoch_mjd", &["epochmjd"], [-2.4e6, 7e6], "a modified Julian date (TDB)"),
+    // The two ranges exclude each other's dates: a modified Julian date in place of a Julian one would move an epoch by 6,500 years without a message.
+    field("epoch_jd", &["epoch", "epochjd"], [1e6, 1e7], "a Julian date (TDB)"),
+    field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
     field("tp_jd", &["tp", "tpjd"], [0.0, 1e7], "a Julian date (TDB)"),
     field("H", &["h"], [-30.0, 50.0], "magnitudes"),
     field("G", &["g"], [-1.0, 2.0], "a slope"),

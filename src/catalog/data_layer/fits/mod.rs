@@ -263,7 +263,7 @@ mod tests {
         assert!(file_with(&in_radians, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("CUNIT1: `rad`")));
     }
 
-    /// Before 2002 the cards of frame and equinox had other names.
+    /// In older files the cards of frame and equinox have other names.
     #[test]
     fn older_cards_of_frame_and_equinox_count() {
         let result = |cards: &[(&str, &str)]| read(&file(&[&[("BITPIX", "8")], SIZE, TAN, cards], &[1, 2, 3, 4]), false, &full_range());

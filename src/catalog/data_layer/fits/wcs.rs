@@ -96,7 +96,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
             return Err(unsupported_card(header, keyword, "distorted images are not drawn"));
         }
     }
-    // In older files RADESYS is called RADECSYS, and EQUINOX is called EPOCH (standard, sections 8.3 and 8.5).
+    // In older files RADESYS is called RADECSYS, and EQUINOX is called EPOCH (standard, section 8.3).
     let frame = if header.text("RADESYS").is_empty() { "RADECSYS" } else { "RADESYS" };
     let has_known_frame = matches!(header.text(frame), "" | "ICRS" | "FK5");
     // Some files give the time of the observation, a text or 0 as EPOCH; with the ICRS it means nothing.
