@@ -34,7 +34,8 @@ fn normalized(name: &str) -> String {
 impl Columns {
     /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
-        let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
+        // The first of the accepted names counts: `M_deg` before `m`, which may be a magnitude.
+        let column_of = |known: &[&str]| known.iter().find_map(|column| names.iter().position(|n| n == column));
         let by_field = FIELDS.each_ref().map(|f| column_of(f.columns));
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
@@ -217,6 +218,14 @@ mod tests {
                     && (reference.orbit.perihelion_au - found.orbit.perihelion_au).abs() < 1e-12
             );
         }
+    }
+
+    /// Magnitudes in columns `i` and `m` are not taken for the inclination and the mean anomaly.
+    #[test]
+    fn the_most_explicit_name_of_a_column_counts() {
+        let one = |text: &str| read("m.csv", text).unwrap_or_else(|e| panic!("{e}")).remove(0);
+        let plain = one(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n"));
+        assert_eq!(one(&format!("i,m,{HEAD}17.1,18.2,x,0.1,2.5,3,4,5,6,60000,9,\n")), plain);
     }
 
     /// The database's full name contains the designation, so a body has only one of them; a body without a name has either.
