@@ -129,6 +129,11 @@ pub(crate) fn normalized_name(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// Whether a name, as [`normalized_name`] writes it, is looked up as that of a barycentre.
+fn is_name_of_barycenter(normalized: &str) -> bool {
+    matches!(normalized, "ssb" | "emb") || normalized.ends_with(" barycenter")
+}
+
 impl Catalog {
     /// The embedded catalog. A test verifies that it has no problem, so it never panics in a released program.
     pub fn embedded() -> Self {

@@ -13,7 +13,7 @@ use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
     AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, PhaseFunction,
-    Ring, Species, moments,
+    Ring, Species, is_name_of_barycenter, moments, normalized_name,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
@@ -221,7 +221,12 @@ fn assemble(
         let aliases = draft.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
         for (name, source_line) in draft.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
             ids.insert(name.to_lowercase(), *id);
-            let Some((other, other_line)) = named.insert(name.to_lowercase(), (*id, source_line)).filter(|(other, _)| other != id) else {
+            // Names that are looked up in one form would lead to only one of the bodies.
+            let form = normalized_name(name);
+            if is_name_of_barycenter(&form) {
+                problems.add(source_line, format!("the name \"{name}\" is that of a barycentre"));
+            }
+            let Some((other, other_line)) = named.insert(form, (*id, source_line)).filter(|(other, _)| other != id) else {
                 continue;
             };
             // The message points to the user's file, not to an embedded one.

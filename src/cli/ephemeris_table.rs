@@ -273,6 +273,8 @@ pub(crate) fn day_text(day: &Value) -> String {
         let event = &day[name];
         let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
             (Some(time), Some(azimuth), Some(altitude)) => {
+                // North is 0.00, not 360.00.
+                let azimuth = (azimuth * 100.0).round().rem_euclid(36_000.0) / 100.0;
                 writeln!(out, "{name:<22}{time}  azimuth {azimuth:.2} deg, altitude {altitude:.2} deg")
             }
             _ => writeln!(out, "{name:<22}none within the day"),
@@ -285,4 +287,20 @@ pub(crate) fn day_text(day: &Value) -> String {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_azimuth_of_north_is_0() {
+        let event = |azimuth_deg: f64| json!({ "time": "2026-06-21T12:00:00Z", "azimuth_deg": azimuth_deg, "altitude_deg": 33.0 });
+        let place = json!({ "lat_deg": -33.9, "lon_deg": 151.2 });
+        let day = json!({ "body": "Sun", "place": place, "from": "2026-06-21T00:00:00Z", "up_at_start": true,
+            "rise": event(359.994), "transit": event(359.996), "set": event(0.004) });
+        let text = day_text(&day);
+        let azimuths: Vec<&str> = text.lines().filter_map(|line| Some(line.split_once("azimuth ")?.1.split_once(' ')?.0)).collect();
+        assert_eq!(azimuths, ["359.99", "0.00", "0.00"]);
+    }
 }

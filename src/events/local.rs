@@ -110,12 +110,20 @@ impl Discs {
         self.separation - (self.sun - self.moon).abs()
     }
 
-    /// (L1 - m) / (L1 + L2) of the Besselian method: 1 when the Moon just covers the Sun. If one disc lies within the other, the ratio of their radii.
-    pub(crate) fn magnitude(&self) -> f64 {
-        if self.distance_from_internal_tangency() < 0.0 {
-            return self.moon / self.sun;
-        }
+    /// (L1 - m) / (L1 + L2) of the Besselian method. While neither disc lies within the other, it is the part of the Sun's diameter that is covered; it is 1 when
+    /// the Moon just covers the Sun.
+    pub(crate) fn covered_diameter(&self) -> f64 {
         -self.limb_gap() / (2.0 * self.sun + self.penumbral_moon - self.moon)
+    }
+
+    /// The ratio of the radii.
+    pub(crate) fn ratio(&self) -> f64 {
+        self.moon / self.sun
+    }
+
+    /// The part of the Sun's diameter that is covered. If one disc lies within the other, the ratio of their radii.
+    fn magnitude(&self) -> f64 {
+        if self.distance_from_internal_tangency() < 0.0 { self.ratio() } else { self.covered_diameter() }
     }
 
     fn obscuration(&self) -> f64 {

@@ -52,7 +52,8 @@ pub struct SolarEclipse {
     pub greatest: Instant,
     /// Least distance of the axis from the Earth's centre in equatorial radii, positive if the axis passes north of it.
     pub gamma: f64,
-    /// At the place of greatest eclipse: part of the Sun's diameter that is covered; if one disc lies within the other, the ratio of diameters.
+    /// At the place of greatest eclipse, as in canons: in a central eclipse the ratio of the diameters; else the part of the Sun's diameter that is covered, by
+    /// the Besselian method, which gives more than 1 where the Sun is covered entirely.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: GeodeticPosition,
@@ -173,7 +174,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon:
     let penumbra = span(&|s| geometry.penumbra_gap_km(s));
     let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| span(&|s| geometry.umbra_gap_km(s)));
     let central_span = geometry.central_span();
-    let place = geometry.centre(greatest_s).unwrap_or_else(|| geometry.nearest_place(greatest_s));
+    let centre = geometry.centre(greatest_s);
+    let place = centre.unwrap_or_else(|| geometry.nearest_place(greatest_s));
     let class = match (central_span, umbra) {
         (Some(span), _) => geometry.type_along_line(span),
         (None, Some(_)) if geometry.is_total(greatest_s, place) => SolarType::Total,
@@ -186,12 +188,13 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon:
         contacts.splice(1..1, [("U1", instant(first)), ("U4", instant(last))]);
     }
     let station = geometry.station(place);
+    let discs = station.discs(greatest_s);
     Ok(Some(SolarEclipse {
         class,
         central: central_span.is_some(),
         greatest: instant(greatest_s),
         gamma,
-        magnitude: station.discs(greatest_s).magnitude(),
+        magnitude: if centre.is_some() { discs.ratio() } else { discs.covered_diameter() },
         place,
         sun_altitude_deg: station.sun_altitude_deg(greatest_s),
         duration_s: station.central_span(greatest_s).map(|(second, third)| third - second),

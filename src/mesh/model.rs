@@ -1,4 +1,4 @@
-//! Turns a file's faces into vertices: one for each combination of position, normal and texture coordinate.
+//! Turns a file's faces into vertices: one for each combination of position, normal, texture coordinate and colour.
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. A triangle across the map's seam continues beyond its
@@ -108,6 +108,8 @@ struct VertexKey {
     position_id: u32,
     normal: [u64; 3],
     uv: [u64; 2],
+    /// Positions that a file repeats for each face may have a colour for each face.
+    colour: [u64; 3],
 }
 
 /// For each position of the file, the index of the first position with the same coordinates. Some files repeat positions for each face.
@@ -164,7 +166,12 @@ struct MeshBuilder {
 
 impl MeshBuilder {
     fn vertex(&mut self, position_id: u32, point: Point) -> u32 {
-        let key = VertexKey { position_id, normal: point.normal.to_array().map(f64::to_bits), uv: point.uv.to_array().map(f64::to_bits) };
+        let key = VertexKey {
+            position_id,
+            normal: point.normal.to_array().map(f64::to_bits),
+            uv: point.uv.to_array().map(f64::to_bits),
+            colour: point.colour.to_array().map(f64::to_bits),
+        };
         let next = self.points.len() as u32;
         let index = *self.known.entry(key).or_insert(next);
         if index == next {
@@ -368,6 +375,17 @@ mod tests {
         assert_eq!(first(&repeated), n, "positions repeated for each face are one surface");
         let given = text.replace("f 1 2 3", "vn 0 3 0\nf 1//1 2//1 3//1");
         assert_eq!(first(&given), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn faces_keep_their_colours_where_a_file_repeats_positions() {
+        let text = "v 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0\nv 0 1 0 0 0 1\nv -1 0 0 0 0 1\nv 0 0 1 0 0 1\nf 1 2 3\nf 4 5 6\n";
+        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        let colours = model.colours.as_ref().expect("colours");
+        let of_face = |face: usize| model.indices[3 * face..][..3].iter().map(|k| vertex(colours, 4, *k).to_vec()).collect::<Vec<_>>();
+        assert_eq!((of_face(0), of_face(1)), (vec![vec![1.0, 0.0, 0.0, 1.0]; 3], vec![vec![0.0, 0.0, 1.0, 1.0]; 3]));
+        let [edge, edge_again] = [model.indices[1], model.indices[3]].map(|k| vertex(&model.normals, 3, k).to_vec());
+        assert_eq!(edge, edge_again, "the surface is one");
     }
 
     #[test]

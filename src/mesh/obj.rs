@@ -149,7 +149,7 @@ impl Obj {
 pub fn parse(text: &str) -> Result<Obj, ObjError> {
     let mut obj = Obj::default();
     let mut last = 1;
-    for (k, line) in text.lines().enumerate() {
+    for (k, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         last = k + 1;
         let statement = line.split('#').next().unwrap_or_default().trim();
         let words: Vec<&str> = statement.split_whitespace().collect();
@@ -173,6 +173,7 @@ mod tests {
                     vn 0 0 2\ng part\ns off\nusemtl red\nf 1/1/1 2/2/1 3//1 -1\nf 1 2 3\nf 1//-1 2/-1 3\nl 1 2\np 1\n";
         let obj = parse(text).expect("reads");
         assert_eq!((obj.positions.len(), obj.colours.len(), obj.textures.len(), obj.normals.len()), (4, 4, 2, 1));
+        assert_eq!(parse(&format!("\u{feff}{text}")).as_ref(), Ok(&obj), "a byte order mark does not count");
         assert_eq!(obj.normals[0], DVec3::Z, "its length does not count");
         assert_eq!(obj.triangles.len(), 4, "a square is two triangles");
         let corner = |position, texture, normal| Corner { position, texture, normal };

@@ -58,8 +58,8 @@ impl Instant {
 
     /// ISO 8601 UTC (`2024-04-08T18:17:16Z`, years before 1 as astronomical `-2999-…`) or `jd_tdb:2460409.262`.
     ///
-    /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out. A
-    /// second 60 is accepted where UTC has a leap second.
+    /// The time of day may be left out (midnight), its seconds may be left out or carry a fraction, and the `Z` may be left out or
+    /// written as `+00:00`. A second 60 is accepted where UTC has a leap second.
     pub fn parse(text: &str) -> Result<Self, TimeError> {
         text::parse(text)
     }
@@ -117,13 +117,20 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. From within a leap
-    /// second, which has no number, `s` counts from the following midnight, except that 0 s later is the instant itself.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. The leap second in which
+    /// the span begins takes its time: a second after 23:59:60 is midnight.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         if s == 0.0 {
             return self;
         }
-        Self::from_utc_seconds(self.utc_seconds().0 + s)
+        match self.utc_seconds_to_a_millisecond() {
+            (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
+            (midnight_s, Some(into_leap_s)) => {
+                let rest_s = if s > 0.0 { 1.0 } else { 0.0 };
+                Self::from_utc_seconds(midnight_s + into_leap_s + s - rest_s)
+            }
+            _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
+        }
     }
 
     fn from_tt_seconds(tt_s: f64) -> Self {
@@ -251,10 +258,29 @@ mod tests {
     }
 
     #[test]
+    fn an_offset_of_zero_is_utc() {
+        let instant = Instant::parse("2024-04-08T18:17:16.500Z");
+        for text in ["2024-04-08T18:17:16.5+00:00", "2024-04-08 18:17:16.500+00", "2024-04-08T18:17:16.5+0000"] {
+            assert_eq!(Instant::parse(text), instant, "{text}");
+        }
+        assert!(instant.is_ok() && Instant::parse("2024-04-08T18:17+01:00").is_err());
+    }
+
+    #[test]
     fn steps_from_a_leap_second_begin_with_it() {
-        let leap_second = Instant::parse("2016-12-31T23:59:60Z").expect("a leap second");
-        for (s, text) in [(0.0, "2016-12-31T23:59:60Z"), (1.0, "2017-01-01T00:00:01Z"), (86_400.0, "2017-01-02T00:00:00Z")] {
-            assert_eq!(leap_second.plus_utc_seconds(s).to_utc_iso(), text, "{s} s");
+        for (begin, s, text) in [
+            ("2016-12-31T23:59:60Z", 0.0, "2016-12-31T23:59:60Z"),
+            ("2016-12-31T23:59:60Z", 0.5, "2016-12-31T23:59:60.500Z"),
+            ("2016-12-31T23:59:60Z", 1.0, "2017-01-01T00:00:00Z"),
+            ("2016-12-31T23:59:60Z", 2.0, "2017-01-01T00:00:01Z"),
+            ("2016-12-31T23:59:60Z", 86_400.0, "2017-01-01T23:59:59Z"),
+            ("2016-12-31T23:59:60Z", -1.0, "2016-12-31T23:59:59Z"),
+            ("2016-12-31T23:59:60.750Z", 0.5, "2017-01-01T00:00:00.250Z"),
+            ("2016-12-31T23:59:60.750Z", -0.5, "2016-12-31T23:59:60.250Z"),
+            // As a number of TDB seconds, this leap second is rounded to some nanoseconds before it begins.
+            ("1987-12-31T23:59:60Z", 1.0, "1988-01-01T00:00:00Z"),
+        ] {
+            assert_eq!(Instant::parse(begin).expect("a leap second").plus_utc_seconds(s).to_utc_iso(), text, "{begin} and {s} s");
         }
     }
 

@@ -8,6 +8,9 @@ use crate::wording::echo_within;
 
 const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
 
+/// Signs of UTC after a time of day: Z, and the offset of zero that many programs write.
+const UTC_SUFFIXES: [&str; 5] = ["Z", "z", "+00:00", "+0000", "+00"];
+
 pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let time_error = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_within(text, 120)));
     let trimmed = text.trim();
@@ -43,7 +46,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     if day < 1 || day > days_in_month(year, month) {
         return Err(time_error("no such day in that month"));
     }
-    let clock = clock.strip_suffix(['Z', 'z']).unwrap_or(clock);
+    let clock = UTC_SUFFIXES.into_iter().find_map(|suffix| clock.strip_suffix(suffix)).unwrap_or(clock);
     if clock.contains(['+', '-']) {
         return Err(time_error("an offset from UTC"));
     }

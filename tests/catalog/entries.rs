@@ -377,6 +377,13 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
             moon(50_001, "A", "Mars") + &moon(50_002, "a", "Mars"),
             vec![(lines_per_moon + 3, "the name \"a\" is already that of body 50001")],
         ),
+        // Names are looked up without regard to `-`, `_` and the number of spaces.
+        (
+            moon(50_001, "S 2004-7", "Mars") + &moon(50_002, "S_2004 7", "Mars"),
+            vec![(lines_per_moon + 3, "the name \"S_2004 7\" is already that of body 50001")],
+        ),
+        (moon(50_001, "EMB", "Mars"), vec![(3, "the name \"EMB\" is that of a barycentre")]),
+        (moon(50_001, "Pluto-Barycentre", "Mars"), vec![(3, "the name \"Pluto-Barycentre\" is that of a barycentre")]),
     ] {
         let found = problems(&text);
         assert_eq!(found.len(), expected.len(), "{found:?}");

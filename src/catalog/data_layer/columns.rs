@@ -24,8 +24,9 @@ impl Columns {
             false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
         };
         let known: [&[&str]; 5] =
-            [coordinates[0], coordinates[1], &["time", "date", "datetime"], &["sizepx", "size"], &["colour", "color"]];
-        let indices = known.map(|known| names.iter().position(|name| known.contains(&name.as_str())));
+            [coordinates[0], coordinates[1], &["datetime", "time", "date"], &["sizepx", "size"], &["colour", "color"]];
+        // Of several columns with known names, the one counts whose name is listed first: `ra_deg` before `ra`, which may be in hours.
+        let indices = known.map(|known| known.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         // In the customary order: latitude before longitude, but right ascension before declination.
         let in_order = if on_body { [0, 1] } else { [1, 0] };
@@ -74,6 +75,15 @@ impl Columns {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_most_explicit_name_counts() {
+        let names = ["ra", "dec", "date", "RA_deg", "datetime", "dec_deg"].map(String::from);
+        let columns = Columns::of(&names, false).expect("the columns of a point");
+        let point = columns.point(&["5.5", "x", "2024-04-08", "82.5", "2024-04-08T18:00:00Z", "-20"].map(String::from)).expect("a point");
+        assert_eq!((point.lon_deg, point.lat_deg), (82.5, -20.0));
+        assert_eq!(point.time.map(Instant::to_utc_iso).as_deref(), Some("2024-04-08T18:00:00Z"));
+    }
 
     /// Every size that a point may have, and no other, is in the range that the message of a refused size names.
     #[test]

@@ -24,10 +24,9 @@ fn values(line: &str) -> Vec<String> {
 
 /// The points of a table. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
-    let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+    let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (first, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
-    let columns =
-        Columns::of(&values(head.trim_start_matches('\u{feff}')), on_body).map_err(|why| (first, format!("the first line {why}")))?;
+    let columns = Columns::of(&values(head), on_body).map_err(|why| (first, format!("the first line {why}")))?;
     let mut content = Content::default();
     for (number, line) in lines {
         let point = columns.point(&values(line)).and_then(|point| content.count_positions(1).map(|()| point));

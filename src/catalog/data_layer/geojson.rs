@@ -80,6 +80,8 @@ impl Geometries {
         let points = |points| Self { points, ..Self::default() };
         let lines = |lines| Self { lines, ..Self::default() };
         match (kind, coordinates) {
+            // A geometry without positions counts as null (RFC 7946, section 3.1).
+            ("Point" | "LineString", Coordinates::List(l)) if l.is_empty() => Some(Self::default()),
             ("Point", Coordinates::Position(p)) => Some(points(vec![p])),
             ("MultiPoint", Coordinates::List(l)) => Self::positions(l).map(points),
             ("LineString", Coordinates::List(l)) => Self::positions(l).map(|line| lines(vec![line])),

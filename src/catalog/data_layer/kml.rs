@@ -45,6 +45,8 @@ impl ElementHandler for Document {
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
         let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
+        // Other elements have points, too: a PhotoOverlay, for instance.
+        let is_in_placemark = || path.iter().any(|e| e.name == "Placemark");
         match (element.name.as_str(), ancestor(1)) {
             // Documents, folders and views have times, too, which are not those of a Placemark.
             ("when", "TimeStamp") | ("begin", "TimeSpan") if ancestor(2) == "Placemark" => {
@@ -58,8 +60,8 @@ impl ElementHandler for Document {
                 let invalid_date = || format!("field {}: `{}` is not an ISO 8601 date", element.name, echo_within(text, 40));
                 self.time = Some(Instant::parse(&full_date).map_err(|_| invalid_date())?);
             }
-            ("coordinates", "Point") => self.points.extend(positions(&element.text)?),
-            ("coordinates", "LineString" | "LinearRing") => self.lines.push(positions(&element.text)?),
+            ("coordinates", "Point") if is_in_placemark() => self.points.extend(positions(&element.text)?),
+            ("coordinates", "LineString" | "LinearRing") if is_in_placemark() => self.lines.push(positions(&element.text)?),
             ("Placemark", _) => {
                 let time = self.time.take();
                 for point in std::mem::take(&mut self.points) {

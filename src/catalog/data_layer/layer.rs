@@ -121,10 +121,14 @@ impl Content {
     }
 }
 
-/// Length of a polyline, degrees: the sum over its segments of the change of latitude and the change of longitude, the shorter way round.
+/// Length of a polyline, degrees: the sum over its segments of the change of latitude and the change of longitude, the shorter way round. A line between two
+/// vertices a whole turn apart is drawn as a whole parallel.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     let segment_length = |[a, b]: &[[f64; 2]; 2]| {
         let longitude_change = (b[1] - a[1]).abs();
+        if vertices.len() == 2 && longitude_change > 359.999_999 {
+            return (b[0] - a[0]).abs() + longitude_change;
+        }
         (b[0] - a[0]).abs() + if longitude_change > 180.0 { (longitude_change - 360.0).abs() } else { longitude_change }
     };
     vertices.array_windows().map(segment_length).sum()
@@ -185,6 +189,13 @@ mod tests {
     fn line(segments: usize) -> String {
         let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
+    }
+
+    /// Lengths are those of the drawn lines: a whole parallel counts in full, a step across the date line not at all.
+    #[test]
+    fn a_whole_parallel_is_a_turn_long() {
+        assert_eq!(length_deg(&[[66.5, -180.0], [66.5, 180.0]]), 360.0);
+        assert_eq!(length_deg(&[[10.0, 179.0], [10.0, 180.0], [10.0, -180.0], [10.0, -179.0]]), 2.0);
     }
 
     /// The limits apply to the sum over the features of a file, and to the sum over layers.

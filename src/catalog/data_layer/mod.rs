@@ -193,6 +193,10 @@ mod tests {
         assert_eq!(first.time.map(|t| t.to_utc_iso()[..19].to_owned()), Some("2011-03-11T05:46:24".into()));
         assert_eq!((layer.points[1].time, layer.points[1].size_px), (None, None));
         assert_eq!(on(None).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
+        // A byte order mark, before a comment or before the names of the columns.
+        for text in ["\u{feff}# stars\r\nra,dec\r\n10,20\r\n", "\u{feff}ra,dec\n10,20\n"] {
+            assert_eq!(on(None).with_content("sky.csv", text.as_bytes()).expect("read").points.len(), 1);
+        }
     }
 
     #[test]
@@ -317,6 +321,11 @@ mod tests {
         // The same instant as text and as milliseconds.
         let [text, ms] = [point.time, layer.lines[0].time].map(|t| t.expect("a time").tdb_seconds_past_j2000());
         assert!((text - ms).abs() < 1e-3, "{text} {ms}");
+        for kind in ["Point", "MultiPoint", "LineString", "MultiLineString", "Polygon", "MultiPolygon"] {
+            let empty = format!("{{\"type\": \"Feature\", \"geometry\": {{\"type\": \"{kind}\", \"coordinates\": []}}}}");
+            let with_empty = GEOJSON.replace("{\"type\": \"Feature\", \"geometry\": null}", &empty);
+            assert_eq!(read("a.geojson", Some(NaifId::EARTH), &with_empty).map(|l| (l.points.len(), l.lines.len())), Ok((1, 3)), "{kind}");
+        }
         let alone = r#"{"type": "MultiPolygon", "coordinates": [[[[1, 2], [3, 4], [1, 2]]], [[[5, 6], [7, 8], [5, 6]]]]}"#;
         assert_eq!(read("a.json", Some(NaifId::MOON), alone).expect("read").lines.len(), 2);
         let why = |from: &str, to: &str| read("a.geojson", Some(NaifId::EARTH), &GEOJSON.replace(from, to)).expect_err("a mistake");
@@ -376,6 +385,10 @@ mod tests {
             assert_eq!(with_mark, error_text);
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
+        // The place of a photograph is not a Placemark's.
+        let photograph = "<PhotoOverlay><Point><coordinates>50,60</coordinates></Point></PhotoOverlay>";
+        let layer = read("a.kml", Some(NaifId::EARTH), &KML.replace("<Folder>", &format!("<Folder>{photograph}"))).expect("read");
+        assert_eq!((layer.points.len(), layer.points[0].lat_deg), (1, 20.0));
         // The times of a folder, and of a view that Google Earth saved, are not those of the Placemark after them.
         for other in ["<TimeSpan><begin>2050</begin></TimeSpan>", "<LookAt><gx:TimeStamp><when>2050</when></gx:TimeStamp></LookAt>"] {
             let document = KML.replace("<Folder>", &format!("<Folder>{other}")).replace("<TimeStamp><when>2024-04</when></TimeStamp>", "");

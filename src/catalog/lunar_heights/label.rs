@@ -2,7 +2,7 @@
 //!
 //! In: the label's text and the image's bytes. Out: kilometres, the western edge of the map and the radius of its reference sphere. Supported are detached
 //! labels, 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the
-//! entire Moon. Anything else is rejected with an error that names the keyword.
+//! entire Moon, with longitudes that grow eastward or westward. Anything else is rejected with an error that names the keyword.
 
 use super::{DEFAULT_SPHERE_KM, check_size};
 use crate::wording::echo;
@@ -52,6 +52,22 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
         true => Err(format!("^IMAGE = {}: the image must be in the same folder as its label", echo(file))),
         false => Ok(file.to_owned()),
     }
+}
+
+/// Number of bytes in the image file before the first height: after the file's name, `^IMAGE` may give a record or, with the unit `<BYTES>`, a byte, both
+/// counted from 1.
+fn image_offset(text: &str) -> Result<usize, String> {
+    let Some((named, (_, location))) = value(text, "^IMAGE").and_then(|named| Some((named, named.split_once(',')?))) else { return Ok(0) };
+    let before = location.trim().parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+    let before = before.ok_or_else(|| format!("^IMAGE = {}: its location is not a whole number from 1", echo(named)))?;
+    let is_pointer = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim().eq_ignore_ascii_case("^IMAGE"));
+    let is_in_bytes = text.lines().find(is_pointer).is_some_and(|line| line.to_ascii_uppercase().contains("<BYTES>"));
+    let unit_bytes = match before {
+        0 => 0,
+        _ if is_in_bytes => 1,
+        _ => required(text, "RECORD_BYTES")?.parse::<usize>().map_err(|_| "RECORD_BYTES: not a whole number".to_owned())?,
+    };
+    Ok(before.saturating_mul(unit_bytes))
 }
 
 /// The sample format of the image.
@@ -132,13 +148,21 @@ pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, Strin
         _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
     };
     let sphere_km = if offset == 0.0 { DEFAULT_SPHERE_KM } else { offset * km_per_unit };
+    let image = image.get(image_offset(text)?..).unwrap_or_default();
     let needed_bytes = columns * rows * sample.bytes();
     if image.len() < needed_bytes {
         return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));
     }
     let km =
         image.chunks_exact(sample.bytes()).take(columns * rows).map(|bytes| (sample.value(bytes) * factor * km_per_unit) as f32).collect();
-    Ok(LabelledHeights { columns, km, west_deg: number_or(text, "WESTERNMOST_LONGITUDE", 0.0)?, sphere_km })
+    // North is up in either convention, so columns run eastward; only the sign of longitudes differs.
+    let west_deg = number_or(text, "WESTERNMOST_LONGITUDE", 0.0)?;
+    let west_deg = match value(text, "POSITIVE_LONGITUDE_DIRECTION").map(str::to_ascii_uppercase).as_deref() {
+        None | Some("EAST") => west_deg,
+        Some("WEST") => -west_deg,
+        Some(other) => return Err(format!("POSITIVE_LONGITUDE_DIRECTION = {}: EAST and WEST are read", echo(other))),
+    };
+    Ok(LabelledHeights { columns, km, west_deg, sphere_km })
 }
 
 #[cfg(test)]
@@ -187,6 +211,38 @@ END_OBJECT\r
         let bytes: Vec<u8> = read.km.iter().flat_map(|km| km.to_le_bytes()).collect();
         let real_heights = heights(&real_label, &bytes).expect("read");
         assert_eq!((real_heights.km, real_heights.sphere_km), (read.km, 1737.4));
+    }
+
+    #[test]
+    fn longitudes_may_grow_westward() {
+        let edge = |direction: &str| {
+            let text = LABEL.replace(
+                "WESTERNMOST_LONGITUDE = 0",
+                &format!("POSITIVE_LONGITUDE_DIRECTION = {direction}\r\n  WESTERNMOST_LONGITUDE = 90"),
+            );
+            heights(&text, &image(false)).map(|read| read.west_deg)
+        };
+        assert_eq!((edge("EAST"), edge("\"WEST\"")), (Ok(90.0), Ok(-90.0)));
+        assert!(edge("UP").is_err_and(|why| why.contains("POSITIVE_LONGITUDE_DIRECTION")));
+    }
+
+    #[test]
+    fn an_image_may_begin_after_other_records() {
+        let read = |pointer: &str, bytes_before: usize| {
+            let text = LABEL.replace("\"LDEM_4.IMG\"", pointer).replace("LINES = 2", "RECORD_BYTES = 6\r\n  LINES = 2");
+            let bytes = [vec![7; bytes_before], image(false)].concat();
+            heights(&text, &bytes).map(|read| [read.km[0], read.km[7]])
+        };
+        for (pointer, bytes_before) in
+            [("\"A.IMG\"", 0), ("(\"A.IMG\", 1)", 0), ("(\"A.IMG\", 3)", 12), ("(\"A.IMG\", 3 <BYTES>)", 2), ("(\"A.IMG\",5<bytes>)", 4)]
+        {
+            assert_eq!(read(pointer, bytes_before), Ok([-1.0, 0.0015]), "{pointer}");
+        }
+        assert!(read("(\"A.IMG\", 3)", 11).is_err(), "cut short");
+        assert!(read("(\"A.IMG\", 99999999999999999)", 12).is_err(), "beyond the file");
+        for pointer in ["(\"A.IMG\", 0)", "(\"A.IMG\", x)"] {
+            assert!(read(pointer, 0).is_err_and(|why| why.starts_with("^IMAGE")), "{pointer}");
+        }
     }
 
     #[test]

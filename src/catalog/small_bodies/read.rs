@@ -34,7 +34,8 @@ fn normalized(name: &str) -> String {
 impl Columns {
     /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
-        let column_of = |known: &[&str]| names.iter().position(|n| known.contains(&n.as_str()));
+        // The first of the accepted names counts: `M_deg` before `m`, which may be a magnitude.
+        let column_of = |known: &[&str]| known.iter().find_map(|column| names.iter().position(|n| n == column));
         let by_field = FIELDS.each_ref().map(|f| column_of(f.columns));
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
@@ -136,7 +137,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
             }
             continue;
         }
-        let names: Vec<String> = cells(line.trim_start_matches(['#', '\u{feff}'])).iter().map(|n| normalized(n)).collect();
+        let names: Vec<String> = cells(line.trim_start_matches('#')).iter().map(|n| normalized(n)).collect();
         match Columns::of(&names) {
             Ok(found) => columns = Some(found),
             // A comment above the line that names the columns.
@@ -156,6 +157,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
+    let text = text.trim_start_matches('\u{feff}');
     let all = if text.trim_start().starts_with('{') {
         read_json(text)
     } else if mpcorb::is_mpcorb(text) {
@@ -205,6 +207,7 @@ mod tests {
         let reference = one("a.csv", &csv);
         for (file, text) in [("b.csv", quoted), ("c.json", json), ("MPCORB.DAT", mpcorb.as_str())] {
             let found = one(file, text);
+            assert_eq!(one(file, &format!("\u{feff}{text}")), found, "{file} with a byte order mark");
             assert_eq!(found.brightness, BrightnessLaw::Asteroid { h: 3.34, g: 0.15 }, "{file}");
             assert!(
                 found.name.contains("Ceres") && (reference.orbit.passage_days - found.orbit.passage_days).abs() < 1e-6,
@@ -215,6 +218,14 @@ mod tests {
                     && (reference.orbit.perihelion_au - found.orbit.perihelion_au).abs() < 1e-12
             );
         }
+    }
+
+    /// Magnitudes in columns `i` and `m` are not taken for the inclination and the mean anomaly.
+    #[test]
+    fn the_most_explicit_name_of_a_column_counts() {
+        let one = |text: &str| read("m.csv", text).unwrap_or_else(|e| panic!("{e}")).remove(0);
+        let plain = one(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n"));
+        assert_eq!(one(&format!("i,m,{HEAD}17.1,18.2,x,0.1,2.5,3,4,5,6,60000,9,\n")), plain);
     }
 
     /// The database's full name contains the designation, so a body has only one of them; a body without a name has either.
@@ -243,6 +254,13 @@ mod tests {
         assert!(row("y,0.1,2.5,190,4,5,6,60000,9,").contains("i_deg is `190`; expected degrees from 0 to 180"));
         assert!(row("y,0.1,2.5,3,4,5,,60000,9,").contains("tp_jd is empty, and so is M_deg"));
         assert!(row("y,0.1,2.5,3,4,5,6,60000,dim,").contains("H is `dim`"));
+        assert_eq!(
+            row("y,0.1,2.5,3,4,5,6,2460000.5,9,"),
+            "m.csv:3: epoch_mjd is `2460000.5`; expected a modified Julian date (TDB) from -1400000 to 999999"
+        );
+        assert!(
+            why(&format!("{}x,0.1,2.5,3,4,5,6,60000,9,\n", HEAD.replace("epoch_mjd", "epoch"))).contains("m.csv:2: epoch_jd is `60000`")
+        );
         assert_eq!(row("y,0.1"), "m.csv:3: 2 values, and the first line names 10 columns");
         assert!(
             why("").contains("no bodies") && why(HEAD).contains("no bodies") && why("one two\n").contains("expected the names of columns")

@@ -18,7 +18,8 @@ const DEFAULT_G: f64 = 0.15;
 /// A comet's K1, magnitudes per decade of heliocentric distance, where the table has none: brightness falls with the fourth power.
 const DEFAULT_K1: f64 = 10.0;
 
-/// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
+/// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case; earlier ones have
+/// precedence), its range.
 pub(super) struct Field {
     pub name: &'static str,
     pub columns: &'static [&'static str],
@@ -48,15 +49,16 @@ pub(super) const M1: usize = 12;
 pub(super) const K1: usize = 13;
 pub(super) const FIELDS: [Field; 14] = [
     field("e", &["e", "eccentricity"], [0.0, 100.0], "an eccentricity"),
-    field("i_deg", &["i", "ideg", "incl", "inclination"], [0.0, 180.0], "degrees"),
-    field("node_deg", &["om", "node", "nodedeg"], [-360.0, 360.0], "degrees"),
-    field("argp_deg", &["w", "peri", "argp", "argpdeg"], [-360.0, 360.0], "degrees"),
-    field("a_au", &["a", "aau"], [-1e6, 1e6], "au"),
-    field("q_au", &["q", "qau"], [1e-5, 1e4], "au"),
-    field("M_deg", &["ma", "m", "mdeg"], [-1e7, 1e7], "degrees"),
-    field("epoch_jd", &["epoch", "epochjd"], [0.0, 1e7], "a Julian date (TDB)"),
-    field("epoch_mjd", &["epochmjd"], [-2.4e6, 7e6], "a modified Julian date (TDB)"),
-    field("tp_jd", &["tp", "tpjd"], [0.0, 1e7], "a Julian date (TDB)"),
+    field("i_deg", &["ideg", "i", "incl", "inclination"], [0.0, 180.0], "degrees"),
+    field("node_deg", &["nodedeg", "om", "node"], [-360.0, 360.0], "degrees"),
+    field("argp_deg", &["argpdeg", "w", "peri", "argp"], [-360.0, 360.0], "degrees"),
+    field("a_au", &["aau", "a"], [-1e6, 1e6], "au"),
+    field("q_au", &["qau", "q"], [1e-5, 1e4], "au"),
+    field("M_deg", &["mdeg", "ma", "m"], [-1e7, 1e7], "degrees"),
+    // The two ranges exclude each other's dates: a modified Julian date in place of a Julian one would move an epoch by 6,500 years without a message.
+    field("epoch_jd", &["epochjd", "epoch"], [1e6, 1e7], "a Julian date (TDB)"),
+    field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
+    field("tp_jd", &["tpjd", "tp"], [0.0, 1e7], "a Julian date (TDB)"),
     field("H", &["h"], [-30.0, 50.0], "magnitudes"),
     field("G", &["g"], [-1.0, 2.0], "a slope"),
     field("M1", &["m1"], [-30.0, 50.0], "magnitudes"),

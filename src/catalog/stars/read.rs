@@ -17,7 +17,8 @@ const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
 /// Julian epoch of the positions in hip2.dat.
 const HIPPARCOS_EPOCH: f64 = 1991.25;
 
-/// A quantity of a star: its name in messages, the accepted names of its column (only letters and digits, lower case), its range.
+/// A quantity of a star: its name in messages, the accepted names of its column (only letters and digits, lower case; earlier ones have
+/// precedence), its range.
 struct Field {
     name: &'static str,
     columns: &'static [&'static str],
@@ -92,7 +93,8 @@ impl Columns {
             .split(',')
             .map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect())
             .collect();
-        let by_field = FIELDS.each_ref().map(|f| names.iter().position(|n| f.columns.contains(&n.as_str())));
+        // The first of the accepted names counts: `hip` before `id`, which may be the table's own number.
+        let by_field = FIELDS.each_ref().map(|f| f.columns.iter().find_map(|column| names.iter().position(|n| n == column)));
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;
         }
@@ -232,6 +234,9 @@ mod tests {
         // Vega's Hp is 0.0868 and its V 0.03.
         assert!((a.v_magnitude - b.v_magnitude).abs() < 0.07, "{} {}", a.v_magnitude, b.v_magnitude);
         assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
+        // The table's own number and hours are not taken for the number in Hipparcos and degrees.
+        let (_, stars) = read("c.csv", "id,hip,ra,dec,mag,ra_deg\n90979,91262,18.6,38.8,0.03,279.2\n").expect("other columns");
+        assert!(stars[0].hip == 91_262 && stars[0].direction.distance(a.direction) < 1e-3, "{:?}", stars[0]);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Lines of the user's data on the ground of one body, on the side that faces the camera.
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
-//! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart, and ends at the limb. It
-//! appears at its time and fades like a data point. Vertices closer than `MERGE_PX` are merged. Ignores relief and shape models. A million
-//! vertices take about 0.2 s per frame.
+//! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart (only a line between two vertices
+//! a whole turn apart is a whole parallel), and ends at the limb. It appears at its time and fades like a data point. Vertices closer than `MERGE_PX` are
+//! merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -55,7 +55,9 @@ impl Path {
                 continue;
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
-            if (to.y - from.y).abs() > PI {
+            // Between two vertices alone, a whole turn is a whole parallel: the equator, for example. In a longer line it is a step across the date line.
+            let is_whole_parallel = vertices.len() == 2 && (to.y - from.y).abs() > TAU - 1e-9;
+            if (to.y - from.y).abs() > PI && !is_whole_parallel {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
             }
             let is_last = k + 1 == vertices.len();
@@ -167,6 +169,17 @@ mod tests {
         let chord = [-123.0, -95.0].map(|lon| on_unit_sphere(EARTH, DVec2::new(49.0, lon).map(f64::to_radians)));
         let great_circle_middle = (chord[0] + chord[1]).normalize();
         assert!(great_circle_middle.distance(on_unit_sphere(EARTH, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
+    }
+
+    /// The Arctic Circle from one side of the date line to the other is a whole turn; in a longer line that is a step across the date line.
+    #[test]
+    fn a_line_of_a_whole_turn_is_a_parallel() {
+        let length_deg = |vertices: &[[f64; 2]]| {
+            let path = Path::of(vertices, EARTH, 1e-3);
+            (path.vertices.last().expect("a vertex").parameter - 1.0).to_degrees()
+        };
+        assert!((length_deg(&[[66.56, -180.0], [66.56, 180.0]]) - 360.0).abs() < 1e-6);
+        assert!((length_deg(&[[10.0, 179.0], [10.0, 180.0], [10.0, -180.0], [10.0, -179.0]]) - 2.0).abs() < 1e-6);
     }
 
     /// The visible parts agree with a visibility test of each sampled point.

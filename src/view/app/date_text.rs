@@ -21,7 +21,9 @@ const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     let text = text.trim().to_lowercase();
     let ends_in_digit = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
-    let names_utc = |word: &str| UTC_WORDS.contains(&word) || word.strip_suffix('z').is_some_and(ends_in_digit);
+    let has_zero_offset =
+        |word: &str| ["+00:00", "+0000", "+00"].into_iter().any(|offset| word.strip_suffix(offset).is_some_and(ends_in_digit));
+    let names_utc = |word: &str| UTC_WORDS.contains(&word) || word.strip_suffix('z').is_some_and(ends_in_digit) || has_zero_offset(word);
     text.split([' ', ',']).any(names_utc) || !text.contains(|c: char| c.is_ascii_digit()) || text.starts_with("jd_tdb:")
 }
 
@@ -163,6 +165,7 @@ mod tests {
             "now",
             "morgen",
             "jd_tdb:2460409.26",
+            "2024-04-08T18:17:16+00:00",
         ] {
             assert!(parse_date(text, now()).is_some() && is_same_in_every_zone(text), "{text}");
         }

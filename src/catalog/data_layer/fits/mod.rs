@@ -259,6 +259,41 @@ mod tests {
         assert!(file_with(&plate_carree("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
         assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
+        let in_radians = [&plate_carree("0.1")[..], &[("CUNIT1", "'rad'")][..]].concat();
+        assert!(file_with(&in_radians, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("CUNIT1: `rad`")));
+    }
+
+    /// In older files the cards of frame and equinox have other names.
+    #[test]
+    fn older_cards_of_frame_and_equinox_count() {
+        let result = |cards: &[(&str, &str)]| read(&file(&[&[("BITPIX", "8")], SIZE, TAN, cards], &[1, 2, 3, 4]), false, &full_range());
+        for cards in [&[("EPOCH", "1950.0")][..], &[("RADECSYS", "'FK4'")][..], &[("RADECSYS", "'FK5'"), ("EPOCH", "1950.0")][..]] {
+            assert!(result(cards).is_err_and(|(_, why)| why.contains("only ICRS and FK5 J2000")), "{cards:?}");
+        }
+        // With EQUINOX or the ICRS, EPOCH is not an equinox; neither is a text.
+        for cards in [
+            &[("EPOCH", "2000.0"), ("RADECSYS", "'FK5'")][..],
+            &[("EPOCH", "1954.8"), ("EQUINOX", "2000.0")][..],
+            &[("EPOCH", "2015.5"), ("RADESYS", "'ICRS'")][..],
+            &[("EPOCH", "'J2000'")][..],
+        ] {
+            assert!(result(cards).is_ok(), "{cards:?}");
+        }
+    }
+
+    /// At the north pole, LONPOLE is 0 by default: the image is turned by half a turn from one with north up.
+    #[test]
+    fn an_image_around_the_north_pole_is_turned() {
+        let matrix = |declination: &str, cards: &[(&str, &str)]| {
+            let tan: Vec<(&str, &str)> = TAN.iter().map(|(k, v)| (*k, if *k == "CRVAL2" { declination } else { *v })).collect();
+            match read(&file(&[&[("BITPIX", "8")], SIZE, &tan, cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed").wcs {
+                ImageWcs::Tangent { deg_per_px, .. } => [deg_per_px[0][0], deg_per_px[1][1]],
+                other => panic!("{other:?}"),
+            }
+        };
+        let (north_up, north_down) = ([-0.01, 0.01], [0.01, -0.01]);
+        assert_eq!([matrix("89.9", &[]), matrix("-90", &[]), matrix("90", &[("LONPOLE", "180")])], [north_up; 3]);
+        assert_eq!([matrix("90", &[]), matrix("20", &[("LONPOLE", "0")])], [north_down; 2]);
     }
 
     #[test]

@@ -74,6 +74,16 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     Ok(deg_per_px)
 }
 
+/// Rejects axes in other units than degrees.
+fn check_units(header: &Header) -> Result<(), WrongCard> {
+    for keyword in ["CUNIT1", "CUNIT2"] {
+        if !matches!(header.text(keyword), "" | "deg") {
+            return Err(unsupported_card(header, keyword, "only degrees (deg) are supported"));
+        }
+    }
+    Ok(())
+}
+
 /// The tangent plane of an image of the sky.
 pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
@@ -86,28 +96,36 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
             return Err(unsupported_card(header, keyword, "distorted images are not drawn"));
         }
     }
-    if !matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") || !matches!(header.number("EQUINOX")?, None | Some(2000.0)) {
-        let keyword = if matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") { "EQUINOX" } else { "RADESYS" };
+    // In older files RADESYS is called RADECSYS, and EQUINOX is called EPOCH (standard, section 8.3).
+    let frame = if header.text("RADESYS").is_empty() { "RADECSYS" } else { "RADESYS" };
+    let has_known_frame = matches!(header.text(frame), "" | "ICRS" | "FK5");
+    // Some files give the time of the observation, a text or 0 as EPOCH; with the ICRS it means nothing.
+    let is_equinox = |year: &f64| (1800.0..2100.0).contains(year) && header.text(frame) != "ICRS";
+    let (keyword, equinox) = match header.number("EQUINOX")? {
+        Some(year) => ("EQUINOX", Some(year)),
+        None => ("EPOCH", header.number("EPOCH").ok().flatten().filter(is_equinox)),
+    };
+    if !has_known_frame || !matches!(equinox, None | Some(2000.0)) {
+        let keyword = if has_known_frame { keyword } else { frame };
         return Err(unsupported_card(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
     }
-    if !matches!(header.number("LONPOLE")?, None | Some(180.0)) {
-        return Err(unsupported_card(header, "LONPOLE", "only 180 is supported"));
-    }
-    for keyword in ["CUNIT1", "CUNIT2"] {
-        if !matches!(header.text(keyword), "" | "deg") {
-            return Err(unsupported_card(header, keyword, "only degrees (deg) are supported"));
-        }
-    }
+    check_units(header)?;
     let required = |keyword: &str, limit: f64| match header.number(keyword)? {
         Some(v) if v.abs() <= limit => Ok(v),
         Some(v) => Err((header.card_number(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
         None => Err((1, format!("{keyword} is missing"))),
     };
-    Ok(ImageWcs::Tangent {
-        centre_deg: [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?],
-        centre_px: [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?],
-        deg_per_px: matrix(header)?,
-    })
+    let centre_deg = [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?];
+    let centre_px = [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?];
+    // LONPOLE says on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
+    // Greisen, section 2.2).
+    let default_lonpole = if centre_deg[1] < 90.0 { 180.0 } else { 0.0 };
+    let deg_per_px = match header.number("LONPOLE")?.unwrap_or(default_lonpole) {
+        180.0 => matrix(header)?,
+        0.0 => matrix(header)?.map(|row| row.map(|v| -v)),
+        _ => return Err(unsupported_card(header, "LONPOLE", "only 180 and 0 are supported")),
+    };
+    Ok(ImageWcs::Tangent { centre_deg, centre_px, deg_per_px })
 }
 
 /// The edges of a map of a body.
@@ -127,6 +145,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
             "on a body a plate carree (xxLN-CAR, xxLT-CAR) is drawn, or a map of the whole globe without CTYPE, twice as wide as high",
         ));
     }
+    check_units(header)?;
     if header.number("CRVAL2")?.unwrap_or(0.0) != 0.0 {
         return Err(unsupported_card(
             header,
