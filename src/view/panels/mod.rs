@@ -54,7 +54,7 @@ use std::sync::Arc;
 
 /// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;
-/// The most messages of a frame that the notice shows; all of them go to standard error.
+/// The most messages of a frame that the notice shows (all of them go to standard error), and the most messages about dropped files.
 const MAX_NOTICE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
@@ -290,6 +290,7 @@ impl Interface {
             (self.message, self.notice) = (String::new(), None);
             self.search.forget_failure();
             self.information.forget_report();
+            self.shader.forget_failures();
             self.events.rename(worker.session().catalog());
         }
     }
