@@ -300,6 +300,8 @@ fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
 /// Adds a direction to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
+    let bodies = &rendered.scene.bodies;
+    interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     let angle = interface.angle.add(direction, seen_body);
