@@ -1,5 +1,5 @@
 use super::*;
-use crate::view::app::view_state::{MAX_FOV_DEG, MIN_FOV_DEG};
+use crate::view::app::view_state::MIN_FOV_DEG;
 
 /// The Sun at the origin, bodies on the x axis. All have the same orientation.
 struct CollinearBodies;
@@ -7,7 +7,7 @@ struct CollinearBodies;
 impl BodyPositions for CollinearBodies {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         let x = |id: NaifId| match id.0 {
-            10 => Some(0.0),
+            10 | 5 => Some(0.0),
             399 => Some(1.5e8),
             301 => Some(1.5e8 + 4e5),
             699 => Some(1.4e9),
@@ -113,6 +113,26 @@ fn changes_during_a_flight_last() {
     assert!(viewer.is_flying());
     apply(&mut viewer, Action::Roll(5.0));
     assert!(!viewer.is_flying() && viewer.view.roll_deg == 5.0, "{:?}", viewer.view);
+}
+
+/// From another body's centre the disc and its surroundings are in the image: here the Earth is 1.8 degrees wide from the Moon. A body around the camera has
+/// the greatest field of view.
+#[test]
+fn a_body_seen_from_another_fits_the_image() {
+    for (target, from, fov_deg) in [
+        (SATURN, NaifId::EARTH, LOOK_FROM_FOV_DEG..=LOOK_FROM_FOV_DEG),
+        (NaifId::EARTH, NaifId::MOON, 2.5..=5.0),
+        (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
+    ] {
+        let mut viewer = viewer();
+        // A body of the Sun's place that is larger than its distance from the Earth.
+        let large = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
+        viewer.subjects.push(large);
+        viewer.selected = target;
+        apply(&mut viewer, Action::LookFrom(from));
+        assert!(fov_deg.contains(&viewer.view.fov_deg), "{target:?} from {from:?}: {}", viewer.view.fov_deg);
+        assert_eq!(viewer.view.eye, CameraPose::Centre { body: from });
+    }
 }
 
 /// *Look at* faces the body, also during a flight, which it ends at its destination, and if the camera has turned away from the body that it orbits.
