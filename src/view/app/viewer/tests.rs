@@ -191,6 +191,38 @@ fn motions_continue_from_a_free_pose() {
     }
 }
 
+/// Near the ground of a flattened body, closer to its centre than the equatorial radius, there is no orbit: the camera stays where it is, above the ground.
+#[test]
+fn a_free_pose_near_flattened_ground_stays_in_place() {
+    for (radii_km, height_km) in [
+        (DVec3::new(6378.1, 6378.1, 6356.8), 0.003),
+        (DVec3::new(6378.1, 6370.0, 6356.8), 2.0),
+        (DVec3::new(60_268.0, 60_268.0, 54_364.0), 900.0),
+    ] {
+        for latitude_deg in [-90.0, -70.0, 55.0, 80.0] {
+            for action in [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0)] {
+                let mut viewer = viewer();
+                viewer.view.tdb_s = 4321.0;
+                viewer.subjects[1].radii_km = radii_km;
+                let icrf_from_body = CollinearBodies.body_from_icrf(NaifId::EARTH, viewer.view.time()).expect("an orientation").transpose();
+                let (point_km, normal) = ground_point_km(radii_km, latitude_deg, 130.0, height_km);
+                let offset_km = icrf_from_body * point_km;
+                assert!(offset_km.length() < radii_km.x, "an orbit is possible");
+                let forward = icrf_from_body * (normal.any_orthonormal_vector() - 0.3 * normal).normalize();
+                let up = forward.cross(DVec3::new(0.3, 0.1, 0.9)).normalize();
+                viewer.view.eye = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
+                viewer.view.tracks = false;
+                apply(&mut viewer, action.clone());
+                assert!(matches!(viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }), "{action:?}: {:?}", viewer.view.eye);
+                let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+                let moved_km = pose.offset_km.distance(offset_km);
+                let turned = pose.forward.distance(forward) + pose.up.distance(up);
+                assert!(moved_km < 1e-6 && turned < 1e-6, "{radii_km}, {latitude_deg}, {action:?}: {moved_km} km, {turned}");
+            }
+        }
+    }
+}
+
 #[test]
 fn changing_the_frame_keeps_the_camera_in_place() {
     let mut viewer = viewer();
