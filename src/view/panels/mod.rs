@@ -138,11 +138,13 @@ pub struct Interface {
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
         let panel_named = |name: Option<&str>| Tab::ALL.into_iter().find(|tab| name == Some(tab.name()));
+        let tab = panel_named(settings.panels.open.as_deref());
         Self {
             viewer,
             information: information::InformationPanel::with(&settings),
-            tab: panel_named(settings.panels.open.as_deref()),
-            kept_tab: panel_named(settings.panels.kept.as_deref()),
+            tab,
+            // No panel is on both sides, whatever the settings file says.
+            kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             only_selected_effects: false,
