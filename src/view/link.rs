@@ -12,7 +12,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
-use crate::wording::did_you_mean;
+use crate::wording::{did_you_mean, json_error_text};
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 use serde::Serialize;
@@ -215,8 +215,12 @@ impl PartialView {
             self.record_error("time and tdb_s are two forms of one value: leave one out".into());
         }
         if let Some(date) = date {
-            let time = read::<String>("time", &date).and_then(|text| Instant::parse(&text).map_err(|e| format!("time: {e}")));
-            return time.map_err(|why| self.record_error(why)).ok();
+            // In a link a bare year is a number, whose error shall show how to write a date.
+            let text = match date {
+                Value::String(text) => text,
+                other => other.to_string(),
+            };
+            return Instant::parse(&text).map_err(|e| self.record_error(format!("time: {e}"))).ok();
         }
         // An invalid `tdb_s` is reported later, with the other fields.
         read("tdb_s", &tdb_s?).ok().map(Instant::from_tdb_seconds_past_j2000)
@@ -264,7 +268,7 @@ impl PartialView {
                 Some(before) => merged.insert(name.to_owned(), before),
                 None => merged.remove(name),
             };
-            let why = Some(e.to_string()).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
+            let why = Some(json_error_text(&e)).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
                 let known = merged.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| parent.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")

@@ -49,4 +49,15 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
     assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
+    // Of files dropped together, each has its message, the error first.
+    std::fs::write(folder.path().join("third.csv"), "lat,lon\n1,2\n").expect("written");
+    for name in ["own.csv", "wrong.csv", "third.csv"] {
+        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(folder.path().join(name))));
+    }
+    harness.run_steps(1);
+    harness.input_mut().dropped_files.clear();
+    settle(&mut harness);
+    let lines: Vec<&str> = harness.state().message().lines().collect();
+    assert!(lines.len() == 3 && lines[0].contains("wrong.csv:3"), "{lines:?}");
+    assert_eq!(lines[1..], ["own.csv: 1 point and 0 lines in the sky", "third.csv: 1 point and 0 lines on Earth"]);
 }

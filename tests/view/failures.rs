@@ -55,6 +55,20 @@ fn a_time_outside_the_ephemeris_is_reported() {
     assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-31T00:00:00Z");
 }
 
+/// The reply to an action is shown although there is no image of the view.
+#[test]
+fn a_reply_is_shown_below_the_reason() {
+    let (session, _, interface) = window(None, "9999-12-31T00:00:00Z");
+    let mut harness = harness_of(session, interface);
+    settle(&mut harness);
+    let reason = harness.state().message_line().to_owned();
+    harness.event(egui::Event::Copy);
+    harness.run_steps(2);
+    let reply = harness.state().message().to_owned();
+    assert!(!reply.is_empty() && harness.state().message_line() == reason);
+    assert!(harness.query_by_label(&format!("{reason}\n{reply}")).is_some(), "{reply} is not shown");
+}
+
 /// The window gives the reason in its language, and standard error in English.
 #[test]
 fn a_german_window_gives_the_reason_in_german() {

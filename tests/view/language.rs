@@ -113,6 +113,19 @@ fn numbers_and_dates_are_german() {
     assert!(harness.query_by_label_contains("8. April 2024 · Der Kernschatten des Mondes").is_some(), "a moment of the catalog");
 }
 
+/// The magnitude of an eclipse is a size, not a brightness as that of a body is. The observer's place is Greenwich.
+#[test]
+fn the_magnitude_of_an_eclipse_is_a_size() {
+    let mut interface = interface(SATURN, "1999-08-11T11:00:00Z");
+    interface.language = Language::German;
+    let mut harness = harness(interface);
+    harness.set_size([1100.0, 1800.0].into());
+    harness.state_mut().tab = Some(Tab::Information);
+    settle(&mut harness);
+    let count = |label: &str| harness.query_all_by_label(label).count();
+    assert_eq!((count("Helligkeit"), count("Größe")), (1, 1));
+}
+
 /// No button of a bar lies outside the window at its smallest size.
 #[test]
 fn german_buttons_fit() {

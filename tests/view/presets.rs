@@ -60,6 +60,25 @@ fn stand_on_surface_uses_the_observers_place_on_earth_only() {
     assert_eq!(stand(&mut window, MARS), 0.0);
 }
 
+/// Most planets have longitudes from 0 to 360 degrees: 200 degrees east is not 180 degrees, but 160 degrees west.
+#[test]
+fn a_typed_longitude_beyond_half_a_turn_is_the_same_meridian() {
+    for (body, typed_deg, longitude_deg) in
+        [(MARS, 200.0, -160.0), (MARS, -350.0, 10.0), (MARS, 33.0, 33.0), (NaifId::EARTH, 200.0, -160.0)]
+    {
+        let mut window = window_without_images(body);
+        window.get_by_label("Longitude (E), degrees").set_value_accesskit(typed_deg);
+        window.run_steps(3);
+        window.get_by_label("Stand on surface").click_accesskit();
+        window.run_steps(3);
+        let CameraPose::Ground { longitude_deg: stood_deg, .. } = window.state().viewer.view.eye else { panic!("not on the ground") };
+        assert!((stood_deg - longitude_deg).abs() < 1e-9, "{body:?}, {typed_deg}: {stood_deg}");
+        if body == NaifId::EARTH {
+            assert_eq!(window.state().settings.home.longitude_deg, longitude_deg);
+        }
+    }
+}
+
 #[test]
 fn the_system_is_seen_from_above_with_its_orbits() {
     let window = window_after_search("whole system");

@@ -5,9 +5,23 @@ use crate::view::interface::{interface, session, settle};
 use egui::{Event, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
+use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+fn ctrl_click(window: &mut Window, pos: Pos2) {
+    window.event(Event::ModifiersChanged(Modifiers::COMMAND));
+    window.run_steps(1);
+    window.hover_at(pos);
+    window.run_steps(1);
+    for pressed in [true, false] {
+        window.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::COMMAND });
+        window.run_steps(1);
+    }
+    window.event(Event::ModifiersChanged(Modifiers::NONE));
+    window.run_steps(1);
+}
 
 /// A click on a star shows its name at once and its facts in the Information panel; two clicks with Ctrl measure an angle.
 #[test]
@@ -41,20 +55,25 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     assert!(window.state().message().starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message());
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
     // With Ctrl: the angle from the star to another point of the sky.
-    let ctrl_click = |window: &mut Window, pos: Pos2| {
-        window.event(Event::ModifiersChanged(Modifiers::COMMAND));
-        window.run_steps(1);
-        window.hover_at(pos);
-        window.run_steps(1);
-        for pressed in [true, false] {
-            window.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::COMMAND });
-            window.run_steps(1);
-        }
-        window.event(Event::ModifiersChanged(Modifiers::NONE));
-        window.run_steps(1);
-    };
     ctrl_click(&mut window, star_pos);
     assert!(window.state().message().contains("second place"), "{}", window.state().message());
     ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
     assert!(window.state().message().starts_with("Angle: "), "{}", window.state().message());
+}
+
+/// The distance of two bodies is that in one image: from itself a body has none, also if the camera has moved between the clicks.
+#[test]
+fn a_body_has_no_distance_from_itself_after_a_motion_of_the_camera() {
+    let mut window = pausable_window(interface(NaifId::EARTH, TIME), &Arc::new(AtomicBool::new(true)), 900.0);
+    window.run_steps(20);
+    settle(&mut window);
+    let centre = window.get_by_label_contains("The sky: ").rect().center();
+    ctrl_click(&mut window, centre);
+    assert!(window.state().message().contains("second place"), "{}", window.state().message());
+    let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+    *distance_radii *= 2.0;
+    settle(&mut window);
+    ctrl_click(&mut window, centre);
+    let message = window.state().message();
+    assert!(message.starts_with("Angle: ") && !message.contains("km"), "{message}");
 }

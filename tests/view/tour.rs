@@ -239,6 +239,26 @@ fn a_tour_plays_at_once_after_another_tour() {
     }
 }
 
+/// The key that pauses time pauses a tour, and time does not start to run.
+#[test]
+fn space_pauses_a_tour() {
+    let mut window = window_without_images(NaifId(699));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    window.get_by_label(orrery_catalogs::TOURS[0].0).click();
+    window.run_steps(4);
+    assert!(window.query_by_label("Pause tour").is_some() && window.state().viewer.time_rate.is_paused());
+    type_text(&mut window, " ");
+    window.run_steps(2);
+    assert!(window.query_by_label("Play tour").is_some(), "the tour goes on");
+    let paused_s = window.state().viewer.view.tdb_s;
+    window.run_steps(5);
+    assert!(window.state().viewer.time_rate.is_paused() && window.state().viewer.view.tdb_s == paused_s, "time runs");
+    // Now the key is about time again.
+    type_text(&mut window, " ");
+    assert!(!window.state().viewer.time_rate.is_paused());
+}
+
 /// A control that changes what the view shows pauses the tour, and the change is kept. A change of quality lasts without a pause.
 #[test]
 fn a_switch_pauses_a_tour_and_is_kept() {

@@ -86,6 +86,10 @@ impl<'t> Parts<'t> {
                 _ => parts.number(word)?,
             }
         }
+        if is_before_christ.is_some() && parts.year.is_none() && parts.month.is_none() {
+            // With an era, a number without a month is a year, although a small one was read as a day.
+            parts.year = parts.day.take().map(i64::from);
+        }
         if let Some(is_before_christ) = is_before_christ {
             let year = parts.year.filter(|y| *y > 0)?;
             parts.year = Some(if is_before_christ { 1 - year } else { year });
@@ -219,6 +223,10 @@ mod tests {
             ("august 2027", "2027-08-01T00:00:00Z"),
             ("28 May 585 BC", "-0584-05-28T00:00:00Z"),
             ("1 jan 1 bc", "0000-01-01T00:00:00Z"),
+            ("7 BC", "-0006-01-01T00:00:00Z"),
+            ("44 BC", "-0043-01-01T00:00:00Z"),
+            ("14 n. Chr.", "0014-01-01T00:00:00Z"),
+            ("AD 14 18:17", "0014-01-01T18:17:00Z"),
             ("-0584-05-28", "-0584-05-28T00:00:00Z"),
             ("now", "2026-11-22T23:00:00Z"),
             ("tomorrow", "2026-11-23T23:00:00Z"),
@@ -286,6 +294,8 @@ mod tests {
             "8 april --584",
             "8 april --5",
             "8 april -5th",
+            "8 april bc",
+            "8 bc 9 bc",
             "april +5 2024",
             "4/8.2024",
             "8.4/2024",

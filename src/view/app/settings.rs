@@ -7,7 +7,7 @@ use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error}
 use crate::session::DisplayPreference;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::Clock;
-use crate::view::app::view_state::ViewState;
+use crate::view::app::view_state::{ViewState, within_half_turn_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
 use crate::view::window::placement::WindowPlacement;
@@ -45,6 +45,14 @@ impl Default for Home {
     fn default() -> Self {
         // The Royal Observatory in Greenwich.
         Self { latitude_deg: 51.4769, longitude_deg: 0.0 }
+    }
+}
+
+impl Home {
+    /// The place with its longitude within ±180 degrees; the default place if there is no such latitude.
+    fn or_default(self) -> Self {
+        let longitude_deg = within_half_turn_deg(self.longitude_deg);
+        if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
     }
 }
 
@@ -194,8 +202,11 @@ impl Settings {
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
         match serde_json::from_str::<Self>(&text) {
-            // egui would panic at a scale of 0.
-            Ok(settings) => (Self { zoom: settings.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end()), ..settings }, None),
+            Ok(settings) => {
+                // egui would panic at a scale of 0.
+                let zoom = settings.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
+                (Self { zoom, home: settings.home.or_default(), ..settings }, None)
+            }
             Err(e) => (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
         }
     }
@@ -295,6 +306,25 @@ mod tests {
         {
             std::fs::write(&path, format!("{{\"zoom\": {saved}}}")).expect("a file");
             assert_eq!(Settings::load(&path), (Settings { zoom, ..Settings::default() }, None), "{saved}");
+        }
+    }
+
+    #[test]
+    fn an_impossible_home_is_replaced() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        let greenwich = Home::default();
+        for (saved, home) in [
+            ([52.5, 13.4], Home { latitude_deg: 52.5, longitude_deg: 13.4 }),
+            ([-90.0, 180.0], Home { latitude_deg: -90.0, longitude_deg: 180.0 }),
+            ([10.0, 200.0], Home { latitude_deg: 10.0, longitude_deg: -160.0 }),
+            ([500.0, 13.4], greenwich),
+            ([-90.5, 0.0], greenwich),
+        ] {
+            let [latitude_deg, longitude_deg] = saved;
+            std::fs::write(&path, format!("{{\"home\": {{\"latitude_deg\": {latitude_deg}, \"longitude_deg\": {longitude_deg}}}}}"))
+                .expect("a file");
+            assert_eq!(Settings::load(&path), (Settings { home, ..Settings::default() }, None), "{saved:?}");
         }
     }
 

@@ -357,6 +357,14 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
     }
 }
 
+/// Largest east or west longitude that a field accepts: most planets have longitudes from 0 to 360 degrees.
+pub(crate) const MAX_TYPED_LONGITUDE_DEG: f64 = 360.0;
+
+/// A longitude within ±180 degrees, which is unchanged, or the same meridian within this range.
+pub(crate) fn within_half_turn_deg(longitude_deg: f64) -> f64 {
+    if (-180.0..=180.0).contains(&longitude_deg) { longitude_deg } else { (longitude_deg + 180.0).rem_euclid(360.0) - 180.0 }
+}
+
 /// Height of the camera when it is placed on the ground, km.
 const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 

@@ -14,7 +14,9 @@ use crate::view::app::flight::{Flight, OUTSIDE_RADII, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view};
+use crate::view::app::view_state::{
+    CameraPose, FOV_DEG, MAX_FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view,
+};
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
 
@@ -103,6 +105,9 @@ const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
+/// Field of view from another body: a degree, which shows the disc and its surroundings, or more for a large disc, such as Jupiter's from its moons.
+const LOOK_FROM_FOV_DEG: f64 = 1.0;
+const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 const MAX_HISTORY: usize = 64;
 
 /// A view of the history.
@@ -213,7 +218,7 @@ impl Viewer {
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.look_at(id, places),
-            Action::LookFrom(id) => self.look_from(id),
+            Action::LookFrom(id) => self.look_from(id, places),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
             Action::Track(on) => self.track(on, places),
             Action::FaceSelected => self.face_selected(places),
@@ -442,15 +447,17 @@ impl Viewer {
         }
     }
 
-    fn look_from(&mut self, from: NaifId) {
+    fn look_from(&mut self, from: NaifId, places: &dyn BodyPositions) {
         let target = self.selected;
         if from == target {
             return;
         }
-        // A field of view of one degree shows the disc and its surroundings.
+        let distance_km = places.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
+        let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
         let eye = CameraPose::Centre { body: from };
         self.leave();
-        self.view = ViewState { eye, target, tracks: true, fov_deg: 1.0, roll_deg: 0.0, ..self.view.clone() };
+        self.view = ViewState { eye, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }
 }
 

@@ -150,6 +150,24 @@ fn misspelt_words_in_a_link_get_a_suggestion() {
     assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is near");
 }
 
+/// A value of the wrong kind is reported in plain words, without the names of Rust's types.
+#[test]
+fn wrong_kinds_of_values_are_reported_in_plain_words() {
+    for (link, part) in [
+        ("time=2024", "time: time `2024`: the month is missing; give ISO 8601 UTC such as 2024-"),
+        ("time=true", "time: time `true`: the year "),
+        ("fov_deg=wide", "fov_deg: expected a number, found the text \"wide\""),
+        ("eye.distance_radii=far", "eye.distance_radii: expected a number, found the text \"far\""),
+        ("tracks=1", "tracks: expected a boolean, found the number 1"),
+        ("quality=3", "quality: expected a string, found the number 3"),
+    ] {
+        let mut given = PartialView::of_link(&format!("orrery://view?{link}"));
+        let _ = given.time();
+        let why = with_test_defaults(given).expect_err(link);
+        assert!(why.starts_with(part), "{link}: {why}");
+    }
+}
+
 #[test]
 fn broken_links_are_refused_in_one_line() {
     let good = view().to_link();

@@ -48,6 +48,15 @@ impl MeasuredAngle {
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
     }
 
+    /// Moves the clicked bodies to where another image shows them: camera or time may have changed since the click, and a distance needs both
+    /// positions at one time, relative to one camera. `centre_km`: a body's apparent centre relative to the camera, by its name.
+    pub(super) fn move_bodies(&mut self, centre_km: impl Fn(&str) -> Option<DVec3>) {
+        for place in &mut self.places {
+            let body = place.body.take();
+            place.body = body.and_then(|body| Some(SeenBody { centre_km: centre_km(&body.name)?, ..body }));
+        }
+    }
+
     /// Removes the line; returns whether there was a line.
     pub(super) fn clear(&mut self) -> bool {
         !std::mem::take(&mut self.places).is_empty()
@@ -144,5 +153,21 @@ mod tests {
         };
         assert!(message(a.clone(), b.clone()).ends_with("; from Io to Europa 400 000 km"));
         assert!(!message(a.clone(), a.clone()).contains("km") && !message(a, None).contains("km"));
+    }
+
+    #[test]
+    fn a_distance_is_that_in_the_image_of_the_second_click() {
+        let body = |name: &str, centre_km| Some(SeenBody { name: name.into(), centre_km });
+        let message = |first_km: Option<DVec3>, second: Option<SeenBody>| {
+            let mut angle = MeasuredAngle::default();
+            angle.add(direction(&camera(1.0), 500.0, 500.0), body("Io", DVec3::new(300.0, 0.0, 0.0)));
+            angle.move_bodies(|name| first_km.filter(|_| name == "Io"));
+            angle.add(direction(&camera(1.0), 600.0, 500.0), second)
+        };
+        let moved_km = DVec3::new(300.0, 0.0, 250_000.0);
+        let europa = || body("Europa", DVec3::new(300.0, 0.0, 0.0));
+        assert!(message(Some(moved_km), europa()).ends_with("; from Io to Europa 250 000 km"));
+        assert!(!message(Some(moved_km), body("Io", moved_km)).contains("km"), "a body has no distance from itself");
+        assert!(!message(None, europa()).contains("km"), "the image does not have the first body");
     }
 }

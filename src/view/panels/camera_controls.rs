@@ -4,7 +4,7 @@ use super::icons::{self, Icon};
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
 use crate::scene::request::Projection;
-use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MIN_FOV_DEG};
+use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, within_half_turn_deg};
 use crate::view::app::viewer::Action;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
@@ -44,15 +44,17 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         (&mut typed_place.latitude_deg, &mut typed_place.longitude_deg)
     };
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value_deg, limit_deg) in
-            [(text!("camera-latitude"), &mut *latitude_deg, 90.0), (text!("camera-longitude"), &mut *longitude_deg, 180.0)]
-        {
+        for (label, value_deg, limit_deg) in [
+            (text!("camera-latitude"), &mut *latitude_deg, 90.0),
+            (text!("camera-longitude"), &mut *longitude_deg, MAX_TYPED_LONGITUDE_DEG),
+        ] {
             ui.label(label);
             let field = DragValue::new(value_deg).range(-limit_deg..=limit_deg).speed(0.2).max_decimals(4).suffix("°");
             accessible::number(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
     });
+    *longitude_deg = within_half_turn_deg(*longitude_deg);
     let stand = icons::button(ui, Icon::Stand, text!("camera-stand"));
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));

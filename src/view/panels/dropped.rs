@@ -3,7 +3,7 @@
 //! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
 //! for a new image. Always: files are read on the query worker; an invalid file does not change the image.
 
-use super::Interface;
+use super::{Interface, MAX_NOTICE_LINES};
 use crate::view::error_texts::error_text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
@@ -11,12 +11,17 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 #[derive(Default)]
 pub(crate) struct DroppedFiles {
     reading: Vec<Pending<Result<String, String>>>,
+    /// Messages about files that were read together, errors first: the reply shows all of them, because each reply replaces the last one.
+    messages: Vec<String>,
 }
 
 /// Starts to read the files dropped in this frame; for files that have been read, reports the result and shows the layers.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     let body = Some(interface.viewer.view.target);
+    if interface.dropped.reading.is_empty() {
+        interface.dropped.messages.clear();
+    }
     for path in paths {
         let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| error_text(&e)));
         interface.dropped.reading.push(read);
@@ -29,16 +34,40 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
         None => true,
     });
+    if answers.is_empty() {
+        return;
+    }
     for answer in answers {
-        let reply = match answer {
+        match answer {
             Ok(description) => {
                 interface.viewer.view.layers.data = true;
                 // The same view now gives another image, so the image is requested again.
                 interface.viewport.requested = None;
-                description
+                interface.dropped.messages.push(description);
             }
-            Err(why) => why,
-        };
-        interface.reply(reply);
+            Err(why) => interface.dropped.messages.insert(0, why),
+        }
+    }
+    interface.reply(reply_of(&interface.dropped.messages));
+}
+
+/// The messages, one a line; the last ones are left out if there are too many.
+fn reply_of(messages: &[String]) -> String {
+    let shown = messages.get(..MAX_NOTICE_LINES).map_or_else(|| messages.join("\n"), |first| first.join("\n"));
+    if messages.len() > MAX_NOTICE_LINES { shown + "\n…" } else { shown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_message_has_a_line_until_there_are_too_many() {
+        let messages: Vec<String> = (1..=MAX_NOTICE_LINES + 1).map(|k| format!("file {k}")).collect();
+        assert_eq!(reply_of(&messages[..1]), "file 1");
+        assert_eq!(reply_of(&messages[..2]), "file 1\nfile 2");
+        let reply = reply_of(&messages[..MAX_NOTICE_LINES]);
+        assert!(reply.lines().count() == MAX_NOTICE_LINES && !reply.contains('…'), "{reply}");
+        assert_eq!(reply_of(&messages), reply + "\n…");
     }
 }

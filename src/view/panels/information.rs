@@ -15,6 +15,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
+use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, within_half_turn_deg};
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::second_text;
 use crate::view::language::numbers::localised;
@@ -267,12 +268,13 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
         for (value, limit, label, accessible_name) in [
             (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
-            (&mut home.longitude_deg, 180.0, text!("place-longitude"), text!("place-longitude-hint")),
+            (&mut home.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
             accessible::number(ui, drag(value, -limit..=limit), accessible_name);
         }
     });
+    home.longitude_deg = within_half_turn_deg(home.longitude_deg);
 }
 
 /// Shows the solar eclipse of that day at the place, if any.
@@ -292,7 +294,7 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
                 }
                 line(ui, text!("eclipse-greatest"), second_text(passage.greatest));
                 line(ui, text!("eclipse-last-contact"), second_text(passage.ends));
-                line(ui, text!("fact-magnitude"), decimal(passage.magnitude, 4));
+                line(ui, text!("event-magnitude"), decimal(passage.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(passage.altitude_deg, 1)));
                 line(ui, text!("eclipse-radii"), message_text(&report.radii));
             });

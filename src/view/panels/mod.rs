@@ -54,7 +54,7 @@ use std::sync::Arc;
 
 /// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;
-/// The most messages of a frame that the notice shows; all of them go to standard error.
+/// The most messages of a frame that the notice shows (all of them go to standard error), and the most messages about dropped files.
 const MAX_NOTICE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const MESSAGE_S: f64 = 20.0;
@@ -138,11 +138,13 @@ pub struct Interface {
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
         let panel_named = |name: Option<&str>| Tab::ALL.into_iter().find(|tab| name == Some(tab.name()));
+        let tab = panel_named(settings.panels.open.as_deref());
         Self {
             viewer,
             information: information::InformationPanel::with(&settings),
-            tab: panel_named(settings.panels.open.as_deref()),
-            kept_tab: panel_named(settings.panels.kept.as_deref()),
+            tab,
+            // No panel is on both sides, whatever the settings file says.
+            kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
             bodies_shown: settings.panels.bodies_shown,
             help_shown: false,
             only_selected_effects: false,
@@ -290,6 +292,7 @@ impl Interface {
             (self.message, self.notice) = (String::new(), None);
             self.search.forget_failure();
             self.information.forget_report();
+            self.shader.forget_failures();
             self.events.rename(worker.session().catalog());
         }
     }

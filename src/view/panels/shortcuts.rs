@@ -104,6 +104,8 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "l" => actions.push(Action::Forward),
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
+            // A playing tour sets the time, which is paused otherwise: to toggle the pause would make time run.
+            " " if interface.tour.is_playing() => interface.tour.pause(),
             " " => actions.push(Action::TogglePause),
             typed => {
                 if let Some(tab) = Tab::of_digit(typed) {

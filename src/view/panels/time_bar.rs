@@ -30,8 +30,8 @@ pub(crate) struct TimeBar {
     month: Option<NaiveDate>,
     /// The kind of event that the buttons search for.
     kind: EventKind,
-    /// The running search for an event.
-    pending: Option<PendingEvent>,
+    /// The running search for an event, and the kind of event that it searches for: the buttons may have another kind meanwhile.
+    pending: Option<(EventKind, PendingEvent)>,
     /// A key requested the previous event.
     pub wants_previous_event: bool,
     /// A key requested the next event.
@@ -41,6 +41,16 @@ pub(crate) struct TimeBar {
 impl Default for TimeBar {
     fn default() -> Self {
         Self { typed: None, month: None, kind: EventKind::Solar, pending: None, wants_previous_event: false, wants_next_event: false }
+    }
+}
+
+impl TimeBar {
+    /// The event that the running search has found, or why there is none; `None` while it runs.
+    fn take_found(&mut self) -> Option<Result<SkyEvent, String>> {
+        let (kind, pending) = self.pending.as_ref()?;
+        let (kind, found) = (*kind, pending.take()?);
+        self.pending = None;
+        Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name()))))
     }
 }
 
@@ -232,13 +242,10 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
 
 /// Shows the buttons for the previous and the next event of a kind, and starts their searches.
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    if let Some(found) = interface.time_bar.pending.as_ref().and_then(Pending::take) {
-        interface.time_bar.pending = None;
-        match found {
-            Ok(Some(event)) => events::show(interface, worker, Arc::new(event), actions),
-            Ok(None) => interface.reply(text!("event-none-near", kind = interface.time_bar.kind.name())),
-            Err(why) => interface.reply(why),
-        }
+    match interface.time_bar.take_found() {
+        Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
+        Some(Err(why)) => interface.reply(why),
+        None => {}
     }
     let kind = interface.time_bar.kind;
     let mut searches_backward = None;
@@ -263,8 +270,8 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
-        interface.time_bar.pending =
-            Some(ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e))));
+        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e)));
+        interface.time_bar.pending = Some((kind, found));
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));
@@ -289,5 +296,17 @@ mod tests {
             assert_eq!(clock.civil_time(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
         assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
+    }
+
+    /// Another kind may be chosen while a search runs.
+    #[test]
+    fn a_search_without_result_names_the_kind_that_was_searched() {
+        let (pending, answer) = Pending::with_sender();
+        let mut bar = TimeBar { pending: Some((EventKind::Moons, pending)), kind: EventKind::Lunar, ..TimeBar::default() };
+        assert!(bar.take_found().is_none() && bar.pending.is_some());
+        answer(Ok(None));
+        let why = bar.take_found().and_then(Result::err).expect("a reason");
+        assert!(why.contains(EventKind::Moons.name()) && !why.contains(EventKind::Lunar.name()), "{why}");
+        assert!(bar.pending.is_none());
     }
 }

@@ -141,11 +141,15 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
-/// Shows the message line over the lower edge of the image, so that the image keeps its size.
+/// Shows the message line over the lower edge of the image, so that the image keeps its size. A reply is shown also while there is no image of the view:
+/// otherwise an action would seem to have no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
-    let message = interface.message_line().to_owned();
+    let mut message = interface.message_line().to_owned();
     if message.is_empty() {
         return;
+    }
+    if interface.failure_reason.is_some() && !interface.message().is_empty() {
+        message = format!("{message}\n{}", interface.message());
     }
     let area = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
     let corner = rect.left_bottom() + Vec2::new(8.0, -8.0 - interface.viewport.caption_height);
@@ -300,6 +304,8 @@ fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
 /// Adds a direction to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
+    let bodies = &rendered.scene.bodies;
+    interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     let angle = interface.angle.add(direction, seen_body);

@@ -56,3 +56,24 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         self.0.clear();
     }
 }
+
+impl<K, T, E> QueryCache<K, Result<T, E>> {
+    /// Drops the answers that are errors or have not arrived, so that their queries run again: an error may be a text in the language of its query.
+    pub(crate) fn forget_failures(&mut self) {
+        self.0.retain(|_, answer| matches!(answer, Answer::Ready(Ok(_))));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_successful_answers_outlast_the_failures() {
+        let answers = [(1, Answer::Ready(Ok("text"))), (2, Answer::Ready(Err("why"))), (3, Answer::Waiting(Pending::default()))];
+        let mut cache: QueryCache<i32, Result<&str, &str>> = QueryCache(HashMap::from(answers));
+        cache.forget_failures();
+        assert_eq!(cache.0.keys().collect::<Vec<_>>(), [&1]);
+        assert_eq!(cache.known(&1), Some(&Ok("text")));
+    }
+}

@@ -4,13 +4,14 @@
 //! last image had.
 
 use super::Viewer;
+use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::request::Projection;
 use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::view_state::{
-    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, inertial_orbit_pose, rotated_view,
+    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, horizontal_view, inertial_orbit_pose, rotated_view,
 };
 use glam::{DMat3, DVec3};
 
@@ -119,18 +120,26 @@ impl Viewer {
         }
     }
 
-    /// Changes a free pose, in which a tour was paused, to an orbit with the same image, which drags can change. A camera closer to the centre than the
-    /// equatorial radius, near the ground of a flattened body, moves out to it. During a flight the pose stays free.
+    /// Changes a free pose, in which a tour was paused, to one with the same image, which drags can change: to an orbit, or to a place above the ground if the
+    /// camera is closer to the centre than the equatorial radius, as near the ground of a flattened body, where no orbit is. During a flight the pose stays free.
     pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
-        let Some(pole) = places.body_from_icrf(body, self.view.time()).map(|m| m.row(2)).filter(|_| !self.is_flying()) else { return };
+        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
         let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };
+        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        // A free camera tracks nothing.
+        self.view.tracks = self.view.target == body;
+        if offset_km.length() < radii_km.x
+            && let Some(place) = GroundPlace::of(radii_km, body_from_icrf * offset_km)
+        {
+            (self.view.eye, self.view.roll_deg) = place.pose(body, body_from_icrf * forward, body_from_icrf * up);
+            return;
+        }
+        let pole = body_from_icrf.row(2);
         self.view.eye = inertial_orbit_pose(body, OrbitCamera::from_offset(offset_km, self.radius_km(body), pole));
         if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
             [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
         }
-        // A free camera tracks nothing.
-        self.view.tracks = self.view.target == body;
     }
 
     pub(super) fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
@@ -163,6 +172,49 @@ impl Viewer {
     }
 }
 
+/// A place above the reference ellipsoid.
+struct GroundPlace {
+    latitude_deg: f64,
+    longitude_deg: f64,
+    height_km: f64,
+    /// The direction of the zenith, body-fixed.
+    normal: DVec3,
+}
+
+impl GroundPlace {
+    /// The place of a body-fixed point: the inverse of [`ground_point_km`]. `None` for a point on or below the ellipsoid.
+    fn of(radii_km: DVec3, point_km: DVec3) -> Option<Self> {
+        let squared = radii_km * radii_km;
+        let mut normal = (point_km / squared).try_normalize()?;
+        let mut height_km = 0.0;
+        // Each step reduces the error of the normal by a factor of about the height in radii, which is below the flattening, at most 0.1 for a planet.
+        for _ in 0..30 {
+            let surface_km = squared * normal / (squared * normal).dot(normal).sqrt();
+            height_km = (point_km - surface_km).dot(normal);
+            normal = ((point_km - normal * height_km) / squared).try_normalize()?;
+        }
+        let latitude_deg = normal.z.atan2(normal.truncate().length()).to_degrees();
+        let longitude_deg = normal.y.atan2(normal.x).to_degrees();
+        // At a pole the horizon's axes depend on the longitude, so the normal is that of the angles.
+        let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
+        (height_km > 0.0).then_some(Self { latitude_deg, longitude_deg, height_km, normal })
+    }
+
+    /// The camera pose at this place with these forward and up vectors, body-fixed, and its roll, degrees.
+    fn pose(&self, body: NaifId, forward: DVec3, up: DVec3) -> (CameraPose, f64) {
+        let Self { latitude_deg, longitude_deg, height_km, normal } = *self;
+        let (azimuth_deg, altitude_deg) = horizontal_angles_deg(normal, forward);
+        let (_, unrolled_up) = horizontal_view(normal, azimuth_deg, altitude_deg);
+        let eye = CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
+        (eye, roll_deg(forward, unrolled_up, up))
+    }
+}
+
+/// The roll, degrees, that turns an up vector about `forward` to another one. A positive roll turns the up vector by a negative angle.
+fn roll_deg(forward: DVec3, unrolled_up: DVec3, up: DVec3) -> f64 {
+    (-up.dot(forward.cross(unrolled_up)).atan2(up.dot(unrolled_up)).to_degrees()).rem_euclid(360.0)
+}
+
 /// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors; the first two are measured from `inward`, the direction from an orbit to
 /// its body. All vectors are in the same axes; `forward` and `inward` are unit vectors.
 fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f64; 3] {
@@ -171,7 +223,5 @@ fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f
     let yaw_deg = forward.dot(right).atan2(forward.dot(inward)).to_degrees();
     let pitch_deg = forward.dot(level_up).clamp(-1.0, 1.0).asin().to_degrees();
     let (_, unrolled_up) = rotated_view(inward, pole, yaw_deg, pitch_deg);
-    // A positive roll turns the up vector about `forward` by a negative angle.
-    let roll_deg = -up.dot(forward.cross(unrolled_up)).atan2(up.dot(unrolled_up)).to_degrees();
-    [yaw_deg, pitch_deg, roll_deg.rem_euclid(360.0)]
+    [yaw_deg, pitch_deg, roll_deg(forward, unrolled_up, up)]
 }

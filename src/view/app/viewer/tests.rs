@@ -1,5 +1,5 @@
 use super::*;
-use crate::view::app::view_state::{MAX_FOV_DEG, MIN_FOV_DEG};
+use crate::view::app::view_state::MIN_FOV_DEG;
 
 /// The Sun at the origin, bodies on the x axis. All have the same orientation.
 struct CollinearBodies;
@@ -7,7 +7,7 @@ struct CollinearBodies;
 impl BodyPositions for CollinearBodies {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         let x = |id: NaifId| match id.0 {
-            10 => Some(0.0),
+            10 | 5 => Some(0.0),
             399 => Some(1.5e8),
             301 => Some(1.5e8 + 4e5),
             699 => Some(1.4e9),
@@ -115,6 +115,26 @@ fn changes_during_a_flight_last() {
     assert!(!viewer.is_flying() && viewer.view.roll_deg == 5.0, "{:?}", viewer.view);
 }
 
+/// From another body's centre the disc and its surroundings are in the image: here the Earth is 1.8 degrees wide from the Moon. A body around the camera has
+/// the greatest field of view.
+#[test]
+fn a_body_seen_from_another_fits_the_image() {
+    for (target, from, fov_deg) in [
+        (SATURN, NaifId::EARTH, LOOK_FROM_FOV_DEG..=LOOK_FROM_FOV_DEG),
+        (NaifId::EARTH, NaifId::MOON, 2.5..=5.0),
+        (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
+    ] {
+        let mut viewer = viewer();
+        // A body of the Sun's place that is larger than its distance from the Earth.
+        let large = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
+        viewer.subjects.push(large);
+        viewer.selected = target;
+        apply(&mut viewer, Action::LookFrom(from));
+        assert!(fov_deg.contains(&viewer.view.fov_deg), "{target:?} from {from:?}: {}", viewer.view.fov_deg);
+        assert_eq!(viewer.view.eye, CameraPose::Centre { body: from });
+    }
+}
+
 /// *Look at* faces the body, also during a flight, which it ends at its destination, and if the camera has turned away from the body that it orbits.
 #[test]
 fn look_at_faces_the_body() {
@@ -168,6 +188,38 @@ fn motions_continue_from_a_free_pose() {
         let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
         let change = pose.offset_km.distance(offset_km) / 2e4 + pose.forward.distance(forward) + pose.up.distance(up);
         assert!((change < 1e-9) == keeps_image, "{action:?}: {change} {pose:?}");
+    }
+}
+
+/// Near the ground of a flattened body, closer to its centre than the equatorial radius, there is no orbit: the camera stays where it is, above the ground.
+#[test]
+fn a_free_pose_near_flattened_ground_stays_in_place() {
+    for (radii_km, height_km) in [
+        (DVec3::new(6378.1, 6378.1, 6356.8), 0.003),
+        (DVec3::new(6378.1, 6370.0, 6356.8), 2.0),
+        (DVec3::new(60_268.0, 60_268.0, 54_364.0), 900.0),
+    ] {
+        for latitude_deg in [-90.0, -70.0, 55.0, 80.0] {
+            for action in [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0)] {
+                let mut viewer = viewer();
+                viewer.view.tdb_s = 4321.0;
+                viewer.subjects[1].radii_km = radii_km;
+                let icrf_from_body = CollinearBodies.body_from_icrf(NaifId::EARTH, viewer.view.time()).expect("an orientation").transpose();
+                let (point_km, normal) = ground_point_km(radii_km, latitude_deg, 130.0, height_km);
+                let offset_km = icrf_from_body * point_km;
+                assert!(offset_km.length() < radii_km.x, "an orbit is possible");
+                let forward = icrf_from_body * (normal.any_orthonormal_vector() - 0.3 * normal).normalize();
+                let up = forward.cross(DVec3::new(0.3, 0.1, 0.9)).normalize();
+                viewer.view.eye = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
+                viewer.view.tracks = false;
+                apply(&mut viewer, action.clone());
+                assert!(matches!(viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }), "{action:?}: {:?}", viewer.view.eye);
+                let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+                let moved_km = pose.offset_km.distance(offset_km);
+                let turned = pose.forward.distance(forward) + pose.up.distance(up);
+                assert!(moved_km < 1e-6 && turned < 1e-6, "{radii_km}, {latitude_deg}, {action:?}: {moved_km} km, {turned}");
+            }
+        }
     }
 }
 

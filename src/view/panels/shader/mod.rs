@@ -131,6 +131,11 @@ impl ShaderPanel {
         self.source.request_feature(feature);
     }
 
+    /// Drops errors, which are texts in the language in which they were asked for.
+    pub(crate) fn forget_failures(&mut self) {
+        self.queries.forget_failures();
+    }
+
     /// Whether the Probe page is shown, so that the viewport marks its pixel.
     pub(crate) fn shows_probe(&self) -> bool {
         self.page == Page::Probe

@@ -119,6 +119,17 @@ impl ShaderQueries {
         }
     }
 
+    /// Drops results that are errors, which are texts in the language of their query. Their queries run again.
+    pub(crate) fn forget_failures(&mut self) {
+        self.modules.forget_failures();
+        self.texts.forget_failures();
+        self.differences.forget_failures();
+        self.timed.forget_failures();
+        self.maps.forget_failures();
+        self.sample_images.forget_failures();
+        self.swaps.forget_failures();
+    }
+
     /// The module, or the reason why there is none, once the result has arrived.
     pub(crate) fn module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<ModuleResult> {
         let asked_id = id.clone();
