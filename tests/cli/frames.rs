@@ -228,6 +228,22 @@ fn write_errors_do_not_name_the_temporary_file() {
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
 }
 
+/// Otherwise all frames before it would be drawn first, and those of an animation or a stream would be lost.
+#[test]
+fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for step in ["300000d", "-1000000d", "1e300d"] {
+        for name in ["out-%d.png", "out.gif"] {
+            let path = folder.path().join(name);
+            let out = render(&[&BASE[..], &["--frames", "3", "--step", step, "-o", path_text(&path)]].concat());
+            let line = stderr_text(&out);
+            assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{step}: {line}");
+            assert!(line.contains("frame 2") && line.contains("--step") && !line.contains("panicked"), "{step}: {line}");
+        }
+    }
+    assert!(files(folder.path()).is_empty(), "a frame was drawn");
+}
+
 /// A tour has the frames of its stops and flights, and resumes like a sequence; an error names file, stop and field, and options of a view
 /// beside a tour are refused.
 #[test]
