@@ -114,6 +114,13 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
         for args in [["explain", "--camera-json", special_path], ["compare", special_path, special_path]] {
             assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
+        let output = path_of(&format!("{kind}.png"));
+        std::os::unix::fs::symlink(special_file, &output).expect("a link");
+        for overwrite in [&[][..], &["--overwrite"]] {
+            let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&output)];
+            let line = error_line(&orrery(&path_of("cache"), &[&args[..], overwrite].concat()), kind);
+            assert!(line.contains("not a regular file") && !line.contains("--overwrite"), "{line}");
+        }
         // A build without the window has no `view`.
         for args in
             [&["view", special_path][..], &["view", "--settings", special_path]].into_iter().filter(|_| crate::support::program::has_view())
@@ -391,6 +398,24 @@ fn no_partial_or_stale_file_is_left_behind() {
     // What remains: the cache, the image, and two of the three temporary files.
     let remaining: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").map(|e| e.expect("an entry").file_name()).collect();
     assert!(remaining.len() == 4 && !difference.exists(), "{remaining:?}");
+}
+
+/// Whoever writes with a umask of 077 wants nobody else to read the files; with 002 the group may write them.
+#[cfg(unix)]
+#[test]
+fn written_files_have_the_mode_of_the_umask() {
+    use std::os::unix::fs::PermissionsExt;
+    let program = crate::support::program::path();
+    for (umask, mode) in [("077", 0o600), ("002", 0o664), ("022", 0o644)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shaders = folder.path().join("shaders");
+        let mut export = Command::new("sh");
+        export.args(["-c", &format!("umask {umask}; exec \"$0\" \"$@\""), &program, "shader", "export", path_text(&shaders)]);
+        let out = run_with_timeout(export);
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let written = shaders.join("lib/relief.wesl").metadata().expect("written").permissions().mode() & 0o777;
+        assert_eq!(written, mode, "umask {umask}: {written:o}");
+    }
 }
 
 /// Locks and attributes of editors and file systems beside the shader sources: Emacs' lock is a link without a target, and macOS' attributes are no text.
