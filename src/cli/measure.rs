@@ -35,7 +35,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long)]
     short: bool,
     /// Only this choice; repeat for several [default: all]
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "body")]
     choice: Vec<String>,
     /// Measure the qualities in a view of this body
     #[arg(long, value_name = "BODY", requires = "time")]

@@ -106,6 +106,14 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     }
 }
 
+/// A view measures the qualities alone, so that a choice beside it would have no effect.
+#[test]
+fn choices_are_refused_beside_a_view() {
+    let out = orrery(&["measure", "--short", "--body", "moon", "--time", "2024-04-23", "--size", "16x16", "--choice", "ephemeris"]);
+    let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.code() == Some(2) && stderr_text.contains("--choice") && out.stdout.is_empty(), "{stderr_text}");
+}
+
 #[test]
 fn the_json_of_stability_has_its_fields() {
     let all = json(&["stability", "--short", "--json", "--sweep", "shadows", "--sweep", "umbra-exposure"]);
