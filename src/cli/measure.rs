@@ -76,6 +76,12 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
+    // First, so that minutes of other choices are not lost.
+    let renderers = if is_chosen("renderer") { renderer(&session, effort)? } else { None };
+    if renderers.is_none() && is_chosen("renderer") && !args.choice.is_empty() {
+        let why = "--choice renderer: no GPU draws here, so that nothing can be compared; `orrery doctor` lists the adapters";
+        return Err(CliError::Failed(why.into()));
+    }
     let mut choices = Vec::new();
     for (name, measure) in CHOICES {
         if is_chosen(name) {
@@ -83,9 +89,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
-    if is_chosen("renderer") {
-        choices.extend(renderer(&session, effort)?);
-    }
+    choices.extend(renderers);
     bar.finish_and_clear();
     for path in &args.output {
         write_plot(path, &choices)?;

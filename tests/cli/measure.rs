@@ -89,6 +89,8 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     for (args, message_part) in [
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
+        // The tests draw in software. An empty table would look like a result.
+        (&["measure", "--short", "--choice", "renderer"], "no GPU draws here"),
         // Said before anything is measured, hence before the unknown choice.
         (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
         (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
