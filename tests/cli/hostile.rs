@@ -351,6 +351,10 @@ fn meaningless_values_are_refused_by_option_name() {
     }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", stderr_text(&out));
+    let view = r#"{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}}"#;
+    let pixel = |effects: &str| format!(r#"{{"q":"pixel","view":{view},"size":[8,8],"x":4,"y":4,"effects":"{effects}"}}"#);
+    assert!(error_line(&orrery(&cache, &["probe", &pixel("marz:-atmosphere")]), "a body of an effect").contains("`Mars`"));
+    assert!(orrery(&cache, &["probe", &pixel("mars:-atmosphere")]).status.success());
     // A cache that cannot be read is an error, and not reported as empty.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
@@ -447,6 +451,18 @@ fn an_export_replaces_no_file_that_it_cannot_compare() {
     assert_eq!(long_file.metadata().expect("there").len(), length);
     assert!(orrery(&cache, &["shader", "export", shown, "--overwrite"]).status.success());
     assert!(long_file.metadata().expect("there").len() < length);
+}
+
+/// Thousands of modules are compiled and compared with the record, which takes minutes.
+#[test]
+fn a_missing_record_of_digests_is_reported_before_the_modules_are_compiled() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (cache, record) = (folder.path().join("cache"), folder.path().join("nowhere/digests.txt"));
+    for update in [&[][..], &["--update"]] {
+        let args = ["shader", "verify", "--record", path_text(&record)];
+        let line = error_line(&orrery(&cache, &[&args[..], update].concat()), "no record");
+        assert!(line.contains("nowhere"), "{line}");
+    }
 }
 
 /// A number is quoted about as it was given, not with its hundreds of digits.
