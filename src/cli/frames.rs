@@ -33,6 +33,9 @@ impl Output {
             return Ok(Self::Stream);
         }
         if let Some(format) = animation_format(Path::new(text)) {
+            if text.contains('%') {
+                return invalid("an animation is one file: leave out the frame number");
+            }
             return Ok(Self::Animation(text.into(), format));
         }
         // The same extension by which the file's format is chosen: a file named `.exr` has none.
@@ -144,9 +147,15 @@ mod tests {
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
         assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
-        for (bad, frames) in
-            [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2), ("a/.exr", 1)]
-        {
+        for (bad, frames) in [
+            ("out.png", 2),
+            ("out.tif", 1),
+            ("out-%5x.png", 2),
+            ("out-%d-%d.png", 2),
+            ("out-%099999d.png", 2),
+            ("a/.exr", 1),
+            ("out-%d.gif", 2),
+        ] {
             assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
         }
         assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));

@@ -190,6 +190,8 @@ fn compare_reports_differences_and_refuses_unequal_sizes() {
         (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
         (&[&path("a.png"), &path("none.png")], "none.png"),
         (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
+        (&[&path("a.png"), &path("b.png"), "-o", &path("d.jpg")], "must end in .png"),
+        (&[&path("a.png"), &path("b.png"), "-o", "-"], "must end in .png"),
     ] {
         let out = compare(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
