@@ -349,6 +349,10 @@ fn meaningless_values_are_refused_by_option_name() {
         let line = error_line(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
         assert!(line.contains("scale_height_km must be greater than 0"), "{height}: {line}");
     }
+    for height in ["1e300", "1e-300"] {
+        let line = error_line(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
+        assert!(line.contains("not a number"), "{height}: {line}");
+    }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", stderr_text(&out));
     let view = r#"{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}}"#;
