@@ -250,6 +250,27 @@ fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
+/// One problem does not hide another. A number of threads of 0 means one for each core.
+#[test]
+fn doctor_reads_the_data_files_of_every_option() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let stars = folder.path().join("stars.csv");
+    std::fs::write(&stars, "ra_deg,dec_deg,v_mag\n10,10,1\n").expect("written");
+    let report = |stars: &str| {
+        let files = ["--stars", stars, "--minor-planets", "none.csv", "--lunar-heights", "none.png", "--sky", "none.png"];
+        let out = orrery(&[&["doctor", "--renderer", "software", "--threads", "0"], &files[..]].concat());
+        assert!(out.status.success());
+        String::from_utf8_lossy(&out.stdout).into_owned()
+    };
+    let text = report("none.csv");
+    for option in ["--stars", "--minor-planets", "--lunar-heights", "--sky"] {
+        assert!(text.lines().any(|line| line.starts_with(&format!("data      {option}: none."))), "{option}: {text}");
+    }
+    assert!(!text.contains("on 0 threads"), "{text}");
+    let text = report(stars.to_str().expect("a path"));
+    assert!(text.contains("the file of --stars can be read") && !text.contains("data      --stars"), "{text}");
+}
+
 /// An existing file with the same bytes is accepted.
 #[test]
 fn compare_overwrites_another_file_only_with_overwrite() {
