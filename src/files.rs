@@ -204,6 +204,9 @@ fn folder_of(path: &Path) -> &Path {
 /// The path and the reason.
 pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteError> {
     let refused = |kind: ErrorKind, why: &str| Err(write_error(path, &Error::new(kind, why)));
+    if path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(char::from(*b))) {
+        return refused(ErrorKind::IsADirectory, "this names a folder, not a file");
+    }
     match folder_of(path).metadata() {
         Err(e) => Err(write_error(path, &e)),
         Ok(folder) if !folder.is_dir() => refused(ErrorKind::NotADirectory, "not a folder"),

@@ -41,11 +41,12 @@ pub(crate) struct EphemerisArgs {
     /// Start of a table
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
     from: Option<String>,
+    // An option that requires another one also names what excludes that one: clap demands no option that is excluded.
     /// End of a table, included if a step falls on it
-    #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,
     /// Time between rows: 60s, 10m, 6h, 1d
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     step: Option<String>,
     /// Source of positions [default: the best one that covers the time]
     #[arg(long, value_enum)]
@@ -63,10 +64,10 @@ pub(crate) struct EphemerisArgs {
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true, conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     at: Option<String>,
     /// Rise, transit and set at a place in the 24 hours after --time; twilights too for the Sun, the default body
-    #[arg(long, requires = "at")]
+    #[arg(long, requires = "at", conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     rise_set: bool,
     /// Print a table as CSV, angles in degrees
-    #[arg(long, requires = "from", conflicts_with = "json")]
+    #[arg(long, requires = "from", conflicts_with_all = ["json", "time", "stdin", "rise_set"])]
     csv: bool,
     /// Print one JSON value
     #[arg(long)]

@@ -43,7 +43,7 @@ enum ShaderVerb {
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
         body: Option<String>,
         /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-        #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
+        #[arg(long, value_name = "T", requires = "body", conflicts_with_all = ["covering", "simple"], allow_hyphen_values = true)]
         time: Option<String>,
         /// List the names of the simple shaders instead, which draw everything but bodies
         #[arg(long, conflicts_with_all = ["covering", "body"])]
@@ -95,7 +95,7 @@ enum ShaderVerb {
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value
-        #[arg(long, requires = "report")]
+        #[arg(long, requires = "report", conflicts_with_all = ["update", "record"])]
         json: bool,
         /// Record the digests
         #[arg(long)]

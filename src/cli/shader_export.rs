@@ -32,7 +32,7 @@ pub(crate) struct KeySelection {
     #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
     body: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-    #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", requires = "body", conflicts_with = "covering", allow_hyphen_values = true)]
     time: Option<String>,
     /// Replace an earlier export in the folder
     #[arg(long)]

@@ -43,7 +43,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "KM", allow_negative_numbers = true, requires = "at")]
     pub height_km: Option<f64>,
     /// Camera file (JSON); its fields are described below
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at", "height_km"])]
     pub camera_json: Option<PathBuf>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]

@@ -214,6 +214,7 @@ fn write_errors_do_not_name_the_temporary_file() {
         (file.join("x.png"), "file"),
         (PathBuf::from("/proc/x.png"), "/proc/x.png"),
         (taken, "folder.png"),
+        (folder.path().join("new.png/"), "this names a folder"),
     ];
     for (path, message_part) in cases {
         for overwrite in [&[][..], &["--overwrite"]] {

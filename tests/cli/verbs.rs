@@ -89,6 +89,40 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     }
 }
 
+/// clap does not demand an option that another one excludes. These words once had no effect: the answer was one to another question.
+#[test]
+fn options_whose_required_option_is_excluded_are_refused() {
+    let at_time = ["ephemeris", "--body", "moon", "--time", "2024-01-01"];
+    let measure = ["measure", "--short", "--choice", "ephemeris"];
+    let mut cases = vec![
+        vec!["ephemeris", "--stdin", "--rise-set"],
+        vec!["ephemeris", "--stdin", "--to", "2024-01-01", "--step", "1d"],
+        [&at_time[..], &["--rise-set", "--apparent"]].concat(),
+        [&at_time[..], &["--rise-set", "--orientation"]].concat(),
+        [&at_time[..], &["--rise-set", "--center", "earth"]].concat(),
+        [&at_time[..], &["--rise-set", "--center", "earth", "--source", "mean"]].concat(),
+        [&at_time[..], &["--center", "earth", "--to", "2024-01-01", "--step", "1d"]].concat(),
+        [&at_time[..], &["--at", "1,1", "--rise-set", "--csv", "--to", "2024-01-01", "--step", "1d"]].concat(),
+        [&measure[..], &["--time", "2024-01-01"]].concat(),
+        [&measure[..], &["--time", "2024-01-01", "--distance-radii", "3"]].concat(),
+        [&measure[..], &["--size", "8x8"]].concat(),
+        vec!["measure", "--short", "-o", "a.svg", "--time", "2024-01-01"],
+        vec!["shader", "keys", "--covering", "2", "--time", "2024-01-01"],
+        vec!["shader", "keys", "--simple", "--time", "2024-01-01"],
+        vec!["shader", "corpus", "-o", "/nowhere/corpus", "--covering", "2", "--time", "2024-01-01"],
+        vec!["shader", "verify", "--record", "/nowhere/digests.txt", "--json"],
+        vec!["explain", "--camera-json", "/nowhere/camera.json", "--height-km", "3"],
+    ];
+    if crate::support::program::has_view() {
+        cases.push(vec!["render", "--tour", "/nowhere/tour.json", "--height-km", "3", "-o", "a.gif"]);
+    }
+    for args in cases {
+        let out = orrery(&args);
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(2) && out.stdout.is_empty(), "{args:?}: {:?} {stderr_text}", out.status);
+    }
+}
+
 #[test]
 fn the_same_command_writes_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
