@@ -204,13 +204,12 @@ fn folder_of(path: &Path) -> &Path {
 /// The path and the reason.
 pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteError> {
     let refused = |kind: ErrorKind, why: &str| Err(write_error(path, &Error::new(kind, why)));
-    if path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(char::from(*b))) {
-        return refused(ErrorKind::IsADirectory, "this names a folder, not a file");
-    }
+    let ends_in_separator = path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(char::from(*b)));
     match folder_of(path).metadata() {
         Err(e) => Err(write_error(path, &e)),
         Ok(folder) if !folder.is_dir() => refused(ErrorKind::NotADirectory, "not a folder"),
         Ok(_) if path.is_dir() => refused(ErrorKind::IsADirectory, "this is a folder, not a file"),
+        Ok(_) if ends_in_separator => refused(ErrorKind::IsADirectory, "this names a folder, not a file"),
         Ok(_) if path.metadata().is_ok_and(|existing| !existing.is_file()) => refused(ErrorKind::InvalidInput, NOT_REPLACED),
         Ok(_) => Ok(()),
     }
