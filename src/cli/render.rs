@@ -106,6 +106,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
+    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    if starts_now && stride > 1 && args.frames > 1 {
+        return Err(CliError::Failed("--shard: give --time, because each part would begin at its own now".into()));
+    }
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
@@ -123,7 +127,6 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     };
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
-    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut kept_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // Only sequences resume; a single image is always drawn.

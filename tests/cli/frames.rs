@@ -229,6 +229,21 @@ fn write_errors_do_not_name_the_temporary_file() {
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
 }
 
+/// The parts of a sequence are drawn by several processes, which start at different times.
+#[test]
+fn a_shared_sequence_needs_a_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pattern = folder.path().join("out-%d.png");
+    let shared = ["--target", "phobos", "--size", "12x10", "--frames", "3", "--shard", "0/2", "-o", path_text(&pattern)];
+    for time in [&[][..], &["--time", "now"]] {
+        let out = render(&[&shared[..], time].concat());
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("give --time"), "{}", stderr_text(&out));
+    }
+    assert!(files(folder.path()).is_empty());
+    assert!(render(&[&shared[..], &["--time", TIME]].concat()).status.success());
+    assert_eq!(files(folder.path()).len(), 2);
+}
+
 /// Otherwise all frames before it would be drawn first, and those of an animation or a stream would be lost.
 #[test]
 fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
