@@ -90,6 +90,7 @@ pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
 /// Who may read a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileAccess {
+    /// As every new file: whom the process' umask leaves.
     All,
     /// Only the user: for settings, which include the user's home location, and for cache entries.
     Owner,
@@ -157,11 +158,14 @@ pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
     replace(path, FileAccess::Owner, |out| out.write_all(bytes))
 }
 
+/// Why a pipe or a device is not written to.
+const NOT_REPLACED: &str = "not a regular file, which cannot be replaced";
+
 /// Writes a file atomically in place of an existing one, if there is one.
 fn replace(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
     // A rename would replace a device or pipe by a regular file.
     if path.metadata().is_ok_and(|existing| !existing.is_file() && !existing.is_dir()) {
-        return Err(Error::new(ErrorKind::InvalidInput, "not a regular file, which cannot be replaced"));
+        return Err(Error::new(ErrorKind::InvalidInput, NOT_REPLACED));
     }
     write_temporary(path, access, fill)?.persist(path).map_err(|e| e.error)?;
     Ok(())
@@ -173,17 +177,17 @@ fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWr
     remove_stale_once(folder);
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
+    // The system takes the bits of the umask away. A mode set later would give them back.
     #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, if access == FileAccess::All { 0o666 } else { 0o600 });
+    #[cfg(not(unix))]
+    let _ = access;
     // The file is opened here, because the error message of `tempfile` would contain the temporary name.
     let mut file = tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |at| options.open(at))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
-    if access == FileAccess::All {
-        make_world_readable(file.as_file());
-    }
     file.as_file().sync_all()?;
     Ok(file)
 }
@@ -193,16 +197,20 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Checks, before long work whose result is to be written to a file, that its folder exists and that the path is not a folder itself.
+/// Checks, before long work whose result is to be written to a file, that its folder exists and that the path is neither a folder nor another thing that
+/// is not replaced.
 ///
 /// # Errors
 /// The path and the reason.
 pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteError> {
     let refused = |kind: ErrorKind, why: &str| Err(write_error(path, &Error::new(kind, why)));
+    let ends_in_separator = path.as_os_str().as_encoded_bytes().last().is_some_and(|b| std::path::is_separator(char::from(*b)));
     match folder_of(path).metadata() {
         Err(e) => Err(write_error(path, &e)),
         Ok(folder) if !folder.is_dir() => refused(ErrorKind::NotADirectory, "not a folder"),
         Ok(_) if path.is_dir() => refused(ErrorKind::IsADirectory, "this is a folder, not a file"),
+        Ok(_) if ends_in_separator => refused(ErrorKind::IsADirectory, "this names a folder, not a file"),
+        Ok(_) if path.metadata().is_ok_and(|existing| !existing.is_file()) => refused(ErrorKind::InvalidInput, NOT_REPLACED),
         Ok(_) => Ok(()),
     }
 }
@@ -234,17 +242,6 @@ pub(crate) fn write_error(path: &Path, e: &Error) -> WriteError {
     };
     WriteError { path: echo(&path.display().to_string()), why }
 }
-
-/// Makes a finished file readable by everybody; temporary files are created as private.
-#[cfg(unix)]
-fn make_world_readable(file: &File) {
-    use std::os::unix::fs::PermissionsExt;
-    // On failure only the owner can read the image, which is better than losing it.
-    let _ = file.set_permissions(std::fs::Permissions::from_mode(0o644));
-}
-
-#[cfg(not(unix))]
-fn make_world_readable(_file: &File) {}
 
 /// Whether a file is a temporary file of this program.
 pub(crate) fn is_temporary(path: &Path) -> bool {
@@ -427,6 +424,7 @@ mod tests {
             assert_eq!(read_bytes(path, 1 << 20).expect_err("no file").to_string(), "not a regular file");
             assert_eq!(read_part(path, 0, 1).expect_err("no file").to_string(), "not a regular file");
             assert!(write_atomic(path, FileAccess::All, |_| Ok(())).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
+            assert!(check_output_path(path).is_err_and(|e| e.why.contains("not a regular file")), "{path:?}");
         }
         assert!(read_bytes(&cycle, 1 << 20).is_err());
         // A procfs file that reports length 0.

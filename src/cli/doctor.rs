@@ -5,7 +5,7 @@ use crate::catalog::{BodyKind, Catalog};
 use crate::image::{MapOrigin, MapStore};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{Meshes, RendererPreference, SessionError, cache_folder, read_catalog};
+use crate::session::{Meshes, RendererPreference, Session, SessionError, Sources, cache_folder, read_catalog};
 use crate::wording::counted;
 
 /// Appends a line to the report, which is printed once at the end.
@@ -118,6 +118,33 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
 }
 
+/// Reads the files of `--stars`, `--minor-planets`, `--lunar-heights` and `--sky`.
+fn data_files(common: &Common, out: &mut String) {
+    let all = common.sources();
+    let (stars, minor_planets) = (all.stars.is_some(), all.minor_planets.is_some());
+    let (lunar_heights, sky) = (all.lunar_heights.is_some(), all.sky.is_some());
+    // Each alone, so that a problem of one file does not hide that of another.
+    let alone = Sources {
+        max_megapixels: all.max_megapixels,
+        cache: all.cache.clone(),
+        threads: all.threads,
+        renderer: RendererPreference::Software,
+        ..Sources::default()
+    };
+    let options = [
+        ("--stars", stars, Sources { stars: all.stars, ..alone.clone() }),
+        ("--minor-planets", minor_planets, Sources { minor_planets: all.minor_planets, ..alone.clone() }),
+        ("--lunar-heights", lunar_heights, Sources { lunar_heights: all.lunar_heights, ..alone.clone() }),
+        ("--sky", sky, Sources { sky: all.sky, sky_frame: all.sky_frame, ..alone }),
+    ];
+    for (option, _, sources) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
+        match Session::open(&sources, |_| {}) {
+            Ok(_) => push_line!(out, "data      the file of {option} can be read"),
+            Err(e) => push_line!(out, "data      {option}: {e}"),
+        }
+    }
+}
+
 /// Names the renderer that `--renderer` selects, and lists the graphics adapters.
 #[cfg(feature = "gpu")]
 fn adapters(common: &Common, out: &mut String) {
@@ -155,7 +182,8 @@ fn adapters(common: &Common, out: &mut String) {
 
 pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     let options = Options::default();
-    let threads = common.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let threads =
+        common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();
     adapters(common, out);
     push_line!(out, "software  {} kernels on {threads} threads", options.kernels.name());
@@ -165,6 +193,7 @@ pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
     bodies(&catalog, out);
     kernel(common, &catalog, out);
     textures(common, &catalog, out);
+    data_files(common, out);
     shaders(common, out);
     match cache_folder(common.cache.as_deref()).map(|cache| cache.join("orrery")) {
         Ok(folder) if folder.is_dir() => push_line!(out, "cache     {}", folder.display()),

@@ -2,12 +2,13 @@
 
 use super::eclipse_table::as_text;
 use super::output::print_result;
+use super::view_args::instant_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, GeodeticPosition, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, SolarEclipse, Transit};
-use crate::files::{FileAccess, write_atomic};
+use crate::files::{FileAccess, check_output_path, write_atomic};
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};
@@ -65,7 +66,7 @@ and its C3 the first.",
     next_help_heading = "Search"
 )]
 struct FindArgs {
-    /// Start of the span: ISO 8601 UTC or jd_tdb:2460409.262
+    /// Start of the span: ISO 8601 UTC, jd_tdb:2460409.262 or now
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     from: String,
     /// End of the span
@@ -87,6 +88,8 @@ struct FindArgs {
 
 pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
+    // A search of centuries takes minutes.
+    args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let rows = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
@@ -99,7 +102,7 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
 
 /// The events of the span as JSON objects, in order of time.
 fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec<Value>, String> {
-    let time = |name: &str, text: &str| Instant::parse(text).map_err(|e| format!("--{name}: {e}"));
+    let time = |name: &str, text: &str| instant_or_now(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
     if from >= to {
         return Err(format!("--from {} is not before --to {}: swap them", echo(&args.from), echo(&args.to)));

@@ -4,6 +4,7 @@ use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
 use super::output::print_result;
+use super::view_args::instant_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -40,11 +41,12 @@ pub(crate) struct EphemerisArgs {
     /// Start of a table
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
     from: Option<String>,
+    // An option that requires another one also names what excludes that one: clap demands no option that is excluded.
     /// End of a table, included if a step falls on it
-    #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from")]
+    #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,
     /// Time between rows: 60s, 10m, 6h, 1d
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from")]
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     step: Option<String>,
     /// Source of positions [default: the best one that covers the time]
     #[arg(long, value_enum)]
@@ -62,10 +64,10 @@ pub(crate) struct EphemerisArgs {
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true, conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     at: Option<String>,
     /// Rise, transit and set at a place in the 24 hours after --time; twilights too for the Sun, the default body
-    #[arg(long, requires = "at")]
+    #[arg(long, requires = "at", conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     rise_set: bool,
     /// Print a table as CSV, angles in degrees
-    #[arg(long, requires = "from", conflicts_with = "json")]
+    #[arg(long, requires = "from", conflicts_with_all = ["json", "time", "stdin", "rise_set"])]
     csv: bool,
     /// Print one JSON value
     #[arg(long)]
@@ -102,7 +104,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         return print_result(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
     }
     let or_empty = |text: &Option<String>| text.clone().unwrap_or_default();
-    let query = Query { body: or_empty(&args.body), center: or_empty(&args.center), time: or_empty(&args.time), source };
+    let query = Query { body: or_empty(&args.body), center: args.center.clone(), time: or_empty(&args.time), source };
     if quantity != Quantity::State {
         let value = query.apparent_or_orientation(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
@@ -163,7 +165,8 @@ fn time_of(option: &str, text: &str) -> Result<Instant, String> {
 /// A query as the user wrote it; names and time are not yet resolved.
 struct Query {
     body: String,
-    center: String,
+    /// Always given for a position.
+    center: Option<String>,
     time: String,
     source: Option<Source>,
 }
@@ -171,7 +174,7 @@ struct Query {
 impl Query {
     fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
         let body = body_id(catalog, "body", &self.body)?;
-        let center = body_id(catalog, "center", &self.center)?;
+        let center = body_id(catalog, "center", self.center.as_deref().unwrap_or_default())?;
         let t = time(&self.time)?;
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
@@ -180,10 +183,14 @@ impl Query {
     fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
         let id = body_id(catalog, "body", &self.body)?;
         let t = time(&self.time)?;
+        let center = self.center.as_deref().map(|name| body_id(catalog, "center", name)).transpose()?;
+        let observer = center.unwrap_or(NaifId::EARTH);
         let value = if quantity == Quantity::Apparent {
+            if observer != NaifId::EARTH {
+                return Err("center: an apparent place is that from the Earth's centre: leave this field out".into());
+            }
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
-            let observer = if self.center.is_empty() { NaifId::EARTH } else { body_id(catalog, "center", &self.center)? };
             let body = catalog.body(id).ok_or_else(|| format!("body `{}` is a barycentre, which has no orientation", echo(&self.body)))?;
             serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
         };
@@ -205,16 +212,15 @@ impl Query {
         };
         let source = match object.get("source") {
             None | Some(Value::Null) => source,
+            // As the options: an apparent place and an orientation come from the best source.
+            Some(_) if quantity != Quantity::State => return Err("source: only for positions: leave this field out".into()),
             Some(s) => Some(
                 serde_json::from_value(s.clone())
                     .map_err(|_| format!("source {} is not known; one of mean, series, kernel", echo(&s.to_string())))?,
             ),
         };
         // Only a position needs a centre.
-        let center = match text("center") {
-            Err(_) if quantity != Quantity::State && !object.contains_key("center") => String::new(),
-            center => center?,
-        };
+        let center = if quantity == Quantity::State || object.contains_key("center") { Some(text("center")?) } else { None };
         Ok(Self { body: text("body")?, center, time: text("time")?, source })
     }
 }
@@ -223,12 +229,8 @@ fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String>
     catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
 
-/// The instant of a text, which may be `now`. The clock is read here, because modules below the command line take an instant instead.
 fn time(text: &str) -> Result<Instant, String> {
-    if text.trim().eq_ignore_ascii_case("now") {
-        return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string()).map_err(|e| e.to_string());
-    }
-    Instant::parse(text).map_err(|e| e.to_string())
+    instant_or_now(text).map_err(|e| e.to_string())
 }
 
 fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, quantity: Quantity) -> Result<(), CliError> {
@@ -302,5 +304,25 @@ mod tests {
             let error = answer_to(line).expect_err(line);
             assert!(error.contains(about) && !error.contains('\n'), "{line}: {error}");
         }
+    }
+
+    /// A field without effect would be an answer to another question.
+    #[test]
+    fn fields_that_a_quantity_does_not_have_are_refused() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
+        let answer = |fields: &str, quantity: Quantity| {
+            let line = format!(r#"{{"body":"mars","time":"2024-04-08"{fields}}}"#);
+            Query::from_json(&line, None, quantity)?.apparent_or_orientation(&catalog, &ephemeris, quantity)
+        };
+        for quantity in [Quantity::Apparent, Quantity::Orientation] {
+            let plain = answer("", quantity).expect("an answer");
+            assert_eq!(answer(r#","center":"earth","source":null"#, quantity).as_ref(), Ok(&plain));
+            assert!(answer(r#","source":"mean""#, quantity).expect_err("refused").starts_with("source"));
+            assert!(answer(r#","center":"""#, quantity).expect_err("refused").starts_with("center"));
+        }
+        assert!(answer(r#","center":"jupiter""#, Quantity::Apparent).expect_err("refused").starts_with("center"));
+        let from_jupiter = answer(r#","center":"jupiter""#, Quantity::Orientation).expect("an answer");
+        assert_ne!(from_jupiter, answer("", Quantity::Orientation).expect("an answer"));
     }
 }

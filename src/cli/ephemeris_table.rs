@@ -33,6 +33,8 @@ pub(crate) enum Columns {
 enum Cell {
     /// A number, and its number of decimals in text and CSV.
     Number(f64, usize),
+    /// An angle from 0 to below 360 degrees, and its number of decimals in text and CSV.
+    Circle(f64, usize),
     /// A number with a more readable notation: the text in that notation, the number, and its number of decimals in CSV.
     Formatted(String, f64, usize),
     Text(String),
@@ -120,7 +122,8 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         Columns::Orientation { observer } => {
             let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a barycentre has no orientation"))?;
             let points = sub_points(ephemeris, body, observer, t)?;
-            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Number(v, 5));
+            // Also for latitudes and the phase angle, which are never near 360.
+            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Circle(v, 5));
             row.extend([
                 ("sub_observer_lat_deg", degrees(Some(points.sub_observer.lat_graphic_deg))),
                 ("sub_observer_lon_east_deg", degrees(Some(points.sub_observer.lon_east_deg))),
@@ -134,7 +137,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         Columns::Horizontal { at } => {
             let topocentric = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
             row.extend([
-                ("azimuth_deg", Cell::Number(topocentric.azimuth_deg, 5)),
+                ("azimuth_deg", Cell::Circle(topocentric.azimuth_deg, 5)),
                 ("altitude_deg", Cell::Number(topocentric.altitude_deg, 5)),
                 ("hour_angle_deg", Cell::Number(topocentric.hour_angle_deg, 5)),
                 ("distance_km", Cell::Number(topocentric.distance_km, 3)),
@@ -181,17 +184,24 @@ fn format_rows(rows: &[Row], format: OutputFormat) -> String {
 
 fn row_as_json(row: &Row) -> Value {
     let value = |cell: &Cell| match cell {
-        Cell::Number(v, _) | Cell::Formatted(_, v, _) => json!(v),
+        Cell::Number(v, _) | Cell::Circle(v, _) | Cell::Formatted(_, v, _) => json!(v),
         Cell::Text(text) => json!(text),
         Cell::None => Value::Null,
     };
     row.iter().map(|(name, cell)| ((*name).to_owned(), value(cell))).collect::<Map<_, _>>().into()
 }
 
+/// An angle from 0 to below 360 degrees with this many decimals; what rounds to a full circle is zero.
+fn circle_text(degrees: f64, digits: usize) -> String {
+    let text = |v: f64| format!("{v:.digits$}");
+    if text(degrees) == text(360.0) { text(0.0) } else { text(degrees) }
+}
+
 impl Cell {
     fn in_text(&self) -> String {
         match self {
             Self::Number(v, digits) => format!("{v:.digits$}"),
+            Self::Circle(v, digits) => circle_text(*v, *digits),
             Self::Formatted(text, ..) | Self::Text(text) => text.clone(),
             Self::None => "-".into(),
         }
@@ -199,7 +209,9 @@ impl Cell {
 
     fn in_csv(&self) -> String {
         match self {
-            Self::Formatted(_, v, digits) | Self::Number(v, digits) => format!("{v:.digits$}"),
+            Self::Number(v, digits) => format!("{v:.digits$}"),
+            // A right ascension is a full circle; a declination is never 360.
+            Self::Circle(v, digits) | Self::Formatted(_, v, digits) => circle_text(*v, *digits),
             Self::Text(text) => text.clone(),
             Self::None => String::new(),
         }
@@ -273,9 +285,7 @@ pub(crate) fn day_text(day: &Value) -> String {
         let event = &day[name];
         let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
             (Some(time), Some(azimuth), Some(altitude)) => {
-                // North is 0.00, not 360.00.
-                let azimuth = (azimuth * 100.0).round().rem_euclid(36_000.0) / 100.0;
-                writeln!(out, "{name:<22}{time}  azimuth {azimuth:.2} deg, altitude {altitude:.2} deg")
+                writeln!(out, "{name:<22}{time}  azimuth {} deg, altitude {altitude:.2} deg", circle_text(azimuth, 2))
             }
             _ => writeln!(out, "{name:<22}none within the day"),
         };
@@ -293,14 +303,18 @@ pub(crate) fn day_text(day: &Value) -> String {
 mod tests {
     use super::*;
 
+    /// South of the tropics the Sun culminates in the north, just east or just west of it.
     #[test]
-    fn the_azimuth_of_north_is_0() {
-        let event = |azimuth_deg: f64| json!({ "time": "2026-06-21T12:00:00Z", "azimuth_deg": azimuth_deg, "altitude_deg": 33.0 });
-        let place = json!({ "lat_deg": -33.9, "lon_deg": 151.2 });
-        let day = json!({ "body": "Sun", "place": place, "from": "2026-06-21T00:00:00Z", "up_at_start": true,
-            "rise": event(359.994), "transit": event(359.996), "set": event(0.004) });
-        let text = day_text(&day);
-        let azimuths: Vec<&str> = text.lines().filter_map(|line| Some(line.split_once("azimuth ")?.1.split_once(' ')?.0)).collect();
-        assert_eq!(azimuths, ["359.99", "0.00", "0.00"]);
+    fn an_angle_that_rounds_to_a_full_circle_is_zero() {
+        let event = |azimuth: f64| json!({ "time": "2026-06-21T10:48:00Z", "azimuth_deg": azimuth, "altitude_deg": 32.6 });
+        for (azimuth, text) in [(359.997, "azimuth 0.00 deg"), (359.99, "azimuth 359.99 deg"), (0.001, "azimuth 0.00 deg")] {
+            let day = day_text(&json!({ "transit": event(azimuth), "place": {} }));
+            assert!(day.contains(text), "{azimuth}: {day}");
+        }
+        let texts = |cell: Cell| (cell.in_text(), cell.in_csv());
+        assert_eq!(texts(Cell::Circle(359.999_999, 5)), ("0.00000".to_owned(), "0.00000".to_owned()));
+        assert_eq!(texts(Cell::Circle(359.99, 5)).0, "359.99000");
+        assert_eq!(Cell::Formatted("0h".into(), 359.999_999_99, 7).in_csv(), "0.0000000");
+        assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is no angle");
     }
 }

@@ -25,7 +25,7 @@ pub(crate) enum Output {
 }
 
 impl Output {
-    /// The output that `-o` names, for this number of frames.
+    /// The output that `-o` names, for this number of frames; `u32::MAX`: several.
     pub(crate) fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
@@ -33,6 +33,9 @@ impl Output {
             return Ok(Self::Stream);
         }
         if let Some(format) = animation_format(Path::new(text)) {
+            if text.contains('%') {
+                return invalid("an animation is one file: leave out the frame number");
+            }
             return Ok(Self::Animation(text.into(), format));
         }
         // The same extension by which the file's format is chosen: a file named `.exr` has none.
@@ -41,7 +44,10 @@ impl Output {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
         match text.split_once('%') {
-            None if frames > 1 => invalid(&format!("for {frames} frames the name needs a number, such as out-%05d.png")),
+            None if frames > 1 => {
+                let count = if frames == u32::MAX { "several".to_owned() } else { frames.to_string() };
+                invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
+            }
             None => Ok(Self::One(text.into())),
             Some((before, rest)) => {
                 let sequence = rest.split_once('d').and_then(|(width, after)| {
@@ -144,10 +150,20 @@ mod tests {
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
         assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
         assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
-        for (bad, frames) in
-            [("out.png", 2), ("out.tif", 1), ("out-%5x.png", 2), ("out-%d-%d.png", 2), ("out-%099999d.png", 2), ("a/.exr", 1)]
-        {
+        for (bad, frames) in [
+            ("out.png", 2),
+            ("out.tif", 1),
+            ("out-%5x.png", 2),
+            ("out-%d-%d.png", 2),
+            ("out-%099999d.png", 2),
+            ("a/.exr", 1),
+            ("out-%d.gif", 2),
+        ] {
             assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
+        }
+        // The number of frames of a tour is not known yet.
+        for (frames, count) in [(3, "for 3 frames"), (u32::MAX, "for several frames")] {
+            assert!(Output::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames}");
         }
         assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));
     }

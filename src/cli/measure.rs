@@ -28,6 +28,9 @@ levels of 255 in 99.9 % of the pixels; for standard 0.1 arcsec, 0.5 %, 3 levels.
 Reference uses the most accurate option. With --body, the qualities in one view, and
 the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
 
+/// The options of a view, for those that have no effect beside one. The body alone is not enough: clap demands no option that is excluded.
+const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
+
 #[derive(clap::Args, Debug, Default)]
 #[command(after_help = AFTER_HELP, next_help_heading = "Measurement")]
 pub(crate) struct MeasureArgs {
@@ -35,7 +38,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long)]
     short: bool,
     /// Only this choice; repeat for several [default: all]
-    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with_all = VIEW_OPTIONS)]
     choice: Vec<String>,
     /// Measure the qualities in a view of this body
     #[arg(long, value_name = "BODY", requires = "time")]
@@ -50,7 +53,7 @@ pub(crate) struct MeasureArgs {
     #[arg(long, value_name = "WxH", default_value = "256x256", requires = "body")]
     size: String,
     /// Plot of speed against accuracy, .png or .svg; repeat for both
-    #[arg(short, long, value_name = "FILE", conflicts_with = "body")]
+    #[arg(short, long, value_name = "FILE", conflicts_with_all = VIEW_OPTIONS)]
     output: Vec<PathBuf>,
     /// Print comma-separated values
     #[arg(long, conflicts_with = "json")]
@@ -76,6 +79,12 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
+    // First, so that minutes of other choices are not lost.
+    let renderers = if is_chosen("renderer") { renderer(&session, effort)? } else { None };
+    if renderers.is_none() && is_chosen("renderer") && !args.choice.is_empty() {
+        let why = "--choice renderer: no GPU draws here, so that nothing can be compared; `orrery doctor` lists the adapters";
+        return Err(CliError::Failed(why.into()));
+    }
     let mut choices = Vec::new();
     for (name, measure) in CHOICES {
         if is_chosen(name) {
@@ -83,9 +92,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         }
         bar.inc(1);
     }
-    if is_chosen("renderer") {
-        choices.extend(renderer(&session, effort)?);
-    }
+    choices.extend(renderers);
     bar.finish_and_clear();
     for path in &args.output {
         write_plot(path, &choices)?;

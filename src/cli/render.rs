@@ -71,7 +71,7 @@ pub(crate) struct RenderArgs {
     /// Tour file (JSON) in place of a view: draw --rate frames per second along its stops; its fields are described below
     #[cfg(feature = "view")]
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
-        "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
+        "height_km", "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
     tour: Option<PathBuf>,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT_HEADING)]
@@ -106,6 +106,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
+    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    if starts_now && stride > 1 && args.frames > 1 {
+        return Err(CliError::Failed("--shard: give --time, because each part would begin at its own now".into()));
+    }
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
@@ -113,6 +117,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    views.check_last_step(&session)?;
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
     }
@@ -122,7 +127,6 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     };
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
-    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     let mut kept_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // Only sequences resume; a single image is always drawn.

@@ -5,6 +5,7 @@
 
 use super::CliError;
 use crate::scene::request::{Composition, ViewRequest};
+use crate::scene::viewpoint::viewer;
 use crate::session::Session;
 use std::path::Path;
 
@@ -92,6 +93,23 @@ impl Views {
                 ViewRequest { time: first.time.plus_seconds(f64::from(number) * step_s), ..(**first).clone() }
             }
             Self::Tour { frames, .. } => frames[(number as usize).min(frames.len() - 1)].clone(),
+        }
+    }
+
+    /// Checks, before the first frame is drawn, that the camera of the last one of several steps can be placed: its time may be beyond the ephemeris. The
+    /// views of a tour were checked when it was read.
+    ///
+    /// # Errors
+    /// The number of that frame, and why it cannot be drawn.
+    pub(crate) fn check_last_step(&self, session: &Session) -> Result<(), CliError> {
+        match self {
+            Self::Steps { count, .. } if *count > 1 => {
+                let last = self.request(count - 1);
+                viewer(session.catalog(), session.ephemeris(), &last).map(drop).map_err(|e| {
+                    CliError::Failed(format!("frame {}, the last: {e}; draw fewer --frames, or take a shorter --step", count - 1))
+                })
+            }
+            Self::Steps { .. } | Self::Tour { .. } => Ok(()),
         }
     }
 

@@ -4,7 +4,7 @@ use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, write_error};
 use super::shader_export::{KeySelection, keys_for};
 use super::{CliError, Common};
-use crate::files::{FileAccess, read_bytes, read_text, write_atomic};
+use crate::files::{FileAccess, check_output_path, read_bytes, read_text, write_atomic};
 use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
 use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
@@ -43,7 +43,7 @@ enum ShaderVerb {
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
         body: Option<String>,
         /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-        #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
+        #[arg(long, value_name = "T", requires = "body", conflicts_with_all = ["covering", "simple"], allow_hyphen_values = true)]
         time: Option<String>,
         /// List the names of the simple shaders instead, which draw everything but bodies
         #[arg(long, conflicts_with_all = ["covering", "body"])]
@@ -95,7 +95,7 @@ enum ShaderVerb {
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value
-        #[arg(long, requires = "report")]
+        #[arg(long, requires = "report", conflicts_with_all = ["update", "record"])]
         json: bool,
         /// Record the digests
         #[arg(long)]
@@ -302,16 +302,10 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
-    let ids = recorded_modules(&reachable_keys(common)?);
-    let bar = indicatif::ProgressBar::new(ids.len() as u64);
-    let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
-    bar.finish_and_clear();
-    let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
-        Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
-        Err(e) => e,
-    })?;
-    let translated = ids.iter().filter(|(_, translated)| *translated).count();
-    print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
+    // The files first: the modules take minutes.
+    if update {
+        check_output_path(path)?;
+    }
     let recorded = match read_text(path, MAX_FILE_BYTES) {
         // An update replaces a missing or invalid file.
         Ok(text) if update => DigestRecord::parse(&text).unwrap_or_default(),
@@ -322,6 +316,16 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
             return Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())));
         }
     };
+    let ids = recorded_modules(&reachable_keys(common)?);
+    let bar = indicatif::ProgressBar::new(ids.len() as u64);
+    let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
+    bar.finish_and_clear();
+    let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+        Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
+        Err(e) => e,
+    })?;
+    let translated = ids.iter().filter(|(_, translated)| *translated).count();
+    print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
     let changes = recorded.changes(&current);
     print_result(&changes_text(&changes))?;
     if update {
@@ -331,6 +335,6 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     }
     match changes.len() {
         0 => print_result("all as recorded\n"),
-        n => Err(CliError::Failed(format!("{n} modules differ from the record; `orrery shader verify --update` records them"))),
+        n => Err(CliError::Failed(format!("{n} modules differ from {}; `--update` records them there", echo(&path.display().to_string())))),
     }
 }

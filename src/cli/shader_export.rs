@@ -32,7 +32,7 @@ pub(crate) struct KeySelection {
     #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
     body: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
-    #[arg(long, value_name = "T", requires = "body", allow_hyphen_values = true)]
+    #[arg(long, value_name = "T", requires = "body", conflicts_with = "covering", allow_hyphen_values = true)]
     time: Option<String>,
     /// Replace an earlier export in the folder
     #[arg(long)]
@@ -69,24 +69,26 @@ const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MA
 const CORPUS: ExportFolder =
     ExportFolder { what: "a set of test cases", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
 
-/// Prepares an output folder. It must be new or empty or, with `--overwrite`, contain an earlier export. That export's manifest becomes one of an
-/// unfinished export, which lists nothing and which `--overwrite` replaces again, and its subfolders are removed, because another selection of keys has
-/// files of other names.
+/// Prepares an output folder. It must be new or empty, or contain an unfinished export or, with `--overwrite`, an earlier one. It gets the manifest of an
+/// unfinished export, which lists nothing, so that an interrupted export can be repeated. Subfolders of an export are removed, because another selection of
+/// keys has files of other names.
 fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
     let what = layout.what;
     let shown = echo(&folder.display().to_string());
     let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
+    let unfinished = serde_json::json!({ "revision": "unfinished", layout.list: [] });
+    // First, because a folder whose manifest lists files is complete.
+    let mark_unfinished = || std::fs::write(folder.join(layout.manifest), unfinished.to_string()).map_err(failed);
     if folder.exists() {
         let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
         let manifest = read_bytes(&folder.join(layout.manifest), MAX_MANIFEST_BYTES).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
+        let is_unfinished = manifest.as_ref() == Some(&unfinished);
         let is_ours = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list].is_array());
-        match (is_empty, is_ours, overwrite) {
+        match (is_empty, is_ours, overwrite || is_unfinished) {
             (true, _, _) => {}
             (false, true, true) => {
-                // First, because a folder whose manifest lists files is complete.
-                let unfinished = serde_json::json!({ "revision": "unfinished", layout.list: [] }).to_string();
-                std::fs::write(folder.join(layout.manifest), unfinished).map_err(failed)?;
+                mark_unfinished()?;
                 for subfolder in layout.folders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
                     std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
@@ -95,7 +97,8 @@ fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Resu
             (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {what}"))),
         }
     }
-    std::fs::create_dir_all(folder).map_err(failed)
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    mark_unfinished()
 }
 
 /// The revision to export: the built-in fragments with the user's changes.
@@ -159,5 +162,21 @@ mod tests {
             assert!(!folder.path().join("cases").exists());
             std::fs::create_dir(folder.path().join("cases")).expect("made");
         }
+    }
+
+    /// Its folder has files but no manifest that lists them.
+    #[test]
+    fn an_interrupted_first_export_can_be_repeated() {
+        let parent = tempfile::tempdir().expect("a folder");
+        let folder = parent.path().join("corpus");
+        for overwrite in [false, false, true] {
+            prepare_folder(&folder, &CORPUS, overwrite).expect("prepared");
+            assert!(!folder.join("data").exists());
+            std::fs::create_dir(folder.join("data")).expect("made");
+            std::fs::write(folder.join("data/a.bin"), "a").expect("written");
+        }
+        // A folder of other files stays refused.
+        std::fs::remove_file(folder.join(CORPUS.manifest)).expect("removed");
+        assert!(prepare_folder(&folder, &CORPUS, true).is_err() && folder.join("data/a.bin").exists());
     }
 }

@@ -10,7 +10,7 @@ use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
-use crate::time::Instant;
+use crate::time::{Instant, TimeError};
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "KM", allow_negative_numbers = true, requires = "at")]
     pub height_km: Option<f64>,
     /// Camera file (JSON); its fields are described below
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["from", "distance_radii", "at", "height_km"])]
     pub camera_json: Option<PathBuf>,
     /// Time: ISO 8601 UTC, jd_tdb:DAY, or now
     #[arg(long, value_name = "T", default_value = "now", allow_hyphen_values = true)]
@@ -86,6 +86,14 @@ pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
+}
+
+/// The instant of a text, which may be `now`, to the millisecond. The clock is read here, because modules below the command line take an instant instead.
+pub(super) fn instant_or_now(text: &str) -> Result<Instant, TimeError> {
+    if text.trim().eq_ignore_ascii_case("now") {
+        return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string());
+    }
+    Instant::parse(text)
 }
 
 fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {

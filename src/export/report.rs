@@ -204,6 +204,11 @@ impl Report {
                 ModuleComparison::Failed(why) => report.failures.push((id.to_string(), why)),
             }
         }
+        let [first, second] = revisions.map(Revision::unknown_modules);
+        report.only_first.extend(first.difference(second).cloned());
+        report.only_second.extend(second.difference(first).cloned());
+        let not_known = || "this program does not know a word of its name".to_owned();
+        report.failures.extend(first.intersection(second).map(|name| (name.clone(), not_known())));
         Ok(report)
     }
 

@@ -9,7 +9,7 @@ use crate::session::{FragmentFolderError, fragment_times, read_fragments};
 use crate::shader::fragments::Fragments;
 use crate::shader::library::{EXTENSION, EntryError, MAX_ENTRY_BYTES, decode_of_any_generator, module_name};
 use crate::shader::{Lowering, ModuleId, ShaderError, ShaderModule};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Why a folder contains no revision, or a revision no module.
@@ -47,6 +47,8 @@ pub struct Revision {
     /// Name in a report: the folder.
     pub name: String,
     modules: Modules,
+    /// Names of entries that are no module of this program, because another revision had other words.
+    unknown: BTreeSet<String>,
 }
 
 fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
@@ -82,7 +84,7 @@ impl Revision {
 
     /// The modules of these fragments.
     pub fn of_fragments(name: &str, fragments: Fragments) -> Self {
-        Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)) }
+        Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)), unknown: BTreeSet::new() }
     }
 
     /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library, or fragments written by
@@ -118,7 +120,7 @@ impl Revision {
     }
 
     fn of_entries(folder: &Path, files: Vec<PathBuf>) -> Result<Self, RevisionError> {
-        let mut entries = BTreeMap::new();
+        let (mut entries, mut unknown) = (BTreeMap::new(), BTreeSet::new());
         for file in files {
             let by_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
             let id = match by_name {
@@ -126,14 +128,16 @@ impl Revision {
                 // Long file names are shortened: the entry contains its id.
                 None => {
                     let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
-                    // A key of another revision may contain a word that this program does not know.
-                    let Ok(id) = name.parse() else { continue };
+                    let Ok(id) = name.parse() else {
+                        unknown.insert(name);
+                        continue;
+                    };
                     id
                 }
             };
             entries.insert(id, file);
         }
-        Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries) })
+        Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries), unknown })
     }
 
     /// The modules of a library; `None` for fragments, which can emit any module.
@@ -142,6 +146,11 @@ impl Revision {
             Modules::Entries(entries) => Some(entries.keys().cloned().collect()),
             Modules::Fragments(_) => None,
         }
+    }
+
+    /// Names of its modules that this program does not know, so that it cannot compare them.
+    pub(crate) fn unknown_modules(&self) -> &BTreeSet<String> {
+        &self.unknown
     }
 
     /// A module; `None` if the library has no entry for it.

@@ -94,15 +94,23 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
-        let worst = bound.iter().copied().fold(0.0, f64::max);
+        let worst = greatest(bound);
         let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * factor, worst * factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
     }
     Ok(Frame { width, height, hdr, display })
 }
 
+/// The greatest of the bounds, infinite if one is not a number, because nothing is known of such a pixel. `f64::max` would leave it out.
+fn greatest(bounds: [f64; 3]) -> f64 {
+    if bounds.iter().any(|b| b.is_nan()) { f64::INFINITY } else { bounds.into_iter().fold(0.0, f64::max) }
+}
+
 /// Bound of the display level, 255ths, from a bound of the exposed radiance, plus a level for rounding to bytes.
 fn level_bound(light: f64, bound: f64) -> u8 {
+    if !(light + bound).is_finite() {
+        return u8::MAX;
+    }
     let level = |light: f64| 255.0 * linear_to_srgb(light.max(0.0));
     let difference = (level(light + bound) - level(light)).max(level(light) - level(light - bound));
     (difference.ceil() + 1.0).min(255.0) as u8
@@ -179,6 +187,16 @@ mod tests {
             }
         }
         assert_eq!(level_bound(0.0, 1e9), 255);
+    }
+
+    /// Light of a pixel that overflows in one of the precisions.
+    #[test]
+    fn a_bound_that_is_not_a_number_is_the_greatest() {
+        assert_eq!(greatest([0.5, f64::NAN, 0.25]), f64::INFINITY);
+        assert_eq!(greatest([0.5, 0.75, 0.25]), 0.75);
+        for (light, bound) in [(0.5, f64::INFINITY), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (0.5, f64::NAN)] {
+            assert_eq!(level_bound(light, bound), 255, "light {light}, bound {bound}");
+        }
     }
 
     #[test]

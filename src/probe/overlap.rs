@@ -49,9 +49,13 @@ impl Fields {
     /// Semi-axes and distance of the centres.
     fn outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
+        let is_disc = self.k.is_some() || self.d.is_some();
+        let is_ellipse = [self.semi_major, self.semi_minor, self.centre_distance].iter().any(Option::is_some);
+        if is_disc && is_ellipse {
+            return Err("give k and d, or semi_major, semi_minor and centre_distance, not both".into());
+        }
         let [major, minor, distance] = match (self.k, self.semi_major) {
-            (Some(_), Some(_)) => return Err("give k and d, or semi_major, semi_minor and centre_distance, not both".into()),
-            (Some(k), None) => [k, k, self.d.ok_or_else(|| missing("d"))?],
+            (Some(k), _) => [k, k, self.d.ok_or_else(|| missing("d"))?],
             (None, Some(a)) => {
                 let b = self.semi_minor.ok_or_else(|| missing("semi_minor"))?;
                 [a, b, self.centre_distance.ok_or_else(|| missing("centre_distance"))?]
@@ -112,4 +116,29 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A field of the other outline would have no effect.
+    #[test]
+    fn fields_of_both_outlines_are_refused() {
+        let outline = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").outline();
+        assert_eq!(outline(r#"{"k":0.9,"d":0.5}"#), Ok([0.9, 0.9, 0.5]));
+        assert_eq!(outline(r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5}"#), Ok([0.9, 0.8, 0.5]));
+        for text in [
+            r#"{"k":0.9,"d":0.5,"semi_minor":0.1}"#,
+            r#"{"k":0.9,"d":0.5,"centre_distance":0.1}"#,
+            r#"{"k":0.9,"centre_distance":0.5}"#,
+            r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5,"d":0.1}"#,
+            r#"{"k":0.9,"d":0.5,"semi_major":0.9}"#,
+        ] {
+            assert!(outline(text).is_err_and(|e| e.contains("not both")), "{text}");
+        }
+        for text in [r#"{"k":0.9}"#, r#"{"d":0.9}"#, r#"{"semi_minor":0.9}"#, "{}"] {
+            assert!(outline(text).is_err_and(|e| e.contains("missing")), "{text}");
+        }
+    }
 }

@@ -65,6 +65,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     if let Some(effects) = &query.effects {
         request.effects = EffectOverrides::parse(effects).map_err(|e| format!("field \"effects\": {e}"))?;
+        request.check_bodies(prober.catalog())?;
     }
     let report = inspect_pixel(prober, &request, SAMPLING, [query.x, query.y])?;
     let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();

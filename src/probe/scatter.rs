@@ -156,6 +156,10 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
+    if !radiance[..3].iter().chain(&transmittance[..3]).all(|x| x.is_finite()) {
+        let why = "field \"atmosphere\": the answer is not a number, because the lengths differ by too many powers of ten";
+        return Err(why.into());
+    }
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 

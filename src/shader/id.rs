@@ -32,7 +32,10 @@ impl FromStr for ModuleId {
     type Err = KeyTextError;
     /// Parses a simple shader's name, a key's text, or a probe's name and a key's text joined by `.`.
     fn from_str(text: &str) -> Result<Self, KeyTextError> {
-        let probe = text.split_once('.').and_then(|(first, key)| PROBES.iter().find(|p| p.eq_ignore_ascii_case(first)).map(|p| (p, key)));
+        let probe = text.split_once('.').and_then(|(first, key)| {
+            let name = FORMER_PROBES.iter().find(|(former, _)| former.eq_ignore_ascii_case(first)).map_or(first, |(_, name)| *name);
+            PROBES.iter().find(|p| p.eq_ignore_ascii_case(name)).map(|p| (p, key))
+        });
         if let Some((name, key)) = probe {
             return key.parse().map(|key| Self::Probe(name, key));
         }
@@ -75,6 +78,9 @@ pub const SIMPLE_MODULES: [&str; 25] = [
 /// Probes: modules that evaluate one formula for given inputs, from the entry fragment `entry/<name>.wesl` with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_body_shadow", "probe_disc_overlap", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
+/// Former names of probes, which are still read, and the present ones.
+const FORMER_PROBES: [(&str, &str); 1] = [("probe_ring_shadow", "probe_body_shadow")];
+
 /// Each probe with the keys that are recorded and tested: a selection of the models that the probe evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
     let modules = |name: &'static str, keys: &[&str]| {
@@ -92,4 +98,22 @@ pub fn probe_samples() -> Vec<ModuleId> {
     let scatter_keys = airs.map(|air| format!("sky.sun1.{air}.sphere"));
     all.extend(modules("probe_scatter", &scatter_keys.each_ref().map(String::as_str)));
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_former_name_of_a_probe_is_read_as_its_present_one() {
+        for former in ["probe_ring_shadow", "Probe_Ring_Shadow"] {
+            let id = format!("{former}.ring.sun1.bodyshadow-sphere.sphere").parse::<ModuleId>().expect("a probe");
+            assert_eq!(Ok(&id), "probe_body_shadow.ring.sun1.bodyshadow-sphere.sphere".parse::<ModuleId>().as_ref());
+            assert!(id.to_string().starts_with("probe_body_shadow."), "{id}");
+        }
+        for (_, name) in FORMER_PROBES {
+            assert!(PROBES.contains(&name), "{name}");
+        }
+        assert!("probe_ring.ring.sun1.sphere".parse::<ModuleId>().is_err());
+    }
 }

@@ -214,6 +214,7 @@ fn write_errors_do_not_name_the_temporary_file() {
         (file.join("x.png"), "file"),
         (PathBuf::from("/proc/x.png"), "/proc/x.png"),
         (taken, "folder.png"),
+        (folder.path().join("new.png/"), "this names a folder"),
     ];
     for (path, message_part) in cases {
         for overwrite in [&[][..], &["--overwrite"]] {
@@ -226,6 +227,37 @@ fn write_errors_do_not_name_the_temporary_file() {
         }
     }
     assert_eq!(files(folder.path()).len(), 1, "nothing is left behind");
+}
+
+/// The parts of a sequence are drawn by several processes, which start at different times.
+#[test]
+fn a_shared_sequence_needs_a_time() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pattern = folder.path().join("out-%d.png");
+    let shared = ["--target", "phobos", "--size", "12x10", "--frames", "3", "--shard", "0/2", "-o", path_text(&pattern)];
+    for time in [&[][..], &["--time", "now"]] {
+        let out = render(&[&shared[..], time].concat());
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("give --time"), "{}", stderr_text(&out));
+    }
+    assert!(files(folder.path()).is_empty());
+    assert!(render(&[&shared[..], &["--time", TIME]].concat()).status.success());
+    assert_eq!(files(folder.path()).len(), 2);
+}
+
+/// Otherwise all frames before it would be drawn first, and those of an animation or a stream would be lost.
+#[test]
+fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for step in ["300000d", "-1000000d", "1e300d"] {
+        for name in ["out-%d.png", "out.gif"] {
+            let path = folder.path().join(name);
+            let out = render(&[&BASE[..], &["--frames", "3", "--step", step, "-o", path_text(&path)]].concat());
+            let line = stderr_text(&out);
+            assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{step}: {line}");
+            assert!(line.contains("frame 2") && line.contains("--step") && !line.contains("panicked"), "{step}: {line}");
+        }
+    }
+    assert!(files(folder.path()).is_empty(), "a frame was drawn");
 }
 
 /// A tour has the frames of its stops and flights, and resumes like a sequence; an error names file, stop and field, and options of a view

@@ -114,6 +114,13 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
         for args in [["explain", "--camera-json", special_path], ["compare", special_path, special_path]] {
             assert!(error_line(&orrery(&path_of("cache"), &args), kind).contains("not a regular file"), "{kind} {args:?}");
         }
+        let output = path_of(&format!("{kind}.png"));
+        std::os::unix::fs::symlink(special_file, &output).expect("a link");
+        for overwrite in [&[][..], &["--overwrite"]] {
+            let args = ["render", "--target", "moon", "--time", "2024-01-01", "--size", "8x8", "-o", path_text(&output)];
+            let line = error_line(&orrery(&path_of("cache"), &[&args[..], overwrite].concat()), kind);
+            assert!(line.contains("not a regular file") && !line.contains("--overwrite"), "{line}");
+        }
         // A build without the window has no `view`.
         for args in
             [&["view", special_path][..], &["view", "--settings", special_path]].into_iter().filter(|_| crate::support::program::has_view())
@@ -342,8 +349,16 @@ fn meaningless_values_are_refused_by_option_name() {
         let line = error_line(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
         assert!(line.contains("scale_height_km must be greater than 0"), "{height}: {line}");
     }
+    for height in ["1e300", "1e-300"] {
+        let line = error_line(&orrery(&cache, &["probe", &air(&format!("\"scale_height_km\":{height}"))]), height);
+        assert!(line.contains("not a number"), "{height}: {line}");
+    }
     let out = orrery(&cache, &["probe", &air("\"scale_height_km\":8")]);
     assert!(out.status.success() && !String::from_utf8_lossy(&out.stdout).contains("null"), "{}", stderr_text(&out));
+    let view = r#"{"position":{"body":"mars","radii":[0,-3,1]},"look":{"at":"mars"}}"#;
+    let pixel = |effects: &str| format!(r#"{{"q":"pixel","view":{view},"size":[8,8],"x":4,"y":4,"effects":"{effects}"}}"#);
+    assert!(error_line(&orrery(&cache, &["probe", &pixel("marz:-atmosphere")]), "a body of an effect").contains("`Mars`"));
+    assert!(orrery(&cache, &["probe", &pixel("mars:-atmosphere")]).status.success());
     // A cache that cannot be read is an error, and not reported as empty.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
@@ -393,6 +408,24 @@ fn no_partial_or_stale_file_is_left_behind() {
     assert!(remaining.len() == 4 && !difference.exists(), "{remaining:?}");
 }
 
+/// Whoever writes with a umask of 077 wants nobody else to read the files; with 002 the group may write them.
+#[cfg(unix)]
+#[test]
+fn written_files_have_the_mode_of_the_umask() {
+    use std::os::unix::fs::PermissionsExt;
+    let program = crate::support::program::path();
+    for (umask, mode) in [("077", 0o600), ("002", 0o664), ("022", 0o644)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let shaders = folder.path().join("shaders");
+        let mut export = Command::new("sh");
+        export.args(["-c", &format!("umask {umask}; exec \"$0\" \"$@\""), &program, "shader", "export", path_text(&shaders)]);
+        let out = run_with_timeout(export);
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let written = shaders.join("lib/relief.wesl").metadata().expect("written").permissions().mode() & 0o777;
+        assert_eq!(written, mode, "umask {umask}: {written:o}");
+    }
+}
+
 /// Locks and attributes of editors and file systems beside the shader sources: Emacs' lock is a link without a target, and macOS' attributes are no text.
 #[test]
 fn hidden_files_beside_shader_sources_are_ignored() {
@@ -422,6 +455,18 @@ fn an_export_replaces_no_file_that_it_cannot_compare() {
     assert_eq!(long_file.metadata().expect("there").len(), length);
     assert!(orrery(&cache, &["shader", "export", shown, "--overwrite"]).status.success());
     assert!(long_file.metadata().expect("there").len() < length);
+}
+
+/// Thousands of modules are compiled and compared with the record, which takes minutes.
+#[test]
+fn a_missing_record_of_digests_is_reported_before_the_modules_are_compiled() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (cache, record) = (folder.path().join("cache"), folder.path().join("nowhere/digests.txt"));
+    for update in [&[][..], &["--update"]] {
+        let args = ["shader", "verify", "--record", path_text(&record)];
+        let line = error_line(&orrery(&cache, &[&args[..], update].concat()), "no record");
+        assert!(line.contains("nowhere"), "{line}");
+    }
 }
 
 /// A number is quoted about as it was given, not with its hundreds of digits.

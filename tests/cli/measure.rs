@@ -89,6 +89,8 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     for (args, message_part) in [
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
+        // The tests draw in software. An empty table would look like a result.
+        (&["measure", "--short", "--choice", "renderer"], "no GPU draws here"),
         // Said before anything is measured, hence before the unknown choice.
         (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
         (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
@@ -104,6 +106,14 @@ fn the_quality_that_suffices_for_a_view_is_named() {
             "{args:?}: {stderr_text}"
         );
     }
+}
+
+/// A view measures the qualities alone, so that a choice beside it would have no effect.
+#[test]
+fn choices_are_refused_beside_a_view() {
+    let out = orrery(&["measure", "--short", "--body", "moon", "--time", "2024-04-23", "--size", "16x16", "--choice", "ephemeris"]);
+    let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.code() == Some(2) && stderr_text.contains("--choice") && out.stdout.is_empty(), "{stderr_text}");
 }
 
 #[test]

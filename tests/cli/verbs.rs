@@ -89,6 +89,40 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     }
 }
 
+/// clap does not demand an option that another one excludes. These words once had no effect: the answer was one to another question.
+#[test]
+fn options_whose_required_option_is_excluded_are_refused() {
+    let at_time = ["ephemeris", "--body", "moon", "--time", "2024-01-01"];
+    let measure = ["measure", "--short", "--choice", "ephemeris"];
+    let mut cases = vec![
+        vec!["ephemeris", "--stdin", "--rise-set"],
+        vec!["ephemeris", "--stdin", "--to", "2024-01-01", "--step", "1d"],
+        [&at_time[..], &["--rise-set", "--apparent"]].concat(),
+        [&at_time[..], &["--rise-set", "--orientation"]].concat(),
+        [&at_time[..], &["--rise-set", "--center", "earth"]].concat(),
+        [&at_time[..], &["--rise-set", "--center", "earth", "--source", "mean"]].concat(),
+        [&at_time[..], &["--center", "earth", "--to", "2024-01-01", "--step", "1d"]].concat(),
+        [&at_time[..], &["--at", "1,1", "--rise-set", "--csv", "--to", "2024-01-01", "--step", "1d"]].concat(),
+        [&measure[..], &["--time", "2024-01-01"]].concat(),
+        [&measure[..], &["--time", "2024-01-01", "--distance-radii", "3"]].concat(),
+        [&measure[..], &["--size", "8x8"]].concat(),
+        vec!["measure", "--short", "-o", "a.svg", "--time", "2024-01-01"],
+        vec!["shader", "keys", "--covering", "2", "--time", "2024-01-01"],
+        vec!["shader", "keys", "--simple", "--time", "2024-01-01"],
+        vec!["shader", "corpus", "-o", "/nowhere/corpus", "--covering", "2", "--time", "2024-01-01"],
+        vec!["shader", "verify", "--record", "/nowhere/digests.txt", "--json"],
+        vec!["explain", "--camera-json", "/nowhere/camera.json", "--height-km", "3"],
+    ];
+    if crate::support::program::has_view() {
+        cases.push(vec!["render", "--tour", "/nowhere/tour.json", "--height-km", "3", "-o", "a.gif"]);
+    }
+    for args in cases {
+        let out = orrery(&args);
+        let stderr_text = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(2) && out.stdout.is_empty(), "{args:?}: {:?} {stderr_text}", out.status);
+    }
+}
+
 #[test]
 fn the_same_command_writes_the_same_bytes() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -190,6 +224,8 @@ fn compare_reports_differences_and_refuses_unequal_sizes() {
         (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
         (&[&path("a.png"), &path("none.png")], "none.png"),
         (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
+        (&[&path("a.png"), &path("b.png"), "-o", &path("d.jpg")], "must end in .png"),
+        (&[&path("a.png"), &path("b.png"), "-o", "-"], "must end in .png"),
     ] {
         let out = compare(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
@@ -246,6 +282,27 @@ fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     assert!(stages_ms > 0.0 && stages.contains_key("draw_ms"), "{report}");
     assert!(stages_ms <= first_ms && first_ms <= whole_ms, "stages {stages_ms}, first frame {first_ms}, whole run {whole_ms}");
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
+}
+
+/// One problem does not hide another. A number of threads of 0 means one for each core.
+#[test]
+fn doctor_reads_the_data_files_of_every_option() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let stars = folder.path().join("stars.csv");
+    std::fs::write(&stars, "ra_deg,dec_deg,v_mag\n10,10,1\n").expect("written");
+    let report = |stars: &str| {
+        let files = ["--stars", stars, "--minor-planets", "none.csv", "--lunar-heights", "none.png", "--sky", "none.png"];
+        let out = orrery(&[&["doctor", "--renderer", "software", "--threads", "0"], &files[..]].concat());
+        assert!(out.status.success());
+        String::from_utf8_lossy(&out.stdout).into_owned()
+    };
+    let text = report("none.csv");
+    for option in ["--stars", "--minor-planets", "--lunar-heights", "--sky"] {
+        assert!(text.lines().any(|line| line.starts_with(&format!("data      {option}: none."))), "{option}: {text}");
+    }
+    assert!(!text.contains("on 0 threads"), "{text}");
+    let text = report(stars.to_str().expect("a path"));
+    assert!(text.contains("the file of --stars can be read") && !text.contains("data      --stars"), "{text}");
 }
 
 /// An existing file with the same bytes is accepted.

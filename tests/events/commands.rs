@@ -118,6 +118,16 @@ fn a_centre_line_over_the_date_line_has_a_time_for_each_vertex() {
 }
 
 #[test]
+fn a_span_may_begin_or_end_now() {
+    for span in [["--from", "now", "--to", "2099-12-31"], ["--from", "1990-01-01", "--to", "NOW"]] {
+        // Spans with several transits of Mercury.
+        let list = json(&[&span[..], &["--kind", "transit"]].concat());
+        assert!(list.as_array().is_some_and(|events| !events.is_empty()), "{span:?}: {list}");
+    }
+    assert_eq!(find(&["--from", "now", "--to", "1990-01-01"]).status.code(), Some(1));
+}
+
+#[test]
 fn invalid_arguments_get_one_clear_line() {
     for (args, message_part) in [
         (vec!["--from", "2024-05-01", "--to", "2024-04-01"], "swap"),
@@ -130,6 +140,8 @@ fn invalid_arguments_get_one_clear_line() {
         ([&APRIL_2024[..], &["--kind", "lunar", "--path", "x.geojson"]].concat(), "--path"),
         (vec!["--from", "2018-02-01", "--to", "2018-03-01", "--path", "x.geojson"], "no central eclipse"),
         (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
+        // Said before the search, hence before the span is read.
+        (vec!["--from", "soon", "--to", "2024-04-01", "--path", "nowhere/x.geojson"], "there is no folder nowhere"),
     ] {
         let out = find(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);

@@ -109,6 +109,37 @@ fn libraries_are_compared_by_their_entries() {
     assert!(matches!(open(&empty.path().join("none")), Err(RevisionError::Folder { .. })));
 }
 
+/// A word of a key may be one that only another version of the program knows. Such modules are not left out as if both libraries were equal.
+#[test]
+fn modules_with_unknown_names_are_reported() {
+    use sha2::{Digest, Sha256};
+    let [cache, old, new] = [(); 3].map(|()| tempfile::tempdir().expect("temp"));
+    let id: ModuleId = "tone_map".parse().expect("a name");
+    let library = ShaderLibrary::open(cache.path(), lowering(), |line| panic!("{line}"));
+    library.get(&id).expect("a module");
+    let entry = std::fs::read(library.entry_path(&id).expect("on disk")).expect("an entry");
+    // A magic number of 8 bytes, a checksum of 32, and the content, in which the name is a text of the same length.
+    let at = entry.windows(8).position(|bytes| bytes == b"tone_map").expect("the name");
+    let mut renamed = entry.clone();
+    renamed[at..at + 8].copy_from_slice(b"tone_xyz");
+    let checksum = Sha256::digest(&renamed[40..]);
+    renamed[8..40].copy_from_slice(&checksum);
+    for folder in [old.path(), new.path()] {
+        std::fs::write(folder.join("tone_map.shader"), &entry).expect("written");
+    }
+    let open = |folder: &Path| Revision::open(folder).expect("a library");
+    assert!(compare_revisions(&open(old.path()), &open(new.path()), &[]).is_equal());
+    std::fs::write(old.path().join("tone_xyz.shader"), &renamed).expect("written");
+    let report = compare_revisions(&open(old.path()), &open(new.path()), &[]);
+    assert_eq!(report.only_first, ["tone_xyz"]);
+    assert_eq!((report.only_second.len(), report.equal), (0, 1));
+    assert!(!report.is_equal());
+    std::fs::write(new.path().join("tone_xyz.shader"), &renamed).expect("written");
+    let report = compare_revisions(&open(old.path()), &open(new.path()), &[]);
+    assert_eq!((report.failures.len(), report.failures[0].0.as_str(), report.only_first.len()), (1, "tone_xyz", 0));
+    assert!(!report.is_equal());
+}
+
 fn files_below(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut pending = vec![folder.to_owned()];

@@ -112,7 +112,9 @@ pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering)
 
 fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
-    if generator.is_some_and(|g| head.generator != g) || head.module != id.to_string() {
+    // An earlier revision may have written the module under a former name.
+    let is_requested = || head.module == id.to_string() || head.module.parse::<ModuleId>().ok().as_ref() == Some(id);
+    if generator.is_some_and(|g| head.generator != g) || !is_requested() {
         return Err(EntryError::OtherModule);
     }
     let (decoded, rest): (DecodedModule, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
