@@ -196,3 +196,38 @@ fn ground_at_the_terminator_is_exposed_for_its_slopes() {
         assert!((0.05..4.0).contains(&mean), "{altitude_deg} degrees: {levels:?}");
     }
 }
+
+/// The air dims a low Sun, and with it the Sun's glare: at sunset a view towards the Sun is exposed for its sky, not for a glare that is not there. In the
+/// afternoon the air passes most of the glare, which lowers the exposure a little.
+#[test]
+fn the_glare_of_a_setting_sun_is_metered_through_the_air() {
+    const MERCURY: NaifId = NaifId(199);
+    let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: 0.0, height_km: 0.0017 };
+    let stops_lost = |time: &str| {
+        let with_glare = request(MERCURY, time, position, Some(50.0));
+        let without_glare = ViewRequest { effects: EffectOverrides::parse("-glow").expect("an effect"), ..with_glare.clone() };
+        let drawn = scene(&with_glare);
+        assert!(drawn.glare.is_some(), "{time}: no glare");
+        scene(&without_glare).exposure.stops - drawn.exposure.stops
+    };
+    for time in ["2024-06-16T17:50:00Z", "2024-06-16T17:56:00Z"] {
+        assert!(stops_lost(time) < 1.0, "{time}: {} stops darker", stops_lost(time));
+    }
+    let in_the_afternoon = stops_lost("2024-06-16T16:00:00Z");
+    assert!((0.03..0.5).contains(&in_the_afternoon), "{in_the_afternoon}");
+}
+
+/// In a small image the sprite of a Sun of less than two pixels has a glare as bright as that around the Sun. It lowers the exposure, so that it does not
+/// whiten the image; a large image, of which the sprite covers little, does not change.
+#[test]
+fn the_sprite_of_a_point_like_sun_is_metered() {
+    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
+    let at = |side: u32| ViewRequest { width: side, height: side, ..crescent_moon.clone() };
+    let stops_of_large_image = scene(&at(400)).exposure.stops;
+    let stops_lost = stops_of_large_image - scene(&at(40)).exposure.stops;
+    assert!((0.7..2.5).contains(&stops_lost), "{stops_lost}");
+    let (white, _) = white_and_mean_levels(&at(40));
+    let (white_before, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops_of_large_image), ..at(40) });
+    assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
+}

@@ -12,6 +12,7 @@ mod geometry;
 mod ground;
 mod refracted_limb;
 mod rings;
+mod sun_glare;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -33,6 +34,7 @@ use geometry::{area_px, frame_position_weight, ray_and_limb, visible_fraction_be
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use sun_glare::FrameGlare;
 
 /// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the two values below are judged by eye:
 /// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
@@ -79,8 +81,7 @@ pub(crate) struct Metered {
 
 pub(crate) struct MeterReading {
     pub metered: Vec<Metered>,
-    /// Median radiance of the Sun's glare over the frame; 0 without the Sun.
-    pub glare: f64,
+    pub glare: FrameGlare,
 }
 
 /// Accumulates a weighted mean of logarithms of radiance.
@@ -133,7 +134,10 @@ fn dusk_factor(radiance: f64) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
+    /// The veil around the Sun as it would be without air.
     glare: Option<VeilingGlare>,
+    /// Transmittance of the air in front of the Sun and its glare.
+    sun_transmittance: f64,
     /// Radiance of the sky around the camera.
     sky_radiance: f64,
     /// Bodies of more than a pixel. They may hide others; the Sun is hidden by smaller ones, too.
@@ -149,7 +153,9 @@ impl Meter<'_, '_> {
     pub(crate) fn read(&self, night_white: f64) -> MeterReading {
         let glare = VeilingGlare::drawn(self.context.request, self.camera, self.placed);
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = MeteredFrame { meter: self, glare, sky_radiance: 0.0, resolved_bodies };
+        let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
+        let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
+        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
@@ -190,14 +196,14 @@ impl Meter<'_, '_> {
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });
-        MeterReading { metered, glare: frame.glare() }
+        MeterReading { metered, glare: frame.frame_glare() }
     }
 }
 
 impl MeteredFrame<'_, '_> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
-        let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
+        let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
         glare + if is_behind_sky { self.sky_radiance } else { 0.0 }
     }
@@ -385,13 +391,12 @@ impl MeteredFrame<'_, '_> {
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
-        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
         tally.add(
             share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
-            photometry::sun_disc_radiance() * spread * transmittance,
+            photometry::sun_disc_radiance() * spread * self.sun_transmittance,
             self.sky_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
@@ -411,7 +416,6 @@ impl MeteredFrame<'_, '_> {
         let (x, y) = towards.any_orthonormal_pair();
         let (annuli, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
-        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let mut tally = LogMean::default();
         for k in 0..annuli {
             let inner = CORONA_RADII[0] * growth.powi(k);
@@ -431,7 +435,7 @@ impl MeteredFrame<'_, '_> {
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
                     tally.add(
                         share * inside * visibility,
-                        corona::radiance(rho) * transmittance,
+                        corona::radiance(rho) * self.sun_transmittance,
                         self.foreground_radiance(direction, Some(NaifId::SUN)),
                     );
                 }
@@ -454,14 +458,5 @@ impl MeteredFrame<'_, '_> {
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
         above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
-    }
-
-    /// Median radiance of the Sun's glare over the frame.
-    fn glare(&self) -> f64 {
-        let Some(glare) = &self.glare else { return 0.0 };
-        let mut all = self.sample_frame(|ray| glare.radiance(ray.normalize()));
-        all.sort_by(f64::total_cmp);
-        let half = all.len() / 2;
-        0.5 * (all[half - 1] + all[half])
     }
 }
