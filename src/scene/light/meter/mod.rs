@@ -30,7 +30,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
+use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -200,7 +200,7 @@ impl Meter<'_, '_> {
     }
 }
 
-impl MeteredFrame<'_, '_> {
+impl<'a> MeteredFrame<'_, 'a> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
@@ -355,13 +355,14 @@ impl MeteredFrame<'_, '_> {
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
+        let nearer = self.nearer_bodies(p, spacing);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
             let ray = ray_and_limb(&p.placement, direction);
-            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
+            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * Self::ray_visibility(&nearer, direction, spacing);
             if coverage <= 0.0 {
                 continue;
             }
@@ -378,10 +379,16 @@ impl MeteredFrame<'_, '_> {
         covered_share
     }
 
-    /// Fraction of a ray's light from `p` that nearer bodies do not block. `spacing`: angle between rays, which softens the limbs.
-    fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
-        let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
+    /// The bodies that may block rays of the frame from `p`. `spacing`: see [`Self::ray_visibility`].
+    fn nearer_bodies(&self, p: &PlacedBody<'_>, spacing: f64) -> Vec<&PlacedBody<'a>> {
+        let is_nearer = |o: &&&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
+        let in_front = self.resolved_bodies.iter().filter(is_nearer);
+        in_front.copied().filter(|o| !is_beside_frame(self.meter.camera, &o.placement, spacing)).collect()
+    }
+
+    /// Fraction of a ray's light that the bodies `nearer` do not block. `spacing`: angle between rays, which softens the limbs.
+    fn ray_visibility(nearer: &[&PlacedBody<'_>], direction: DVec3, spacing: f64) -> f64 {
+        nearer.iter().map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
 
     /// Meters the visible part of the Sun's disc.
@@ -422,16 +429,17 @@ impl MeteredFrame<'_, '_> {
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
+            // Approximate width of a grid cell.
+            let cell_width = rho * tangent * (growth - 1.0);
+            let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
                 let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
                 let Some(clip) = camera.clip(direction) else { continue };
-                // Approximate width of a grid cell.
-                let cell_width = rho * tangent * (growth - 1.0);
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
-                    let visibility = self.ray_visibility(sun, direction, cell_width);
+                    let visibility = Self::ray_visibility(&nearer, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
                     tally.add(
                         share * inside * visibility,
