@@ -231,3 +231,17 @@ fn the_sprite_of_a_point_like_sun_is_metered() {
     let (white_before, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops_of_large_image), ..at(40) });
     assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
 }
+
+/// Near the Sun the corona covers the entire sky. It is metered there, too, also in a view away from the Sun, which would be white if it were exposed for a
+/// dark sky.
+#[test]
+fn the_corona_around_a_camera_is_metered() {
+    for height_km in [7e5, 2e6, 2.9e6, 3.1e6] {
+        let position = Position::Ground { body: NaifId::SUN, latitude_deg: 60.0, longitude_deg: -60.0, height_km };
+        let away = ViewRequest { width: 40, height: 40, ..request(NaifId(502), "2022-02-13T01:00:00Z", position, Some(30.0)) };
+        let metered = scene(&away);
+        assert!(metered.corona.is_some() && metered.glare.is_none(), "{height_km} km");
+        let (white, _) = white_and_mean_levels(&away);
+        assert!(white < 0.5, "{height_km} km: {white} of the frame is white at {} stops", metered.exposure.stops);
+    }
+}

@@ -5,11 +5,12 @@
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb,
-//! and the light that another body's air adds in front of bodies behind it.
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the shadow of rings on
+//! their planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
+mod near_corona;
 mod refracted_limb;
 mod rings;
 mod sun_glare;
@@ -63,8 +64,10 @@ const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays per side over the rectangle of a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
-/// Range in which the corona is metered, solar radii. It is not metered by a camera within 5 radii of the Sun's centre.
+/// Range in which the corona is metered by annuli around the Sun, solar radii. For a camera near the Sun, rays of the frame meter the rest.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
+/// Tangent of the Sun's angular radius above which rays of the frame meter all of the corona: within 5 radii of the Sun's centre.
+const MAX_INNER_TANGENT: f64 = 0.2;
 
 /// One kind of subject in the frame.
 #[derive(Clone, Debug)]
@@ -179,6 +182,7 @@ impl Meter<'_, '_> {
         metered.extend(others.metered(brightest.map_or("", |b| &b.name), brightest.map(|b| b.id), AUTO_EXPOSED_MEAN));
         metered.extend(frame.sun());
         metered.extend(frame.corona());
+        metered.extend(frame.corona_around_camera());
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
@@ -417,7 +421,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
         let drawn = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        if drawn <= 0.0 || tangent > 0.2 || towards.dot(camera.forward) <= 0.0 {
+        if drawn <= 0.0 || tangent > MAX_INNER_TANGENT || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
