@@ -41,6 +41,9 @@ pub(crate) struct PlacedBody<'a> {
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
     pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
+    /// The fraction of the body's light that nearer bodies leave visible (`visibility::hidden`). Computed once and used for the exposure, the glare, the corona
+    /// and the draws.
+    pub visible_fraction: OnceCell<DVec3>,
     /// The limb profile of the Moon if it is in front of the Sun and the user supplied lunar heights.
     pub limb_profile: Option<Arc<LimbProfile>>,
 }
@@ -124,6 +127,7 @@ pub(crate) fn place<'a>(
         outline,
         irradiance,
         sun_occluders: OnceCell::new(),
+        visible_fraction: OnceCell::new(),
         limb_profile: None,
     })
 }

@@ -87,11 +87,22 @@ fn with_part_of_glare(radius_px: f64, part: f64) -> f64 {
     POINT_RADIUS_PX / (1.0 - part * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
 }
 
-/// Sets the radius of a point's sprite: wide enough for the glare of a point that is brighter than white, else the smallest. `glare_part`: the part of that
-/// glare that is drawn.
+/// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest. `glare_part`: the part
+/// of that glare that is drawn.
+pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_part: f64) -> f64 {
+    with_part_of_glare(point_radius_px(flux * point_peak() / white), glare_part)
+}
+
+/// Sets the radius of a point's sprite (see [`sprite_radius_px`]).
 pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_part: f64) {
-    let radius_px = point_radius_px(f64::from(point.flux.max_element()) * point_peak() / white);
-    point.radius_px = camera::narrow_scalar(with_part_of_glare(radius_px, glare_part));
+    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, glare_part));
+}
+
+/// The glare's profile at a distance from the centre of a sprite of this radius, relative to its amplitude in [`point_spread`]; as in
+/// shaders/lib/point_light.wesl.
+pub(crate) fn glare_profile(distance_px: f64, radius_px: f64) -> f64 {
+    let fade = (1.0 - (distance_px / radius_px).powi(2)).max(0.0);
+    fade * fade * (1.0 + (distance_px / GLARE_SCALE_RADIUS_PX).powi(2)).powf(-1.5)
 }
 
 /// Whether a sprite of this radius around a clip position may reach into the frame. The margin also keeps the sprites of all bodies whose padded outline does.

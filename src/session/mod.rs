@@ -389,9 +389,26 @@ impl ResourceProvider for Session {
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
             let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
+            let names = names.chain(self.catalog.instruments().iter().flat_map(|i| i.name.chars()));
             let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
             let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_CHARS.chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, labels::MARKER_RADIUS as f32))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_glyphs_contain_the_letters_of_the_users_instruments() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let own = "[[instrument]]\nname = \"Телескоп\"\nshape = \"circle\"\ndiameter_deg = 0.6\nsource = \"own\"\n";
+        std::fs::write(folder.path().join("own.toml"), own).expect("written");
+        let catalogs = Some(folder.path().to_owned());
+        let sources = Sources { catalogs, cache: Some(folder.path().join("cache")), ..Sources::default() };
+        let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
+        assert_eq!(session.glyphs(20.0).layout("Телескоп").count(), 8);
     }
 }

@@ -196,3 +196,52 @@ fn ground_at_the_terminator_is_exposed_for_its_slopes() {
         assert!((0.05..4.0).contains(&mean), "{altitude_deg} degrees: {levels:?}");
     }
 }
+
+/// The air dims a low Sun, and with it the Sun's glare: at sunset a view towards the Sun is exposed for its sky, not for a glare that is not there. In the
+/// afternoon the air passes most of the glare, which lowers the exposure a little.
+#[test]
+fn the_glare_of_a_setting_sun_is_metered_through_the_air() {
+    const MERCURY: NaifId = NaifId(199);
+    let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: 0.0, height_km: 0.0017 };
+    let stops_lost = |time: &str| {
+        let with_glare = request(MERCURY, time, position, Some(50.0));
+        let without_glare = ViewRequest { effects: EffectOverrides::parse("-glow").expect("an effect"), ..with_glare.clone() };
+        let drawn = scene(&with_glare);
+        assert!(drawn.glare.is_some(), "{time}: no glare");
+        scene(&without_glare).exposure.stops - drawn.exposure.stops
+    };
+    for time in ["2024-06-16T17:50:00Z", "2024-06-16T17:56:00Z"] {
+        assert!(stops_lost(time) < 1.0, "{time}: {} stops darker", stops_lost(time));
+    }
+    let in_the_afternoon = stops_lost("2024-06-16T16:00:00Z");
+    assert!((0.03..0.5).contains(&in_the_afternoon), "{in_the_afternoon}");
+}
+
+/// In a small image the sprite of a Sun of less than two pixels has a glare as bright as that around the Sun. It lowers the exposure, so that it does not
+/// whiten the image; a large image, of which the sprite covers little, does not change.
+#[test]
+fn the_sprite_of_a_point_like_sun_is_metered() {
+    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
+    let at = |side: u32| ViewRequest { width: side, height: side, ..crescent_moon.clone() };
+    let stops_of_large_image = scene(&at(400)).exposure.stops;
+    let stops_lost = stops_of_large_image - scene(&at(40)).exposure.stops;
+    assert!((0.7..2.5).contains(&stops_lost), "{stops_lost}");
+    let (white, _) = white_and_mean_levels(&at(40));
+    let (white_before, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops_of_large_image), ..at(40) });
+    assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
+}
+
+/// Near the Sun the corona covers the entire sky. It is metered there, too, also in a view away from the Sun, which would be white if it were exposed for a
+/// dark sky.
+#[test]
+fn the_corona_around_a_camera_is_metered() {
+    for height_km in [7e5, 2e6, 2.9e6, 3.1e6] {
+        let position = Position::Ground { body: NaifId::SUN, latitude_deg: 60.0, longitude_deg: -60.0, height_km };
+        let away = ViewRequest { width: 40, height: 40, ..request(NaifId(502), "2022-02-13T01:00:00Z", position, Some(30.0)) };
+        let metered = scene(&away);
+        assert!(metered.corona.is_some() && metered.glare.is_none(), "{height_km} km");
+        let (white, _) = white_and_mean_levels(&away);
+        assert!(white < 0.5, "{height_km} km: {white} of the frame is white at {} stops", metered.exposure.stops);
+    }
+}

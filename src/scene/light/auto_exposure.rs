@@ -92,11 +92,12 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
-    let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / reading.glare;
+    let glare = reading.glare.median(subjects_white);
+    let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare = bright.recip().lerp(faint.recip(), weight_below(1.0)) * 1.0_f64.lerp(faint / lost, weight_below(LOST_SUBJECT));
-    let glare_white = reading.glare * white_per_glare;
+    let glare_white = glare * white_per_glare;
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));

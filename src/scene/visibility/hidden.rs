@@ -101,8 +101,12 @@ fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, m
     found
 }
 
-/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel.
+/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel. `placed`: all bodies of the frame, `farther` among them.
 pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
+    *farther.visible_fraction.get_or_init(|| compute_visible_fraction(placed, farther))
+}
+
+fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let occluding = in_front_of(placed, farther, 0.0);
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.

@@ -36,6 +36,17 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - cross.atan2(along), point }
 }
 
+/// Whether a body is so far beside the frame that [`ray_and_limb`] is at least half a `spacing` outside its limb for every ray of the frame. A quick test, which
+/// may be false for such a body.
+pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
+    let radii_km = placement.radii_km;
+    let angular_radius = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
+    let corner = camera.tan_half_fov.length().atan();
+    // The unit-sphere frame shrinks angles by at most the ratio of the semi-axes; the factor of two is a margin for large angles.
+    let margin = spacing * radii_km.max_element() / radii_km.min_element();
+    crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - angular_radius - corner > 2.0 * margin
+}
+
 /// Area of a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside or behind it as 0.
 pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     match placed.outline {
@@ -137,6 +148,34 @@ pub(crate) fn visible_fraction_behind_body(placement: &Placement, towards: DVec3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
+    use glam::DMat3;
+
+    /// Bodies around frames of all sizes, round and elongated: one that counts as beside the frame blocks no ray. Most of those that block none are found.
+    #[test]
+    fn a_body_beside_the_frame_blocks_no_ray() {
+        let mut random = Random::new(11);
+        let (mut beside, mut missed) = (0, 0);
+        for k in 0..4000 {
+            let fov_deg = 10.0_f64.powf(random.between(-3.0, 2.0));
+            let camera = Camera::looking(DVec3::ZERO, random.direction(), random.direction(), fov_deg, 300, 200);
+            let spacing = (2.0 * camera.tan_half_fov).length() / 20.0;
+            // Within some widths of the frame, or anywhere.
+            let spread = if k % 2 == 0 { 6.0 * camera.tan_half_fov.y } else { 2.0 };
+            let towards = (camera.forward + random.direction() * (spread * random.between(0.0, 1.0))).normalize();
+            let radii_km = DVec3::new(1.0, random.between(0.6, 1.0), random.between(0.6, 1.0));
+            let distance_km = 1.0 + 10.0_f64.powf(random.between(-2.0, 5.0));
+            let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, 3.0));
+            let placement = Placement { centre_km: towards * distance_km, body_from_icrf, radii_km };
+            let clip = |n: u32| DVec2::new(f64::from(n % 9), f64::from(n / 9)) / 4.0 - 1.0;
+            let blocks = (0..81).any(|n| 0.5 + ray_and_limb(&placement, camera.ray(clip(n))).inside_rad / spacing > 0.0);
+            let is_beside = is_beside_frame(&camera, &placement, spacing);
+            assert!(!(is_beside && blocks), "{fov_deg} degrees, {placement:?}");
+            beside += u32::from(is_beside);
+            missed += u32::from(!is_beside && !blocks);
+        }
+        assert!(beside > 1000 && missed < beside, "{beside} beside the frame, {missed} others block nothing");
+    }
 
     /// Visible fraction of a disc on the celestial sphere, by rings of equal area around its centre.
     fn fraction_on_sphere(separation: f64, body: f64, disc: f64) -> f64 {

@@ -5,13 +5,15 @@
 //! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the air beyond a limb,
-//! and the light that another body's air adds in front of bodies behind it.
+//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the shadow of rings on
+//! their planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
+mod near_corona;
 mod refracted_limb;
 mod rings;
+mod sun_glare;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -29,10 +31,11 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
+use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use sun_glare::FrameGlare;
 
 /// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the two values below are judged by eye:
 /// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
@@ -61,8 +64,10 @@ const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays per side over the rectangle of a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
-/// Range in which the corona is metered, solar radii. It is not metered by a camera within 5 radii of the Sun's centre.
+/// Range in which the corona is metered by annuli around the Sun, solar radii. For a camera near the Sun, rays of the frame meter the rest.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
+/// Tangent of the Sun's angular radius above which rays of the frame meter all of the corona: within 5 radii of the Sun's centre.
+const MAX_INNER_TANGENT: f64 = 0.2;
 
 /// One kind of subject in the frame.
 #[derive(Clone, Debug)]
@@ -79,8 +84,7 @@ pub(crate) struct Metered {
 
 pub(crate) struct MeterReading {
     pub metered: Vec<Metered>,
-    /// Median radiance of the Sun's glare over the frame; 0 without the Sun.
-    pub glare: f64,
+    pub glare: FrameGlare,
 }
 
 /// Accumulates a weighted mean of logarithms of radiance.
@@ -133,7 +137,10 @@ fn dusk_factor(radiance: f64) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
+    /// The veil around the Sun as it would be without air.
     glare: Option<VeilingGlare>,
+    /// Transmittance of the air in front of the Sun and its glare.
+    sun_transmittance: f64,
     /// Radiance of the sky around the camera.
     sky_radiance: f64,
     /// Bodies of more than a pixel. They may hide others; the Sun is hidden by smaller ones, too.
@@ -149,7 +156,9 @@ impl Meter<'_, '_> {
     pub(crate) fn read(&self, night_white: f64) -> MeterReading {
         let glare = VeilingGlare::drawn(self.context.request, self.camera, self.placed);
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let frame = MeteredFrame { meter: self, glare, sky_radiance: 0.0, resolved_bodies };
+        let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
+        let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
+        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
@@ -173,6 +182,7 @@ impl Meter<'_, '_> {
         metered.extend(others.metered(brightest.map_or("", |b| &b.name), brightest.map(|b| b.id), AUTO_EXPOSED_MEAN));
         metered.extend(frame.sun());
         metered.extend(frame.corona());
+        metered.extend(frame.corona_around_camera());
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
@@ -190,14 +200,14 @@ impl Meter<'_, '_> {
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });
-        MeterReading { metered, glare: frame.glare() }
+        MeterReading { metered, glare: frame.frame_glare() }
     }
 }
 
-impl MeteredFrame<'_, '_> {
+impl<'a> MeteredFrame<'_, 'a> {
     /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
-        let glare = self.glare.as_ref().map_or(0.0, |v| v.radiance(direction.normalize()));
+        let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
         glare + if is_behind_sky { self.sky_radiance } else { 0.0 }
     }
@@ -349,13 +359,14 @@ impl MeteredFrame<'_, '_> {
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
+        let nearer = self.nearer_bodies(p, spacing);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
             let direction = camera.ray(clip);
             let ray = ray_and_limb(&p.placement, direction);
-            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * self.ray_visibility(p, direction, spacing);
+            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * Self::ray_visibility(&nearer, direction, spacing);
             if coverage <= 0.0 {
                 continue;
             }
@@ -372,10 +383,16 @@ impl MeteredFrame<'_, '_> {
         covered_share
     }
 
-    /// Fraction of a ray's light from `p` that nearer bodies do not block. `spacing`: angle between rays, which softens the limbs.
-    fn ray_visibility(&self, p: &PlacedBody<'_>, direction: DVec3, spacing: f64) -> f64 {
-        let nearer = self.resolved_bodies.iter().filter(|o| o.body.id != p.body.id && o.distance_km < p.distance_km);
-        nearer.map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
+    /// The bodies that may block rays of the frame from `p`. `spacing`: see [`Self::ray_visibility`].
+    fn nearer_bodies(&self, p: &PlacedBody<'_>, spacing: f64) -> Vec<&PlacedBody<'a>> {
+        let is_nearer = |o: &&&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
+        let in_front = self.resolved_bodies.iter().filter(is_nearer);
+        in_front.copied().filter(|o| !is_beside_frame(self.meter.camera, &o.placement, spacing)).collect()
+    }
+
+    /// Fraction of a ray's light that the bodies `nearer` do not block. `spacing`: angle between rays, which softens the limbs.
+    fn ray_visibility(nearer: &[&PlacedBody<'_>], direction: DVec3, spacing: f64) -> f64 {
+        nearer.iter().map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
 
     /// Meters the visible part of the Sun's disc.
@@ -385,13 +402,12 @@ impl MeteredFrame<'_, '_> {
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
-        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
         tally.add(
             share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
-            photometry::sun_disc_radiance() * spread * transmittance,
+            photometry::sun_disc_radiance() * spread * self.sun_transmittance,
             self.sky_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
@@ -405,33 +421,33 @@ impl MeteredFrame<'_, '_> {
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
         let drawn = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        if drawn <= 0.0 || tangent > 0.2 || towards.dot(camera.forward) <= 0.0 {
+        if drawn <= 0.0 || tangent > MAX_INNER_TANGENT || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
         let (annuli, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
-        let transmittance = self.meter.air.map_or(1.0, |a| a.mean_transmittance(sun.placement.centre_km));
         let mut tally = LogMean::default();
         for k in 0..annuli {
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
+            // Approximate width of a grid cell.
+            let cell_width = rho * tangent * (growth - 1.0);
+            let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
                 let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
                 let Some(clip) = camera.clip(direction) else { continue };
-                // Approximate width of a grid cell.
-                let cell_width = rho * tangent * (growth - 1.0);
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
                 if inside > 0.0 {
-                    let visibility = self.ray_visibility(sun, direction, cell_width);
+                    let visibility = Self::ray_visibility(&nearer, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
                     tally.add(
                         share * inside * visibility,
-                        corona::radiance(rho) * transmittance,
+                        corona::radiance(rho) * self.sun_transmittance,
                         self.foreground_radiance(direction, Some(NaifId::SUN)),
                     );
                 }
@@ -454,14 +470,5 @@ impl MeteredFrame<'_, '_> {
         let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
         above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
-    }
-
-    /// Median radiance of the Sun's glare over the frame.
-    fn glare(&self) -> f64 {
-        let Some(glare) = &self.glare else { return 0.0 };
-        let mut all = self.sample_frame(|ray| glare.radiance(ray.normalize()));
-        all.sort_by(f64::total_cmp);
-        let half = all.len() / 2;
-        0.5 * (all[half - 1] + all[half])
     }
 }

@@ -22,13 +22,18 @@ impl MeteredFrame<'_, '_> {
             if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of(*e) == Some(false)) {
                 continue;
             }
+            let segments = refracted_limb::segments(p, sun, camera.pixel_tangent());
+            if segments.is_empty() {
+                continue;
+            }
             let mut tally = LogMean::default();
-            for segment in refracted_limb::segments(p, sun, camera.pixel_tangent()) {
+            let nearer = self.nearer_bodies(p, camera.pixel_tangent());
+            for segment in segments {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
                 // Segments are thin, so the frame's edge is softened over a hundredth of the image instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
-                let visible = inside * self.ray_visibility(p, segment.direction, camera.pixel_tangent());
+                let visible = inside * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
                 tally.add(
                     visible * segment.solid_angle / frame_sr,
                     segment.radiance,

@@ -77,6 +77,7 @@ impl MeteredFrame<'_, '_> {
         // The camera is on one side of the ring plane; the sunlight on that side comes first.
         let [sunward, averted] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [averted, sunward] } else { [sunward, averted] };
+        let nearer = self.nearer_bodies(p, spacing);
         let mut sums = RadialSums::new(&intervals, sunlight);
         for k in 0..RING_RAYS * RING_RAYS {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
@@ -108,7 +109,7 @@ impl MeteredFrame<'_, '_> {
             let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
-            let visible_share = share * weight * not_hidden * self.ray_visibility(p, direction, spacing);
+            let visible_share = share * weight * not_hidden * Self::ray_visibility(&nearer, direction, spacing);
             tally.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
         }
         tally

@@ -1,0 +1,42 @@
+//! Meters the corona around a camera near the Sun, where it covers the entire sky: also the hemisphere away from the Sun, and from within the inner corona.
+
+use super::{AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MAX_INNER_TANGENT, Metered, MeteredFrame, SUN_WEIGHT};
+use crate::catalog::NaifId;
+use crate::message::reason;
+use crate::scene::light::corona;
+use crate::scene::numeric::smoothstep;
+use crate::scene::sky::zodiacal;
+use crate::units::KM_PER_AU;
+use glam::DVec3;
+
+impl MeteredFrame<'_, '_> {
+    /// Meters the corona beyond the annuli of [`Self::corona`]; from within [`MAX_INNER_TANGENT`], all of it. Farther from the Sun than the zodiacal light reaches
+    /// inwards this is `None`, because there the corona is narrow.
+    pub(super) fn corona_around_camera(&self) -> Option<Metered> {
+        let (camera, request) = (self.meter.camera, self.meter.context.request);
+        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
+        let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
+        let drawn = corona::meter_weight(request, camera, sun, self.glare.as_ref());
+        if nearness * drawn <= 0.0 {
+            return None;
+        }
+        let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
+        let from = if sine > MAX_INNER_TANGENT { CORONA_RADII[0] } else { CORONA_RADII[1] };
+        let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
+        let nearer = self.nearer_bodies(sun, spacing);
+        let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
+        let mut tally = LogMean::default();
+        for ray in self.sample_frame(DVec3::normalize) {
+            // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
+            let across = ray.cross(towards).length();
+            let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
+            if rho >= from {
+                let visible_share = share * Self::ray_visibility(&nearer, ray, spacing);
+                tally.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
+            }
+        }
+        let weight = nearness * drawn * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        Some(Metered { weight: found.weight * weight, ..found })
+    }
+}

@@ -1,0 +1,68 @@
+//! The Sun's glare over the frame, for the light meter: the veil around the Sun (`light::glare`), and the glare of the sprite as which a small Sun is drawn.
+//!
+//! The sprite's glare reaches at most 64 pixels, but in an image of that size it is as bright as the veil. Its radius depends on the exposure, so
+//! the median is computed for a given white.
+
+use super::MeteredFrame;
+use super::geometry::area_px;
+use crate::catalog::NaifId;
+use crate::scene::light::glare;
+use crate::scene::point;
+use std::f64::consts::PI;
+
+/// The Sun's light as a point.
+struct PointSun {
+    /// The radiance that it would have if it filled one pixel, brightest channel.
+    flux: f64,
+    /// The part of the sprite's glare that is drawn.
+    glare_part: f64,
+}
+
+/// The Sun's glare at a grid of rays over the frame.
+#[derive(Default)]
+pub(crate) struct FrameGlare {
+    /// Radiance of the veil, and distance from the Sun's centre in pixels. Empty without a Sun in the frame.
+    samples: Vec<[f64; 2]>,
+    /// `None` if the Sun is drawn as a disc.
+    point: Option<PointSun>,
+}
+
+impl FrameGlare {
+    /// Median radiance over the frame; 0 without the Sun. `white`: the radiance that is shown as white.
+    pub(crate) fn median(&self, white: f64) -> f64 {
+        let half = self.samples.len() / 2;
+        if half == 0 {
+            return 0.0;
+        }
+        let sprite = self.point.as_ref().map(|p| {
+            let radius_px = point::sprite_radius_px(p.flux, white, p.glare_part);
+            let [_, amplitude] = point::point_spread(radius_px);
+            (p.flux * amplitude, radius_px)
+        });
+        let of_sprite =
+            |distance_px: f64| sprite.map_or(0.0, |(radiance, radius_px)| radiance * point::glare_profile(distance_px, radius_px));
+        let mut all: Vec<f64> = self.samples.iter().map(|[veil, distance_px]| veil + of_sprite(*distance_px)).collect();
+        all.sort_by(f64::total_cmp);
+        0.5 * (all[half - 1] + all[half])
+    }
+}
+
+impl MeteredFrame<'_, '_> {
+    /// The Sun's glare over the frame, dimmed by the air around the camera.
+    pub(super) fn frame_glare(&self) -> FrameGlare {
+        let camera = self.meter.camera;
+        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
+        let Some((veil, sun)) = self.glare.as_ref().zip(sun) else { return FrameGlare::default() };
+        let Some(centre) = camera.clip(veil.towards) else { return FrameGlare::default() };
+        let samples = self.sample_frame(|ray| {
+            let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size()).length());
+            [self.sun_transmittance * veil.radiance(ray.normalize()), distance_px]
+        });
+        let point_share = 1.0 - point::disc_share(2.0 * (area_px(camera, sun) / PI).sqrt());
+        let glare_part = glare::entered_fraction(camera, sun);
+        // The veil's fraction includes that part.
+        let visible_fraction = veil.visible_fraction / glare_part;
+        let flux = point::flux(camera, sun).max_element() * point_share * visible_fraction * self.sun_transmittance;
+        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, glare_part }) }
+    }
+}
