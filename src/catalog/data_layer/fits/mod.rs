@@ -232,6 +232,18 @@ mod tests {
         assert_eq!(quarter(&[scale[0], scale[1], ("PC1_1", "0"), ("PC1_2", "-1"), ("PC2_1", "1"), ("PC2_2", "0")]), expected);
     }
 
+    /// Calabretta & Greisen 2002, section 2.4: with CRVAL2 = 90, LONPOLE is 0 by default, and up in the image is the right ascension CRVAL1 - LONPOLE.
+    #[test]
+    fn images_at_the_pole_are_turned_by_lonpole() {
+        for (lonpole, expected_deg) in [(None, 263.633), (Some("0"), 263.633), (Some("180"), 83.633), (Some("90"), 173.633)] {
+            let mut at_pole: Vec<(&str, &str)> = TAN.iter().map(|(k, v)| (*k, if *k == "CRVAL2" { "90" } else { *v })).collect();
+            at_pole.extend(lonpole.map(|degrees| ("LONPOLE", degrees)));
+            let image = read(&file(&[&[("BITPIX", "8")], SIZE, &at_pole], &[1, 2, 3, 4]), false, &full_range()).expect("placed");
+            let ImageWcs::Tangent { centre_deg: [ra_deg, dec_deg], .. } = image.wcs else { panic!("{:?}", image.wcs) };
+            assert!((ra_deg - expected_deg).abs() < 1e-9 && dec_deg == 90.0, "{lonpole:?}: {ra_deg} {dec_deg}");
+        }
+    }
+
     #[test]
     fn maps_of_bodies_have_edges() {
         let file_with = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
@@ -259,6 +271,8 @@ mod tests {
         assert!(file_with(&plate_carree("1000"), SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("do not fit on a globe")));
         assert!(file_with(&[], SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("plate carree")));
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
+        let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
+        assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
     }
 
     #[test]

@@ -90,9 +90,6 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
         let keyword = if matches!(header.text("RADESYS"), "" | "ICRS" | "FK5") { "EQUINOX" } else { "RADESYS" };
         return Err(unsupported_card(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
     }
-    if !matches!(header.number("LONPOLE")?, None | Some(180.0)) {
-        return Err(unsupported_card(header, "LONPOLE", "only 180 is supported"));
-    }
     for keyword in ["CUNIT1", "CUNIT2"] {
         if !matches!(header.text(keyword), "" | "deg") {
             return Err(unsupported_card(header, keyword, "only degrees (deg) are supported"));
@@ -103,8 +100,15 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
         Some(v) => Err((header.card_number(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
         None => Err((1, format!("{keyword} is missing"))),
     };
+    let [ra_deg, dec_deg] = [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?];
+    // LONPOLE turns the image about its point of tangency. At the north celestial pole its default is 0, not 180, and a turn is a change of right ascension.
+    let ra_deg = match header.number("LONPOLE")? {
+        lonpole if dec_deg == 90.0 => (ra_deg + 180.0 - lonpole.unwrap_or(0.0)).rem_euclid(360.0),
+        None | Some(180.0) => ra_deg,
+        Some(_) => return Err(unsupported_card(header, "LONPOLE", "only 180 is supported")),
+    };
     Ok(ImageWcs::Tangent {
-        centre_deg: [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?],
+        centre_deg: [ra_deg, dec_deg],
         centre_px: [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?],
         deg_per_px: matrix(header)?,
     })
@@ -133,6 +137,9 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
             "CRVAL2",
             "only a plate carree with CRVAL2 = 0 is supported: any other value means a rotated map",
         ));
+    }
+    if !matches!(header.number("LONPOLE")?, None | Some(0.0 | 180.0)) {
+        return Err(unsupported_card(header, "LONPOLE", "only 0 and 180 are supported: any other value means a rotated map"));
     }
     let [[dx, b], [c, dy]] = matrix(header)?;
     if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
