@@ -108,7 +108,7 @@ pub(crate) struct ShaderQueries {
 impl ShaderQueries {
     /// Drops all results if the fragments have changed.
     pub(crate) fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
-        let generator = worker.session().library().generator();
+        let generator = worker.session().library().generator_digest();
         if self.generator.as_ref() != Some(&generator) {
             *self = Self { generator: Some(generator), ..Self::default() };
         }
