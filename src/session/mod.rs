@@ -99,7 +99,7 @@ pub struct DrawnFrame {
     pub by: DrawnBy,
 }
 
-/// Largest catalog file, bytes; the embedded ones have some 10 kB each.
+/// Largest catalog file, bytes; the longest embedded one has 130 kB.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
@@ -277,7 +277,7 @@ impl Session {
         Self { count_cpu: true, ..self }
     }
 
-    /// All bodies.
+    /// The catalog: bodies, stars, moments, data layers.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
@@ -388,7 +388,7 @@ impl ResourceProvider for Session {
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
-            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::characters());
             let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
             let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_CHARS.chars());
             Arc::new(GlyphAtlas::draw(names, size_px as f32, labels::MARKER_RADIUS as f32))

@@ -65,7 +65,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     let [[a, b], [c, d]] = deg_per_px;
     let area = (a * d - b * c).abs();
     // The limits are 1e-9 square arcseconds and 10,000 square degrees, about a quarter of the sky.
-    if !(1e-10 * 1e-3 / 1296.0..=1e4).contains(&area) {
+    if !(1e-9 / (3600.0 * 3600.0)..=1e4).contains(&area) {
         return Err((
             header.card_number("CDELT1").max(header.card_number("CD1_1")),
             format!("a pixel of {area:.1e} square degrees cannot be placed"),
@@ -153,7 +153,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
-    // Rounding may place an edge slightly beyond a pole or the date line.
+    // Rounding may place an edge slightly beyond a pole, or the edges slightly more than 360 degrees apart.
     let slack_deg = 1e-6;
     if east_deg - west_deg > 360.0 + slack_deg || west_deg.abs() > 360.0 || south_deg < -90.0 - slack_deg || north_deg > 90.0 + slack_deg {
         return Err((
