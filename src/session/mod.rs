@@ -195,7 +195,7 @@ pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn
 }
 
 impl Session {
-    /// Reads catalogs and kernel, and opens the shader library. Maps are read later, when a view needs them.
+    /// Reads the user's files, and opens the shader library. Maps of bodies are read later, when a view needs them.
     pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
