@@ -459,6 +459,6 @@ fn library_entry(bytes: &[u8]) {
     if let (Some(content), 40..) = (bytes.get(40..), bytes.len()) {
         entry[8..40].copy_from_slice(&Sha256::digest(content));
     }
-    static GENERATOR: LazyLock<std::sync::Arc<str>> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()).generator());
+    static GENERATOR: LazyLock<std::sync::Arc<str>> = LazyLock::new(|| ShaderLibrary::in_memory(lowering()).generator_digest());
     drop(decode(&GENERATOR, &POINT.id, &entry, &lowering()));
 }

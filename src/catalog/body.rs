@@ -135,12 +135,12 @@ pub struct Clouds {
 pub enum Motion {
     /// The kernel or the planetary series, by its NAIF code.
     Planetary,
-    /// L1.2, index 0 Io .. 3 Callisto.
+    /// The theory L1.2 of Jupiter's Galilean moons.
     GalileanL12 {
         /// 0 Io to 3 Callisto.
         index: usize,
     },
-    /// TASS 1.7, index in the table's order.
+    /// The theory TASS 1.7 of eight moons of Saturn.
     Tass17 {
         /// 0 Mimas to 7 Hyperion.
         index: usize,
@@ -195,9 +195,9 @@ pub enum Rotation {
         pole_ra_deg: f64,
         /// Declination of the north pole, ICRF.
         pole_dec_deg: f64,
-        /// Angle of the prime meridian at J2000 (TDB).
+        /// Angle W at J2000 (TDB): along the equator from its ascending node on the ICRF equator east to the prime meridian.
         w0_deg: f64,
-        /// Rate of the prime meridian per day.
+        /// Rate of W.
         w_deg_day: f64,
     },
 }
@@ -215,7 +215,7 @@ pub struct Ring {
     pub tau_normal: f64,
     /// Single-scattering albedo per linear RGB channel, fitted so that single scattering matches the observed brightness.
     pub albedo: [f64; 3],
-    /// Fraction of the ring's light that forward-scattering dust contributes.
+    /// Fraction of the scattered light, summed over all directions, that comes from dust. Dust scatters forward.
     pub dust: f64,
 }
 

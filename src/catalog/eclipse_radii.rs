@@ -1,7 +1,7 @@
 //! The radii of the Sun and the Moon for the computation of eclipses.
 //!
 //! In: a convention. Out: both radii in the catalog, so that image, shadow, contacts and queries all use the same values. The convention changes the length
-//! of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 5 s more totality and an umbra 5 km wider.
+//! of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 4 s more totality and an umbra 3 km wider.
 //! Not here: the Moon's mountains, which shift contacts by further seconds.
 
 use super::{Catalog, NaifId};

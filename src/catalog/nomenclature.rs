@@ -1,8 +1,9 @@
 //! Names on the surfaces of bodies: the features of the IAU's gazetteer, and crewed landing sites.
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body: landing sites first, then the others by decreasing prominence.
-//! Always: directions are planetocentric with east longitudes, as in the gazetteer for Mars and nearly spherical bodies. For oblate moons the gazetteer has
-//! planetographic latitudes, so that their features are off by up to 2 degrees (Enceladus, Mimas). Not here: which names fit into an image.
+//! Always: the tables' latitudes count as planetocentric and their longitudes as east, as those of Mars and of nearly spherical bodies are. For oblate
+//! moons the gazetteer has planetographic latitudes, so that their features are off by up to 5 degrees (Mimas; Enceladus 2). Not here: which names fit into
+//! an image.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -80,7 +81,7 @@ pub fn features(body: &str) -> &'static [SurfaceFeature] {
 }
 
 /// All characters of the names, for the glyph atlas.
-pub fn letters() -> impl Iterator<Item = char> {
+pub fn characters() -> impl Iterator<Item = char> {
     BY_BODY.values().flatten().flat_map(|f| f.name.chars())
 }
 

@@ -128,7 +128,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         unresolved_moments.extend(root.sections("moment").into_iter().filter_map(moments::unresolved_moment));
         root.finish();
     }
-    // A name that no body has may be that of a body in a file that could not be read.
+    // No names are looked up then: the body of an unknown name may be in the file that could not be read.
     if !all_are_toml {
         return Err(problems.into_error());
     }
@@ -207,7 +207,8 @@ fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine
     }
 }
 
-/// Turns drafts into bodies: checks that required fields are present, names are unique, and parents and owners exist.
+/// Turns drafts into bodies: checks that required fields are present, that names are unique, and that the bodies named as parents and by rings,
+/// atmospheres and overlays exist.
 fn assemble(
     drafts: BTreeMap<i32, BodyDraft>,
     rings: Vec<(WithLine<String>, Vec<Ring>)>,

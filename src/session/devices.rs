@@ -42,16 +42,16 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// With the user's shader sources: the plan's modules, and the number of changes of the sources before them.
-    executed: Option<(gpu::ModuleSet, u64)>,
+    /// With the user's shader sources: the plan's modules as they were after this number of changes of the sources.
+    snapshot: Option<(gpu::ModuleSet, u64)>,
 }
 
 #[cfg(feature = "gpu")]
 impl ModuleProvider for PlanModules<'_> {
     /// A module of another plan, such as that of the window's interface, comes from the library.
     fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
-        let executed = self.executed.as_ref().and_then(|(modules, _)| modules.module(id).ok());
-        executed.map_or_else(|| self.library.module(id), Ok)
+        let of_plan = self.snapshot.as_ref().and_then(|(modules, _)| modules.module(id).ok());
+        of_plan.map_or_else(|| self.library.module(id), Ok)
     }
 }
 
@@ -114,7 +114,7 @@ impl Devices {
         library: &'a ShaderLibrary,
     ) -> Result<PlanModules<'a>, RendererError> {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
-            return Ok(PlanModules { library, executed: None });
+            return Ok(PlanModules { library, snapshot: None });
         }
         let (modules, new, changes) = loop {
             let changes = self.shader_source_changes();
@@ -125,7 +125,7 @@ impl Devices {
                 break (modules, new, changes);
             }
         };
-        let modules = PlanModules { library, executed: Some((modules, changes)) };
+        let modules = PlanModules { library, snapshot: Some((modules, changes)) };
         if new.is_empty() {
             return Ok(modules);
         }
@@ -150,7 +150,7 @@ impl Devices {
     /// Drops everything compiled from `modules` if the shader sources have changed since.
     #[cfg(feature = "gpu")]
     fn forget_if_outdated(&self, modules: &PlanModules<'_>) {
-        if modules.executed.as_ref().is_some_and(|(_, changes)| *changes != self.shader_source_changes()) {
+        if modules.snapshot.as_ref().is_some_and(|(_, changes)| *changes != self.shader_source_changes()) {
             self.forget_modules();
         }
     }

@@ -17,7 +17,7 @@ pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 const MAX_DEPTH: usize = 8;
 /// Largest number of files.
 const MAX_FILES: usize = 2000;
-/// Largest fragment file, bytes; the longest built-in fragment has some 10 kB.
+/// Largest fragment file, bytes; the longest built-in fragment has 13 kB.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.

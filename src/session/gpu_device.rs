@@ -20,8 +20,8 @@ type Notify = dyn Fn(&str) + Send + Sync;
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// Epoch and preference when the thread was started.
-    epoch: u64,
+    /// Number of changes of modules, and preference, when the thread was started.
+    module_changes: u64,
     preference: RendererPreference,
 }
 
@@ -49,8 +49,8 @@ enum DeviceLifecycle {
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<DeviceLifecycle>,
-    /// Incremented when modules change, which makes compiled pipelines outdated.
-    epoch: AtomicU64,
+    /// Number of changes of modules. Each makes the compiled pipelines outdated.
+    module_changes: AtomicU64,
     /// A preparing thread's result was taken over, and no image of the window was requested since.
     just_ready: AtomicBool,
     /// The last reported error, so that a sequence of frames reports the same error only once.
@@ -102,7 +102,7 @@ impl Gpu {
         Self {
             preference: Mutex::new(preference),
             state: Mutex::new(state),
-            epoch: AtomicU64::new(0),
+            module_changes: AtomicU64::new(0),
             just_ready: AtomicBool::new(false),
             last_error: Mutex::default(),
         }
@@ -139,7 +139,7 @@ impl Gpu {
 
     /// Drops pipelines, also those that a thread is compiling.
     pub fn forget_modules(&self) {
-        self.epoch.fetch_add(1, Ordering::SeqCst);
+        self.module_changes.fetch_add(1, Ordering::SeqCst);
         let open = match &*self.state.lock() {
             DeviceLifecycle::Open(renderer) => Some(Arc::clone(renderer)),
             _ => None,
@@ -163,9 +163,9 @@ impl Gpu {
         }
     }
 
-    /// Starts a preparing thread. `epoch`: read before the modules that the thread compiles.
-    fn prepare(&self, epoch: u64, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> DeviceLifecycle {
-        DeviceLifecycle::Preparing(Preparing { thread: std::thread::spawn(work), epoch, preference: self.preference() })
+    /// Starts a preparing thread. `module_changes`: read before the modules that the thread compiles.
+    fn prepare(&self, module_changes: u64, work: impl FnOnce() -> Result<Arc<GpuRenderer>, GpuError> + Send + 'static) -> DeviceLifecycle {
+        DeviceLifecycle::Preparing(Preparing { thread: std::thread::spawn(work), module_changes, preference: self.preference() })
     }
 
     /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
@@ -174,7 +174,7 @@ impl Gpu {
         if preparing.preference != self.preference() {
             return Ok(DeviceLifecycle::Unopened);
         }
-        if preparing.epoch != self.epoch.load(Ordering::SeqCst) {
+        if preparing.module_changes != self.module_changes.load(Ordering::SeqCst) {
             renderer.forget_modules();
         }
         Ok(DeviceLifecycle::Open(renderer))
@@ -196,7 +196,7 @@ impl Gpu {
         let mut state = self.state.lock();
         if matches!(*state, DeviceLifecycle::Unopened) {
             let accept_software = self.preference() == RendererPreference::Gpu;
-            *state = self.prepare(self.epoch.load(Ordering::SeqCst), move || GpuRenderer::open(accept_software).map(Arc::new));
+            *state = self.prepare(self.module_changes.load(Ordering::SeqCst), move || GpuRenderer::open(accept_software).map(Arc::new));
         }
     }
 
@@ -317,10 +317,10 @@ impl Gpu {
         let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
         let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
         // Read before the modules: if they change in between, the pipelines are dropped once too often instead of kept though outdated.
-        let epoch = self.epoch.load(Ordering::SeqCst);
+        let module_changes = self.module_changes.load(Ordering::SeqCst);
         let modules = ids.into_iter().map(|n| Some((n.clone(), modules.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
         let (plan, preference) = (plan.clone(), self.preference());
-        *state = self.prepare(epoch, move || {
+        *state = self.prepare(module_changes, move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [

@@ -99,7 +99,7 @@ pub struct DrawnFrame {
     pub by: DrawnBy,
 }
 
-/// Largest catalog file, bytes; the embedded ones have some 10 kB each.
+/// Largest catalog file, bytes; the longest embedded one has 130 kB.
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
@@ -195,7 +195,7 @@ pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn
 }
 
 impl Session {
-    /// Reads catalogs and kernel, and opens the shader library. Maps are read later, when a view needs them.
+    /// Reads the user's files, and opens the shader library. Maps of bodies are read later, when a view needs them.
     pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
@@ -277,7 +277,7 @@ impl Session {
         Self { count_cpu: true, ..self }
     }
 
-    /// All bodies.
+    /// The catalog: bodies, stars, moments, data layers.
     pub fn catalog(&self) -> &Catalog {
         &self.catalog
     }
@@ -388,7 +388,7 @@ impl ResourceProvider for Session {
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
-            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::letters());
+            let names = self.catalog.bodies().iter().flat_map(|b| b.name.chars()).chain(nomenclature::characters());
             let names = names.chain(self.catalog.instruments().iter().flat_map(|i| i.name.chars()));
             let constellations = Constellations::embedded().all.iter().flat_map(|c| c.name.chars());
             let names = names.chain(constellations).chain(' '..='~').chain(COORDINATE_CHARS.chars());

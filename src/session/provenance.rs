@@ -297,7 +297,7 @@ impl Session {
         if !layers.is_empty() {
             sources.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
         }
-        sources.insert("shaders".into(), self.library.generator().to_string());
+        sources.insert("shaders".into(), self.library.generator_digest().to_string());
         sources.insert("renderer".into(), self.devices.preference().name().into());
         Provenance::new(&self.catalog, request, &sources)
     }

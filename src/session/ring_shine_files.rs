@@ -68,7 +68,7 @@ mod tests {
     fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust: 0.0 };
-        // `sine`: of the Sun's height above the plane of the rings.
+        // `sine`: of the Sun's elevation above the plane of the rings.
         let shine = |sine: f64, with_files: bool| {
             let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 };
             let store = with_files.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
@@ -81,7 +81,7 @@ mod tests {
         let computed = shine(0.3, false);
         assert!(files().is_empty());
         assert_eq!(shine(0.3, true), computed);
-        // Two tables: for the next tabulated heights of the Sun above and below the actual one.
+        // Two tables: for the next tabulated elevations of the Sun above and below the actual one.
         let stored = files();
         assert_eq!(stored.len(), 2);
         let intact = std::fs::read(&stored[0]).expect("stored");
@@ -99,7 +99,7 @@ mod tests {
         stored_tables::write(&stored[0], MAGIC, &to_bytes(&table));
         assert_ne!(shine(0.3, true), computed);
         assert_ne!(shine(0.5, true), computed);
-        assert!(files().len() > 2, "another height of the Sun has its own tables");
+        assert!(files().len() > 2, "another elevation of the Sun has its own tables");
     }
 
     /// The digest must cover every module of `scene` that the table's code uses; otherwise a table could change without a new name.

@@ -161,7 +161,7 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");
     // The generator digest, which depends on the fragments.
-    let built_in_digest = session.library().generator();
+    let built_in_digest = session.library().generator_digest();
     assert!(
         ShaderWatcher::open(folder.path(), &session).is_err_and(|e| e.to_string().contains("no *.wesl")),
         "an empty folder is accepted"
@@ -171,7 +171,7 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
     std::fs::write(&file, text).expect("written");
     let watcher = ShaderWatcher::open(folder.path(), &session).expect("reads");
-    assert_eq!(session.library().generator(), built_in_digest, "the same text has another digest");
+    assert_eq!(session.library().generator_digest(), built_in_digest, "the same text has another digest");
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, interface_at_saturn());
     // The drawing time identifies the image.
@@ -179,7 +179,7 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
     watcher.check_files(&worker);
-    assert_ne!(session.library().generator(), built_in_digest);
+    assert_ne!(session.library().generator_digest(), built_in_digest);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
     assert_eq!(harness.state().shown().expect("the last good image").took_ms, image_ms);

@@ -6,11 +6,11 @@ use super::layer::Content;
 /// The values of a line, without their quotes. Within quotes, a doubled quote means one quote.
 fn values(line: &str) -> Vec<String> {
     let (mut all, mut value, mut quoted) = (Vec::new(), String::new(), false);
-    let mut letters = line.chars().peekable();
-    while let Some(c) = letters.next() {
+    let mut chars = line.chars().peekable();
+    while let Some(c) = chars.next() {
         match c {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
+            '"' if quoted && chars.peek() == Some(&'"') => {
+                chars.next();
                 value.push('"');
             }
             '"' => quoted = !quoted,

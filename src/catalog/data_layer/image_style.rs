@@ -28,7 +28,7 @@ pub enum Stretch {
     Linear,
     /// Square root.
     Sqrt,
-    /// Inverse hyperbolic sine, linear below a tenth (Lupton et al. 2004).
+    /// Inverse hyperbolic sine of ten times the value, linear far below a tenth (Lupton et al. 2004).
     Asinh,
     /// Logarithm over three decades.
     Log,

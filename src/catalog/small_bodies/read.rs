@@ -87,11 +87,11 @@ fn cells(line: &str) -> Vec<Cow<'_, str>> {
         return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
     }
     let (mut all, mut cell, mut quoted) = (Vec::new(), String::new(), false);
-    let mut letters = line.chars().peekable();
-    while let Some(c) = letters.next() {
+    let mut chars = line.chars().peekable();
+    while let Some(c) = chars.next() {
         match c {
-            '"' if quoted && letters.peek() == Some(&'"') => {
-                letters.next();
+            '"' if quoted && chars.peek() == Some(&'"') => {
+                chars.next();
                 cell.push('"');
             }
             '"' => quoted = !quoted,

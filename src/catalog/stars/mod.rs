@@ -1,6 +1,6 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalogue (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
+//! In: the text of a catalog (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
 //! the cells in its frame, and in each cell the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: the place of a
 //! star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
 
@@ -16,10 +16,10 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, LazyLock};
 
-/// One star at the catalogue's epoch.
+/// One star at the catalog's epoch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Star {
-    /// Number in the Hipparcos catalogue; 0 for none.
+    /// Number in the Hipparcos catalog; 0 for none.
     pub hip: u32,
     /// Unit vector from the solar system's barycentre, ICRF.
     pub direction: DVec3,
@@ -36,7 +36,7 @@ pub struct Star {
 /// Stars of one patch of the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCell {
-    /// Range of indices of the catalogue's stars, the brightest first.
+    /// Range of indices of the catalog's stars, the brightest first.
     pub stars: Range<usize>,
     /// Unit vector to the middle of the stars; at the epoch every star lies within `radius_rad` of it.
     pub axis: DVec3,
@@ -55,7 +55,7 @@ pub struct StarCatalog {
     cells: Vec<SkyCell>,
 }
 
-/// An error in a star catalogue, in one line: file, line, field, what to do.
+/// An error in a star catalog, in one line: file, line, field, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {message}")]
 pub struct StarFileError {
@@ -109,7 +109,7 @@ impl StarCatalog {
         Arc::clone(&EMBEDDED)
     }
 
-    /// Reads a catalogue: comma-separated values with named columns, or Hipparcos' hip2.dat.
+    /// Reads a catalog: comma-separated values with named columns, or Hipparcos' hip2.dat.
     ///
     /// # Errors
     /// Names the first line that cannot be read.
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// Sirius agrees with the Hipparcos catalogue, Barnard's star (V 9.5) is too faint to be embedded, and Vega has its place of J1991.25 (ESA 1997).
+    /// Sirius agrees with the Hipparcos catalog, Barnard's star (V 9.5) is too faint to be embedded, and Vega has its place of J1991.25 (ESA 1997).
     #[test]
     fn the_embedded_stars_agree_with_hipparcos() {
         let catalog = StarCatalog::embedded();

@@ -1,6 +1,6 @@
 //! Proper names of stars.
 //!
-//! In: a number in the Hipparcos catalogue (ESA SP-1200). Out: the name by the IAU's Working Group on Star Names (IAU Catalog of Star Names), if the star has one. Not
+//! In: a number in the Hipparcos catalog (ESA SP-1200). Out: the name by the IAU's Working Group on Star Names (IAU Catalog of Star Names), if the star has one. Not
 //! here: Bayer letters and Flamsteed numbers.
 
 /// Name and Hipparcos number, sorted by name. For a double star, the number of its brighter component.
@@ -96,7 +96,7 @@ pub const STAR_NAMES: [(&str, u32); 89] = [
     ("Zubeneschamali", 74_785),
 ];
 
-/// The proper name of a star of the Hipparcos catalogue.
+/// The proper name of a star of the Hipparcos catalog.
 pub fn star_name(hip: u32) -> Option<&'static str> {
     STAR_NAMES.iter().find(|(_, number)| *number == hip).map(|(name, _)| *name)
 }
@@ -204,7 +204,7 @@ mod tests {
         let catalog = StarCatalog::embedded();
         for ((name, hip), (place_name, ra_hours, dec_deg)) in STAR_NAMES.into_iter().zip(PLACES) {
             assert_eq!(name, place_name);
-            let star = catalog.hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalogue"));
+            let star = catalog.hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalog"));
             let (ra, dec) = ((ra_hours * 15.0_f64).to_radians(), dec_deg.to_radians());
             let place = glam::DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
             let difference_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();

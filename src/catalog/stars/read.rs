@@ -1,4 +1,4 @@
-//! Star catalogues as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
+//! Star catalogs as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
 //! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
@@ -10,7 +10,7 @@ use crate::wording::{echo, echo_within};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Maximum number of stars in a file. Each takes 80 bytes of memory.
+/// Maximum number of stars in a file. Each takes 72 bytes of memory.
 const MAX_STARS: usize = 5_000_000;
 /// One au a Julian year, km/s.
 const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
@@ -55,7 +55,7 @@ const FIELDS: [Field; 9] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Columns of hip2.dat (ReadMe of catalogue I/311), as byte ranges. V is computed from Hp.
+/// Columns of hip2.dat (ReadMe of catalog I/311), as byte ranges. V is computed from Hp.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 /// Byte range of the magnitude Hp.
@@ -181,7 +181,7 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
     Ok(star(&values))
 }
 
-/// Reads a catalogue: its epoch as a Julian date (TT), and its stars.
+/// Reads a catalog: its epoch as a Julian date (TT), and its stars.
 pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
     let file_error = |line: usize, message: String| StarFileError { file: echo(file), line, message };
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();

@@ -1,4 +1,4 @@
-//! A star catalogue larger than the embedded one, for measurements: stars fainter than the embedded stars are invented.
+//! A star catalog larger than the embedded one, for measurements: stars fainter than the embedded stars are invented.
 
 use super::{Star, StarCatalog};
 use crate::random::Random;

@@ -88,8 +88,8 @@ fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) 
     after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` dimensions out of `count`, ascending, with the index of its first combination in the list of all combinations of
-/// values. Second: the length of that list.
+/// Every choice of `t` dimensions out of `count`, in ascending order, with the index of its first combination of values in the list of all
+/// choices' combinations; and the length of that list.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -171,7 +171,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
     chosen.into_iter().collect()
 }
 
-/// Returns a test of whether any two of some values can occur together, which is a necessary condition for larger combinations.
+/// Returns a test of whether every two of the given values can occur together, which is a necessary condition for larger combinations.
 fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;

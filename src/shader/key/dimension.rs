@@ -189,7 +189,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // Reads the coarse image of the air; draws its samples; reads it for ground and clouds; draws the samples of the sunlight, too.
+        // Values 1 to 4: reads the coarse image; draws the air into it; reads it, and the ground's draw also shows clouds; draws into it the sunlight past occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],

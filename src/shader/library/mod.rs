@@ -164,7 +164,7 @@ impl ShaderLibrary {
     }
 
     /// The generator digest, which names the folder.
-    pub fn generator(&self) -> Arc<str> {
+    pub fn generator_digest(&self) -> Arc<str> {
         self.current_generator().digest
     }
 
@@ -329,10 +329,10 @@ impl ShaderLibrary {
 
     /// Counts the entries on disk.
     pub fn status(&self) -> DiskStatus {
-        let generator = self.generator();
+        let digest = self.generator_digest();
         let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable(), ..DiskStatus::default() };
         for folder in self.folders() {
-            let own = folder.file_name().is_some_and(|n| n == &*generator);
+            let own = folder.file_name().is_some_and(|n| n == &*digest);
             for file in entries_in(&folder) {
                 let bytes = file.metadata().map_or(0, |m| m.len());
                 let (entries, total) =
@@ -361,15 +361,15 @@ impl ShaderLibrary {
 
     fn verify_file(&self, file: &Path) -> Result<(), String> {
         let bytes = read_bytes(file, MAX_ENTRY_BYTES).map_err(|e| e.to_string())?;
-        let generator = self.generator();
-        let name = entry::inspect(&generator, &bytes).map_err(|e| e.to_string())?;
+        let digest = self.generator_digest();
+        let name = entry::inspect(&digest, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherModule.to_string());
         }
-        decode(&generator, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
+        decode(&digest, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
         let built = ShaderModule::build_with(&self.current_generator().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
-        if entry::encode(&generator, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
+        if entry::encode(&digest, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
     }
 
     /// For callers that could not run a module. Rebuilds those of the modules that came from disk, and drops each entry that differs from its

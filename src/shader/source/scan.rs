@@ -29,7 +29,7 @@ pub(super) struct Imported {
     pub items: Vec<(String, String)>,
 }
 
-/// A chain of alternatives: the start of its first item, and the block of the comments above it, which are emitted with any alternative.
+/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above it, which are emitted with any branch.
 pub(super) struct ConditionChain {
     pub start: usize,
     pub block: u32,
@@ -37,7 +37,7 @@ pub(super) struct ConditionChain {
 
 #[derive(Default)]
 pub(super) struct Scan {
-    /// Blocks in order, each after its parent and after the alternatives that precede it. The first is [`ROOT`].
+    /// Blocks in order, each after its parent and after the branches that precede it in its chain. The first is [`ROOT`].
     pub blocks: Vec<Block>,
     /// Spans of inner items come before those of the items that contain them.
     pub conditional_spans: Vec<ConditionalSpan>,

@@ -17,7 +17,11 @@ pub(crate) struct DrawnWith {
 
 impl DrawnWith {
     pub(crate) fn now(session: &Session) -> Self {
-        Self { generator: session.library().generator(), preference: session.renderers().1, data_layers: session.catalog().data_layers() }
+        Self {
+            generator: session.library().generator_digest(),
+            preference: session.renderers().1,
+            data_layers: session.catalog().data_layers(),
+        }
     }
 }
 

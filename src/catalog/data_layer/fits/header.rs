@@ -84,11 +84,11 @@ fn value_of(text: &str) -> String {
         return text.split('/').next().unwrap_or_default().trim().to_owned();
     };
     let mut value = String::new();
-    let mut letters = string.chars().peekable();
-    while let Some(c) = letters.next() {
+    let mut chars = string.chars().peekable();
+    while let Some(c) = chars.next() {
         match c {
-            '\'' if letters.peek() == Some(&'\'') => {
-                letters.next();
+            '\'' if chars.peek() == Some(&'\'') => {
+                chars.next();
                 value.push('\'');
             }
             '\'' => break,

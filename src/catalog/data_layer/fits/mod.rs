@@ -261,6 +261,8 @@ mod tests {
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
         let in_radians = [&plate_carree("0.1")[..], &[("CUNIT1", "'rad'")][..]].concat();
         assert!(file_with(&in_radians, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("CUNIT1: `rad`")));
+        let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
+        assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
     }
 
     /// In older files the cards of frame and equinox have other names.
@@ -281,19 +283,23 @@ mod tests {
         }
     }
 
-    /// At the north pole, LONPOLE is 0 by default: the image is turned by half a turn from one with north up.
+    /// LONPOLE is the native longitude of the celestial pole, which grows from down over right to up. At the north pole it is 0 by default.
     #[test]
-    fn an_image_around_the_north_pole_is_turned() {
+    fn lonpole_says_where_north_is() {
         let matrix = |declination: &str, cards: &[(&str, &str)]| {
             let tan: Vec<(&str, &str)> = TAN.iter().map(|(k, v)| (*k, if *k == "CRVAL2" { declination } else { *v })).collect();
             match read(&file(&[&[("BITPIX", "8")], SIZE, &tan, cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed").wcs {
-                ImageWcs::Tangent { deg_per_px, .. } => [deg_per_px[0][0], deg_per_px[1][1]],
+                ImageWcs::Tangent { deg_per_px, .. } => deg_per_px,
                 other => panic!("{other:?}"),
             }
         };
-        let (north_up, north_down) = ([-0.01, 0.01], [0.01, -0.01]);
+        let (north_up, north_down) = ([[-0.01, 0.0], [0.0, 0.01]], [[0.01, 0.0], [0.0, -0.01]]);
         assert_eq!([matrix("89.9", &[]), matrix("-90", &[]), matrix("90", &[("LONPOLE", "180")])], [north_up; 3]);
         assert_eq!([matrix("90", &[]), matrix("20", &[("LONPOLE", "0")])], [north_down; 2]);
+        // At 90 degrees north is in the direction of x, which is to the left here, and east is down.
+        let [[east_by_x, east_by_y], [north_by_x, north_by_y]] = matrix("20", &[("LONPOLE", "90")]);
+        assert!((east_by_y + 0.01).abs() < 1e-9 && (north_by_x + 0.01).abs() < 1e-9, "{east_by_y} {north_by_x}");
+        assert!(east_by_x.abs() < 1e-9 && north_by_y.abs() < 1e-9, "{east_by_x} {north_by_y}");
     }
 
     #[test]
@@ -319,7 +325,6 @@ mod tests {
         }
         assert!(why(&[bits, SIZE, TAN, &[("RADESYS", "'FK4'")]], &data).1.starts_with("RADESYS: `FK4`"));
         assert!(why(&[bits, SIZE, TAN, &[("EQUINOX", "1950.0")]], &data).1.starts_with("EQUINOX: `1950.0`"));
-        assert!(why(&[bits, SIZE, TAN, &[("LONPOLE", "90")]], &data).1.starts_with("LONPOLE"));
         assert!(why(&[bits, SIZE, TAN, &[("A_ORDER", "2")]], &data).1.starts_with("A_ORDER"));
         assert!(why(&[bits, SIZE, &TAN[..6]], &data).1.contains("the image has no scale"));
         assert!(why(&[bits, SIZE, &TAN[..6], &[("CD1_1", "0.01")]], &data).1.contains("cannot be placed"));

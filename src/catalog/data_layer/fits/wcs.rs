@@ -1,8 +1,8 @@
 //! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
 //!
 //! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or an image without coordinates that is
-//! twice as wide as high). Always: an image with another projection, distortion, frame or a rotated pole is rejected, since it would appear at the wrong
-//! place.
+//! twice as wide as high). Always: an image with another projection, distortion or frame is rejected, and so is a map of a body with a rotated pole,
+//! since it would appear at the wrong place.
 
 use super::header::{Header, WrongCard};
 use crate::wording::echo_within;
@@ -65,7 +65,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     let [[a, b], [c, d]] = deg_per_px;
     let area = (a * d - b * c).abs();
     // The limits are 1e-9 square arcseconds and 10,000 square degrees, about a quarter of the sky.
-    if !(1e-10 * 1e-3 / 1296.0..=1e4).contains(&area) {
+    if !(1e-9 / (3600.0 * 3600.0)..=1e4).contains(&area) {
         return Err((
             header.card_number("CDELT1").max(header.card_number("CD1_1")),
             format!("a pixel of {area:.1e} square degrees cannot be placed"),
@@ -120,12 +120,22 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     // LONPOLE says on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
     // Greisen, section 2.2).
     let default_lonpole = if centre_deg[1] < 90.0 { 180.0 } else { 0.0 };
-    let deg_per_px = match header.number("LONPOLE")?.unwrap_or(default_lonpole) {
-        180.0 => matrix(header)?,
-        0.0 => matrix(header)?.map(|row| row.map(|v| -v)),
-        _ => return Err(unsupported_card(header, "LONPOLE", "only 180 and 0 are supported")),
-    };
+    let deg_per_px = with_north_up(matrix(header)?, header.number("LONPOLE")?.unwrap_or(default_lonpole));
     Ok(ImageWcs::Tangent { centre_deg, centre_px, deg_per_px })
+}
+
+/// A matrix from pixels to degrees (of intermediate coordinates) turned so that its rows give degrees east and degrees north. `lonpole_deg`: the native
+/// longitude of the celestial pole, which grows from the image's bottom (0) over x (90) to its top (180).
+fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
+    // The usual values are exact.
+    let (sin, cos) = match lonpole_deg {
+        180.0 => (0.0, -1.0),
+        0.0 => (0.0, 1.0),
+        angle => angle.to_radians().sin_cos(),
+    };
+    let east = [0, 1].map(|axis| 0.0 - cos * x[axis] - sin * y[axis]);
+    let north = [0, 1].map(|axis| 0.0 + sin * x[axis] - cos * y[axis]);
+    [east, north]
 }
 
 /// The edges of a map of a body.
@@ -153,6 +163,9 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
             "only a plate carree with CRVAL2 = 0 is supported: any other value means a rotated map",
         ));
     }
+    if !matches!(header.number("LONPOLE")?, None | Some(0.0 | 180.0)) {
+        return Err(unsupported_card(header, "LONPOLE", "only 0 and 180 are supported: any other value means a rotated map"));
+    }
     let [[dx, b], [c, dy]] = matrix(header)?;
     if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
         return Err((
@@ -165,7 +178,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
-    // Rounding may place an edge slightly beyond a pole or the date line.
+    // Rounding may place an edge slightly beyond a pole, or the edges slightly more than 360 degrees apart.
     let slack_deg = 1e-6;
     if east_deg - west_deg > 360.0 + slack_deg || west_deg.abs() > 360.0 || south_deg < -90.0 - slack_deg || north_deg > 90.0 + slack_deg {
         return Err((

@@ -113,7 +113,7 @@ pub(crate) struct ShaderQueries {
 impl ShaderQueries {
     /// Drops all results if the fragments have changed.
     pub(crate) fn reset_on_new_fragments(&mut self, worker: &dyn RenderWorker) {
-        let digest = worker.session().library().generator();
+        let digest = worker.session().library().generator_digest();
         if self.generator_digest.as_ref() != Some(&digest) {
             *self = Self { generator_digest: Some(digest), ..Self::default() };
         }
