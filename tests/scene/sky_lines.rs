@@ -225,6 +225,29 @@ fn each_body_in_sight_has_its_own_lines() {
     assert_eq!(scene(&far).ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), []);
 }
 
+/// The Moon hides the coordinates of the Earth's grid that lie behind it. They are shown where the Moon is behind the camera.
+#[test]
+fn a_body_hides_the_coordinates_on_the_body_behind_it() {
+    let texts = |distance_radii: f64, fov_deg: f64| {
+        let request = ViewRequest {
+            position: Position::Over { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
+            fov_deg: Some(fov_deg),
+            width: 500,
+            height: 500,
+            layers: only("grid-body"),
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T12:00:00Z").expect("a time"))
+        };
+        let layer = scene(&request).line_texts.expect("coordinates");
+        layer.texts.into_iter().map(|t| t.text).collect::<Vec<_>>()
+    };
+    // The Moon is 56 radii from the Earth, in front of the middle of its disc, where the label of the meridian 0 is. The Moon's own meridian 0 is on its
+    // side that faces the Earth, which the camera does not see.
+    let [beyond_moon, before_moon] = [texts(120.0, 1.2), texts(50.0, 2.9)];
+    let has = |texts: &[String], text: &str| texts.iter().any(|t| t == text);
+    assert!(has(&beyond_moon, "300°E") && !has(&beyond_moon, "0°E"), "{beyond_moon:?}");
+    assert!(has(&before_moon, "300°E") && has(&before_moon, "0°E"), "{before_moon:?}");
+}
+
 /// The lines of the ground lie on the body: the terminator where the Sun's centre is on the horizon, the equator where the camera maps its
 /// ground.
 #[test]

@@ -1,7 +1,8 @@
 //! Lines and texts over the image: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
 //! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
-//! other annotations; no text covers another; a body hides the texts on the sky behind it.
+//! other annotations; no text covers another; a body hides the texts on the sky and on other bodies
+//! behind it.
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
@@ -53,7 +54,8 @@ impl Annotations {
         let (star_texts, star_decision) = names.unzip();
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
-        let candidates: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
+        let own_texts = ground.texts.into_iter().filter(|t| body.is_some_and(|p| builder.is_seen_on(p, t)));
+        let candidates: Vec<_> = sky_texts.chain(own_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
             (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
