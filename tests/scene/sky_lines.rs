@@ -352,3 +352,24 @@ fn visible_stars_have_names() {
     assert!(scene(&at_stops(0.0, named)).line_texts.is_none(), "no star is visible at a daylight exposure");
     assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).line_texts.is_none());
 }
+
+/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb; eight pixels outside it has one.
+#[test]
+fn a_body_hides_the_names_of_the_stars_behind_it() {
+    const MOON_RADIUS_KM: f64 = 1737.4;
+    let spica = SESSION.catalog().stars().hip(65_474).expect("in the catalog").direction.normalize();
+    let right = spica.cross(DVec3::Z).normalize();
+    let has_name = |beyond_limb_px: f64| {
+        let request = ViewRequest {
+            exposure: orrery::scene::request::ExposureRequest::Stops(19.0),
+            ..towards(spica, 10.0, Layers { stars: true, star_names: true, ..Layers::NONE })
+        };
+        let pixel_rad = 2.0 * f64::to_radians(5.0).tan() / f64::from(request.height);
+        // The Moon is 20 of its radii away, to the left of the star.
+        let (sin, cos) = (f64::asin(1.0 / 20.0) + beyond_limb_px * pixel_rad).sin_cos();
+        let offset_km = -20.0 * MOON_RADIUS_KM * (spica * cos - right * sin);
+        let built = scene(&ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, ..request });
+        built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica"))
+    };
+    assert!(!has_name(-8.0) && has_name(8.0));
+}
