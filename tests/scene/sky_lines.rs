@@ -353,13 +353,16 @@ fn visible_stars_have_names() {
     assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).line_texts.is_none());
 }
 
-/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb; eight pixels outside it has one.
+/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb, and no click selects it; eight
+/// pixels outside it has one.
 #[test]
 fn a_body_hides_the_names_of_the_stars_behind_it() {
     const MOON_RADIUS_KM: f64 = 1737.4;
-    let spica = SESSION.catalog().stars().hip(65_474).expect("in the catalog").direction.normalize();
+    let index = SESSION.catalog().stars().index_of_hip(65_474).expect("in the catalog");
+    let spica = SESSION.catalog().stars().stars()[index].direction.normalize();
     let right = spica.cross(DVec3::Z).normalize();
-    let has_name = |beyond_limb_px: f64| {
+    // Whether the star has a name, and whether a click outside the limb selects it.
+    let shown = |beyond_limb_px: f64| {
         let request = ViewRequest {
             exposure: orrery::scene::request::ExposureRequest::Stops(19.0),
             ..towards(spica, 10.0, Layers { stars: true, star_names: true, ..Layers::NONE })
@@ -369,7 +372,8 @@ fn a_body_hides_the_names_of_the_stars_behind_it() {
         let (sin, cos) = (f64::asin(1.0 / 20.0) + beyond_limb_px * pixel_rad).sin_cos();
         let offset_km = -20.0 * MOON_RADIUS_KM * (spica * cos - right * sin);
         let built = scene(&ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, ..request });
-        built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica"))
+        let selected = orrery::scene::labels::star_at(&built, DVec2::new(260.0, 200.0)) == Some(index);
+        (built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica")), selected)
     };
-    assert!(!has_name(-8.0) && has_name(8.0));
+    assert_eq!((shown(-8.0), shown(8.0)), ((false, false), (true, true)));
 }
