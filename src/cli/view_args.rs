@@ -68,7 +68,7 @@ pub(crate) struct ViewArgs {
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
     /// sites), +caption, +scale-bar, +compass, +outline (of the selected body, else of the target), +bloom; +minor-planets, +comets (with a marker on each body too faint to be seen);
     /// +bright-stars (bright enough to be seen, whatever the exposure); +star-names, +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator
-    /// (of the target), +eclipse-path (umbra and penumbra on the target, and where the shadow goes), +eclipse-cones (the same in space); +instruments (fields of view around the target);
+    /// (of each body), +eclipse-path (umbra and penumbra on each body, and where the shadow goes), +eclipse-cones (shadows in space, on the target and its own); +instruments (fields of view around the target);
     /// -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,

@@ -4,7 +4,7 @@
 //! nearest side meets the ground. The gap is exact: the greatest distance between the spheroid and a plane that touches the cone along a side.
 
 use super::numeric::minimum;
-use crate::scene::eclipse::shadow_cone::under_unit_sphere;
+use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
 use glam::DVec3;
 
 /// The Earth in GCRS axes.
@@ -35,13 +35,13 @@ impl Spheroid {
     /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
     pub(crate) fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        under_unit_sphere(p, d).1
+        nearest_point_and_half_chord_sq(p, d).1
     }
 
     /// Where that line meets the surface: of the two points the one farther along `direction`.
     pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        let (foot, half_squared) = under_unit_sphere(p, d);
+        let (foot, half_squared) = nearest_point_and_half_chord_sq(p, d);
         (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
     }
 

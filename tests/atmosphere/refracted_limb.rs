@@ -119,7 +119,7 @@ fn light_past_the_limb(distance_km: f64, sun_km: f64, separation: f64) -> [f64; 
                 }
             }
         }
-        // Haze and clouds as in src/scene/eclipse/air.rs, which gives their sources.
+        // Haze and clouds as in src/scene/eclipse/refraction.rs, which gives their sources.
         let path_km = |top: f64| 2.0 * ((radius_km + top).powi(2) - (radius_km + height).powi(2)).max(0.0).sqrt();
         let clear_of_clouds: f64 = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)]
             .map(|(top, cover): (f64, f64)| (1.0 - cover).powf(path_km(top) / 300.0))

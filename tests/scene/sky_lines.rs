@@ -225,6 +225,29 @@ fn each_body_in_sight_has_its_own_lines() {
     assert_eq!(scene(&far).ground_lines.iter().map(|(id, _)| *id).collect::<Vec<_>>(), []);
 }
 
+/// The Moon hides the coordinates of the Earth's grid that lie behind it. They are shown where the Moon is behind the camera.
+#[test]
+fn a_body_hides_the_coordinates_on_the_body_behind_it() {
+    let texts = |distance_radii: f64, fov_deg: f64| {
+        let request = ViewRequest {
+            position: Position::Over { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
+            fov_deg: Some(fov_deg),
+            width: 500,
+            height: 500,
+            layers: only("grid-body"),
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-04-08T12:00:00Z").expect("a time"))
+        };
+        let layer = scene(&request).line_texts.expect("coordinates");
+        layer.texts.into_iter().map(|t| t.text).collect::<Vec<_>>()
+    };
+    // The Moon is 56 radii from the Earth, in front of the middle of its disc, where the label of the meridian 0 is. The Moon's own meridian 0 is on its
+    // side that faces the Earth, which the camera does not see.
+    let [beyond_moon, before_moon] = [texts(120.0, 1.2), texts(50.0, 2.9)];
+    let has = |texts: &[String], text: &str| texts.iter().any(|t| t == text);
+    assert!(has(&beyond_moon, "300°E") && !has(&beyond_moon, "0°E"), "{beyond_moon:?}");
+    assert!(has(&before_moon, "300°E") && has(&before_moon, "0°E"), "{before_moon:?}");
+}
+
 /// The lines of the ground lie on the body: the terminator where the Sun's centre is on the horizon, the equator where the camera maps its
 /// ground.
 #[test]
@@ -328,4 +351,29 @@ fn visible_stars_have_names() {
     }
     assert!(scene(&at_stops(0.0, named)).line_texts.is_none(), "no star is visible at a daylight exposure");
     assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).line_texts.is_none());
+}
+
+/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb, and no click selects it; eight
+/// pixels outside it has one.
+#[test]
+fn a_body_hides_the_names_of_the_stars_behind_it() {
+    const MOON_RADIUS_KM: f64 = 1737.4;
+    let index = SESSION.catalog().stars().index_of_hip(65_474).expect("in the catalog");
+    let spica = SESSION.catalog().stars().stars()[index].direction.normalize();
+    let right = spica.cross(DVec3::Z).normalize();
+    // Whether the star has a name, and whether a click outside the limb selects it.
+    let shown = |beyond_limb_px: f64| {
+        let request = ViewRequest {
+            exposure: orrery::scene::request::ExposureRequest::Stops(19.0),
+            ..towards(spica, 10.0, Layers { stars: true, star_names: true, ..Layers::NONE })
+        };
+        let pixel_rad = 2.0 * f64::to_radians(5.0).tan() / f64::from(request.height);
+        // The Moon is 20 of its radii away, to the left of the star.
+        let (sin, cos) = (f64::asin(1.0 / 20.0) + beyond_limb_px * pixel_rad).sin_cos();
+        let offset_km = -20.0 * MOON_RADIUS_KM * (spica * cos - right * sin);
+        let built = scene(&ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, ..request });
+        let selected = orrery::scene::labels::star_at(&built, DVec2::new(260.0, 200.0)) == Some(index);
+        (built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica")), selected)
+    };
+    assert_eq!((shown(-8.0), shown(8.0)), ((false, false), (true, true)));
 }

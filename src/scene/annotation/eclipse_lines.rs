@@ -1,7 +1,8 @@
-//! Eclipse lines of the target: outlines and paths of shadows on its ground, and shadow cones in space.
+//! Eclipse lines: outlines and paths of shadows on the ground of a body, and the target's shadow cones in space.
 //!
-//! In: the placed target and the bodies between it and the Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
-//! (`eclipse::shadow_cone`); no line is drawn on the night side. Cones are depth-tested against the bodies. Ignores relief and shape models.
+//! In: a placed body and the bodies between it and the Sun. Out: line segments and decisions. Always: the geometry is that of the drawn shadow
+//! (`eclipse::shadow_cone`); outlines are on the day side, and so is each point of a path at the time when the shadow passes it. Cones
+//! are depth-tested against the bodies. Ignores relief and shape models.
 
 use crate::message::{Argument, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;

@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.05;
 /// Chords per arc: few, so that the ends of an orbit, where it curves on the screen, do not divide its straight parts.
 pub(crate) const CHORDS_PER_ARC: u32 = 4;
-/// Half of an orbit's length in pixels at which the orbit starts to appear, and at which it is opaque.
+/// [`size_on_screen_px`] at which an orbit starts to appear, and at which it is opaque.
 pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Maximum number of halvings: an arc of an orbit of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
@@ -136,8 +136,8 @@ impl Conic {
     }
 }
 
-/// Half the orbit's length on the screen in pixels, for a camera outside the orbit; an orbit around the camera counts as large as the frame.
-pub(crate) fn half_length_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
+/// [`Conic::size_km`] in pixels at the distance of an ellipse's centre, or of the body on an open path; an orbit nearer than its size counts as at that distance.
+pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
@@ -246,7 +246,7 @@ impl ArcSubdivision<'_> {
 
 /// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
 pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
-    let opacity = opacity * smoothstep((half_length_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
+    let opacity = opacity * smoothstep((size_on_screen_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
     if opacity <= 0.0 || !body_km.is_finite() {
         return Vec::new();
     }

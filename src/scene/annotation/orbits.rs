@@ -6,7 +6,7 @@
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
 use crate::message::{Reason, reason};
-use crate::scene::annotation::orbit_arcs::{Conic, FADE_PX, OrbitArc, arcs, half_length_px};
+use crate::scene::annotation::orbit_arcs::{Conic, FADE_PX, OrbitArc, arcs, size_on_screen_px};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::numeric::smoothstep;
@@ -64,7 +64,7 @@ pub(crate) fn line(
         return not_drawn(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
     }
     let all = arcs(camera, &conic, placed.placement.centre_km, OPACITY * remaining, line_colour(placed.body));
-    let size_px = half_length_px(camera, &conic, placed.placement.centre_km);
+    let size_px = size_on_screen_px(camera, &conic, placed.placement.centre_km);
     let reason = match all.len() {
         0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), threshold = FADE_PX.0),
         0 => reason!("outside-frame"),

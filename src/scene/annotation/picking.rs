@@ -8,17 +8,17 @@ use crate::scene::annotation::labels::Label;
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
 use crate::scene::in_view::{Appearance, BodyInView};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// Largest distance of a click from the centre of the body or star that it selects, pixels.
 pub const CLICK_RADIUS_PX: f64 = 14.0;
 
-/// The star that a click at `at_px` selects: the brightest within the click radius, as an index into the star catalog.
+/// The star that a click at `at_px` selects: the brightest within the click radius that no body hides, as an index into the star catalog.
 pub fn star_at(scene: &Scene, at_px: DVec2) -> Option<usize> {
     // Converts the click from the screen to the image, rather than every star from the image to the screen.
     let at_px = scene.geometry.image_of_screen(at_px)?;
     let in_reach = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
-    in_reach.filter(|s| s.star.is_some()).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
+    in_reach.filter(|s| s.star.is_some() && !is_hidden(scene, s)).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
 /// The centre of the small body or star that a click selects, else the click's own position.
@@ -33,6 +33,14 @@ pub fn snapped_px(labels: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
     let in_image = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
     scene.geometry.screen_of_image(in_image)
+}
+
+/// Whether a body covers the centre of a sprite.
+fn is_hidden(scene: &Scene, sprite: &StarSprite) -> bool {
+    let at_px = scene.geometry.screen_of_image(sprite_px(scene, sprite));
+    let direction = at_px.and_then(|px| scene.geometry.direction(&scene.camera, px));
+    let covers = |b: &BodyInView, d: DVec3| !b.placement.camera_is_inside() && b.placement.surface_along(d).is_some();
+    direction.is_some_and(|d| scene.bodies.iter().any(|b| covers(b, d)))
 }
 
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {

@@ -1,7 +1,7 @@
 //! Proper names of stars beside their sprites.
 //!
 //! In: the stars of a frame. Out: texts, brightest stars first, each at the right of its star; `line_texts` decides which of them fit. Only stars that the
-//! exposure shows have a name.
+//! exposure shows and that no body hides have a name.
 
 use crate::catalog::stars::{Star, star_name};
 use crate::message::reason;
@@ -14,13 +14,20 @@ use glam::{DVec2, DVec3};
 
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
-/// Names of the stars of a frame, and a decision that reports their number. `size_px`: height of glyphs.
-pub(crate) fn star_names(camera: &Camera, sprites: &[StarSprite], stars: &[Star], size_px: f64) -> (Vec<SkyText>, Decision) {
+/// Names of the stars of a frame, and a decision that reports their number. `size_px`: height of glyphs. `is_hidden`: whether a body covers a pixel.
+pub(crate) fn star_names(
+    camera: &Camera,
+    sprites: &[StarSprite],
+    stars: &[Star],
+    size_px: f64,
+    is_hidden: impl Fn(DVec2) -> bool,
+) -> (Vec<SkyText>, Decision) {
     let metrics = LabelMetrics::of_size(size_px);
     let named = sprites.iter().filter_map(|sprite| {
         let star = stars.get(sprite.star?)?;
+        let name = star_name(star.hip)?;
         let at_px = camera.pixel_from_clip(sprite.centre.truncate().as_dvec2());
-        Some((star.v_magnitude, star_name(star.hip)?, at_px))
+        (!is_hidden(at_px)).then_some((star.v_magnitude, name, at_px))
     });
     let mut named: Vec<_> = named.collect();
     named.sort_by(|a, b| a.0.total_cmp(&b.0));

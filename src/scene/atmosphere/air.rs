@@ -38,7 +38,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// The Sun's altitude in degrees, and the radiance for which images of ground and sky on the Earth are exposed: chosen by eye.
+/// The Sun's altitude in degrees, and the radiance per irradiance by the Sun for which images of ground and sky on the Earth are exposed: chosen by eye.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -125,14 +125,14 @@ pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
     vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
-/// Height of the camera above a body's ground, in kilometres of its equatorial radius.
+/// Height of the camera above a body's ground: that in the unit-sphere frame times the equatorial radius; 0 below the ground.
 pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
 
 /// Part of the air's vertical opacity that is below a camera at this height: 1 above the air, where a camera sees what one in space sees. It is exactly 0 below
-/// the height at which the part reaches [`VISIBLE_CHANGE`], tens of metres, so that the ground is seen as through all of the air; it rises continuously from
-/// there.
+/// the height at which the part reaches [`VISIBLE_CHANGE`] (tens of metres on the Earth), so that the ground is seen as through all of the air; from there it
+/// rises continuously.
 pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     if height_km >= air.top_km {
         return 1.0;

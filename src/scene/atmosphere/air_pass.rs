@@ -33,8 +33,8 @@ fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
 }
 
 /// Whether every penumbra covers some texels; a smaller one could lie between texels unnoticed. Texels are marked from two texels (8 pixels) inside the limb.
-/// There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 4 pixels wide across
-/// the limb: one texel. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
+/// There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8 pixels wide across
+/// the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
 fn shows_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }

@@ -25,8 +25,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Largest distance in pixels between the points where a view ray meets the deck and the ground. Clouds drawn with the ground share the ground's eclipse
-/// shadow, so the shadow's edge on them is displaced by at most this distance.
+/// Largest height of the deck above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
+/// shadow's edge on them is displaced by about this distance, and by more under a low Sun.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
 /// Whether the ground's draw also shows the clouds where it reads the coarse image of the air, which saves a second intersection, map coordinates and air.

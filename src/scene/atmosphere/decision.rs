@@ -91,7 +91,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         );
         log.record("air-rim", !rim_is_left_out, reason);
     }
-    chosen.thin_rim = !camera_is_inside && rim.is_averaged();
+    chosen.averaged_rim = !camera_is_inside && rim.is_averaged();
     let features = chosen.sky_features(body, inputs.pixel_view());
     if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.record("air-over-ground", false, reason!("air-in-colours"));

@@ -1,9 +1,9 @@
 //! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
-//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder [`FACTORS_PER_OCCLUDER`] factors on the table
-//! of [`crate::scene::atmosphere::multi_scatter_table`]: a row of factors over the distance from the occluder's limb in solar radii for each of [`HEIGHTS`]
-//! heights, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on a
-//! straight path through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is
+//! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder the square roots of [`FACTORS_PER_OCCLUDER`]
+//! factors on the table of [`crate::scene::atmosphere::multi_scatter_table`]: for each of [`HEIGHTS`] heights a row over the distance from the occluder's
+//! limb in solar radii, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on
+//! a straight path through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is
 //! multiplied by the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors
 //! are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light,
 //! and under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and
@@ -49,8 +49,8 @@ const ORDERS: usize = 4;
 const MAX_RESCATTERED: f64 = 0.98;
 /// Distance beyond which no light is spread into a shadow: about seven mean free paths of red light at the Earth's ground.
 const MAX_DISTANCE_KM: f64 = 600.0;
-/// Lower limit of the sine of the Sun's altitude; under a lower Sun the shadow leaves the planet.
-const MIN_SUN_SINE: f64 = 0.05;
+/// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
+const MIN_SUN_COSINE: f64 = 0.05;
 /// Samples of the visible fraction of the Sun across the occluder's limb.
 const EDGE_NODES: usize = 96;
 /// Annuli of the Sun's disc.
@@ -77,7 +77,7 @@ impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
-        // The point where the axis meets the ground or passes nearest to it.
+        // The coordinate along the axis of the point where the shadow's centre line meets the ground or passes nearest to it.
         let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
         let depth = position.z - along;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
@@ -92,7 +92,7 @@ impl Shadow {
         let visible_sun = (0..EDGE_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
             .collect();
-        let sun_cosine = along.max(MIN_SUN_SINE);
+        let sun_cosine = along.max(MIN_SUN_COSINE);
         Some(Self {
             occluder_radius,
             km_per_solar_radius,

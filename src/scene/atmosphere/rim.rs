@@ -1,7 +1,7 @@
 //! The rim of air beyond the limb: its height in pixels, its light relative to that of the body, and what follows for its draw.
 //!
 //! In: a body, its air, its diameter in pixels and its phase angle. Out: [`Rim`]. The light decides on a rim less than half a pixel high: it is left out only if
-//! it adds less than [`MIN_LIGHT_PART`] of the body's light at this phase, which for crescents is little.
+//! it adds less than [`MIN_LIGHT_PART`] of the body's light at this phase. A crescent has little light, so its rim is kept.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, scattering};
@@ -25,8 +25,8 @@ const AVERAGED_LIGHT_PART: f64 = 0.1;
 const BRIGHT_HEIGHTS: f64 = 4.0;
 /// Heights at which the light of the rim is summed.
 const STEPS: usize = 64;
-/// Ratio of all light scattered by the rim to the light scattered once. Where the rim is bright it is opaque along the limb, and the Earth's has 1.8 times the
-/// light scattered once.
+/// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's has a ratio
+/// of 1.8.
 const ALL_ORDERS: f64 = 2.0;
 
 /// The rim of a body's air as seen from outside.

@@ -1,7 +1,8 @@
 //! Lines and texts over the image: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
 //! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
-//! other annotations; no text covers another; a body hides the texts on the sky behind it.
+//! other annotations; no text covers another; a body hides the texts on the sky and on other bodies
+//! behind it.
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
@@ -49,11 +50,14 @@ impl Annotations {
         let others: Vec<(&PlacedBody<'_>, AnnotationLines)> =
             others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
         let instruments = builder.instrument_frames(size_px);
-        let names = request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px));
+        let is_hidden = |at_px: DVec2| builder.is_covered(at_px);
+        let names =
+            request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px, is_hidden));
         let (star_texts, star_decision) = names.unzip();
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
-        let candidates: Vec<_> = sky_texts.chain(ground.texts).chain(other_texts).chain(instruments.texts).collect();
+        let own_texts = ground.texts.into_iter().filter(|t| body.is_some_and(|p| builder.is_seen_on(p, t)));
+        let candidates: Vec<_> = sky_texts.chain(own_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
             (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), size_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
@@ -86,6 +90,12 @@ impl<'a> SceneBuilder<'a> {
         let nearest =
             self.placed.iter().filter(|p| !self.is_inside(p.body)).filter(covers).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
         nearest.is_some_and(|p| p.body.id == body.body.id)
+    }
+
+    /// Whether any body, including the one that the viewer stands on, covers a pixel.
+    fn is_covered(&self, at_px: DVec2) -> bool {
+        let covers = |p: &PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, at_px).is_some();
+        self.placed.iter().any(|p| !self.is_inside(p.body) && covers(p))
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height

@@ -10,7 +10,7 @@ use glam::{DMat2, DVec2, DVec3};
 /// The outline of a body in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
-    /// Entirely in front of the camera: the ellipse's bounding box and its area in pixels, neither clipped to the frame.
+    /// Entirely in front of the camera: the ellipse's bounding box in clip coordinates, and its area in pixels; neither is clipped to the frame.
     Ellipse { bounds: ClipRect, area_px: f64 },
     /// The tangent cone extends behind the camera and into the frame: the outline is open, and any pixel may show the body.
     Open,

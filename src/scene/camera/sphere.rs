@@ -92,7 +92,8 @@ impl SphereImage {
         let off_axis = direction.truncate().length();
         let from_middle = if self.is_fisheye() {
             let angle = off_axis.atan2(direction.z);
-            let radial = if off_axis > 0.0 { direction.truncate() / off_axis } else { DVec2::ZERO };
+            // The direction opposite to the axis is the entire edge of a fisheye of 360 degrees; one of its pixels is as good as any.
+            let radial = if off_axis > 0.0 { direction.truncate() / off_axis } else { DVec2::Y };
             (angle <= self.half_fov_rad).then_some(radial * angle)?
         } else {
             DVec2::new(direction.x.atan2(direction.z), direction.y.atan2(direction.x.hypot(direction.z)))
@@ -193,6 +194,9 @@ mod tests {
         assert!((dome.pixel(DVec3::Y).expect("in") - DVec2::new(100.0, 0.0)).length() < 1e-9);
         assert!((dome.pixel(DVec3::X).expect("in") - DVec2::new(200.0, 100.0)).length() < 1e-9);
         assert_eq!(dome.pixel(DVec3::new(1.0, 0.0, -0.01)), None);
+        let whole = image(Projection::Fisheye, 360.0, 200, 200);
+        assert_eq!(whole.pixel(DVec3::Z), Some(DVec2::splat(100.0)));
+        assert!((whole.pixel(-DVec3::Z).expect("in") - DVec2::new(100.0, 0.0)).length() < 1e-9, "opposite to the middle");
         let sphere = image(Projection::Equirectangular, 0.0, 400, 200);
         assert!((sphere.pixel(DVec3::X).expect("in") - DVec2::new(300.0, 100.0)).length() < 1e-9);
         assert!((sphere.pixel(DVec3::new(0.0, 1.0, 1.0)).expect("in") - DVec2::new(200.0, 50.0)).length() < 1e-9);

@@ -46,7 +46,7 @@ pub(crate) struct Divided<T> {
     pub in_image: Vec<T>,
 }
 
-/// Divides a sprite of a face between face and image.
+/// Projects a sprite of a face into the image, or leaves it to the face.
 fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux: Vec3, white: f64) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();

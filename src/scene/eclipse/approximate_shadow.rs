@@ -18,8 +18,8 @@
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
-use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
+use crate::scene::eclipse::refraction;
 use crate::units::GOLDEN_ANGLE_RAD;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
@@ -45,7 +45,7 @@ pub(crate) struct ApproximateShadow<'a> {
     axis: Axis,
     /// The refracting layers of the first occluder's air. `None` if the model leaves out refraction, or if that air does not refract light. Where air refracts,
     /// `occluders::choose_eclipse_model` moves its body to the first place.
-    layers: Option<air::RefractingLayers>,
+    layers: Option<refraction::RefractingLayers>,
 }
 
 impl<'a> ApproximateShadow<'a> {
@@ -53,14 +53,14 @@ impl<'a> ApproximateShadow<'a> {
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
-        let bending_fraction = |o: &Occluder<'_>| air::bending_fraction(o.along, axis.sun_distance);
-        let layers = first.and_then(|o| air::layers(o.body, receiver.radius_km(), o.semi_axes.x, bending_fraction(o)));
+        let bending_fraction = |o: &Occluder<'_>| refraction::bending_fraction(o.along, axis.sun_distance);
+        let layers = first.and_then(|o| refraction::layers(o.body, receiver.radius_km(), o.semi_axes.x, bending_fraction(o)));
         Some(Self { occluders, axis, layers })
     }
 
     /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
-        let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.along));
+        let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));
         let mut fraction = 1.0_f64;
         for (index, occluder) in self.occluders.iter().enumerate() {
             let depth = occluder.along - along;
@@ -98,7 +98,7 @@ impl<'a> ApproximateShadow<'a> {
     /// Mean fraction over the lit ground that a viewer sees. Weighted by the cosines of incidence and emission (Lambert); the receiver counts as a sphere, seen
     /// from a distance. `camera`: direction from the centre to the camera, body axes, of any length.
     pub(crate) fn mean(&self, camera: DVec3) -> f64 {
-        let to_sun = self.axis.along;
+        let to_sun = self.axis.sunward;
         let towards_camera = camera.normalize_or(to_sun);
         // The visible lit ground is a lune. `middle` is its middle, halfway between the directions to the Sun and to the camera; all three are at right angles
         // to `pole`. All points lie in the lune, so that a thin crescent gets as many as a full disc.
@@ -177,7 +177,7 @@ mod tests {
         fn misses(&self, offset_across: DVec2, point: DVec3, direction: DVec3) -> bool {
             let centre = self.axis.perpendicular_axes[0] * offset_across.x
                 + self.axis.perpendicular_axes[1] * offset_across.y
-                + self.axis.along * self.along;
+                + self.axis.sunward * self.along;
             let in_unit_sphere = |v: DVec3| (self.receiver_from_occluder.transpose() * v) / self.radii;
             let (origin, ray) = (in_unit_sphere(point - centre), in_unit_sphere(direction).normalize());
             origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
@@ -186,7 +186,7 @@ mod tests {
         /// The same fraction by rays to points of the Sun's disc, weighted by its limb darkening in green.
         fn by_rays(&self, offset_across: DVec2, point: DVec3) -> f64 {
             const RAYS: u32 = 1500;
-            let to_sun = self.axis.along * self.axis.sun_distance - point;
+            let to_sun = self.axis.sunward * self.axis.sun_distance - point;
             let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
             let (u1, u2) = limb_darkening(self.sun);
             let (mut total, mut visible) = (0.0, 0.0);
@@ -211,7 +211,7 @@ mod tests {
                 let radius_sq = (f64::from(k) + 0.5) / f64::from(POINTS);
                 let (on_disc, cosine) = (DVec2::from_angle(f64::from(k) * GOLDEN_ANGLE_RAD) * radius_sq.sqrt(), (1.0 - radius_sq).sqrt());
                 let point =
-                    self.axis.perpendicular_axes[0] * on_disc.x + self.axis.perpendicular_axes[1] * on_disc.y + self.axis.along * cosine;
+                    self.axis.perpendicular_axes[0] * on_disc.x + self.axis.perpendicular_axes[1] * on_disc.y + self.axis.sunward * cosine;
                 sum += cosine * self.by_rays(offset_across, point);
                 weights += cosine;
             }
@@ -222,15 +222,15 @@ mod tests {
         /// Sun was hidden, partly hidden and visible.
         fn largest_errors(&self) -> ([f64; 2], [u32; 3]) {
             let (mut errors, mut seen) = ([0.0_f64; 2], [0; 3]);
-            for point in [DVec3::ZERO, self.axis.along * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
-                let solar_radius = (self.along - point.dot(self.axis.along)) / self.axis.cot_sun_radius;
+            for point in [DVec3::ZERO, self.axis.sunward * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
+                let solar_radius = (self.along - point.dot(self.axis.sunward)) / self.axis.cot_sun_radius;
                 for direction in (0..12).map(|k| DVec2::from_angle(TAU * f64::from(k) / 12.0)) {
                     let offset_across = |distance: f64| self.axis.offset_across(point) + direction * distance;
                     // The distance at which the limb hides the Sun's centre, by bisection.
                     let (mut inside, mut outside) = (0.0, 2.0 * self.radii.max_element());
                     for _ in 0..50 {
                         let middle = 0.5 * (inside + outside);
-                        let to_sun = self.axis.along * self.axis.sun_distance - point;
+                        let to_sun = self.axis.sunward * self.axis.sun_distance - point;
                         if self.misses(offset_across(middle), point, to_sun) { outside = middle } else { inside = middle }
                     }
                     let beside_limb = (-16..=16).map(|k| inside + 0.1 * f64::from(k) * solar_radius);
@@ -296,7 +296,7 @@ mod tests {
                     let expected = passage.mean_by_rays(offset_across);
                     let occluders = [passage.occluder_at(offset_across)];
                     let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun);
-                    let error = -2.5 * (shadow.expect("an occluder").mean(passage.axis.along) / expected).log10();
+                    let error = -2.5 * (shadow.expect("an occluder").mean(passage.axis.sunward) / expected).log10();
                     println!("{ids:?}: {expected:.4} of the light, off by {error:.3} magnitudes");
                     let bound = if expected > 0.4 { 0.1 } else { 0.75 };
                     assert!(expected < 0.05 || error.abs() < bound, "{ids:?}: {expected} of the light, off by {error} magnitudes");
@@ -311,7 +311,7 @@ mod tests {
     fn camera(axis: &Axis, phase_deg: f64, azimuth: f64) -> DVec3 {
         let (sin, cos) = phase_deg.to_radians().sin_cos();
         let across = DVec2::from_angle(azimuth);
-        axis.along * cos + (axis.perpendicular_axes[0] * across.x + axis.perpendicular_axes[1] * across.y) * sin
+        axis.sunward * cos + (axis.perpendicular_axes[0] * across.x + axis.perpendicular_axes[1] * across.y) * sin
     }
 
     #[test]
@@ -362,7 +362,7 @@ mod tests {
                         for k in 0..points {
                             let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(points);
                             let point = (DVec2::from_angle(f64::from(k) * GOLDEN_ANGLE_RAD) * (1.0 - z * z).sqrt()).extend(z);
-                            let weight = point.dot(passage.axis.along).max(0.0) * point.dot(camera).max(0.0);
+                            let weight = point.dot(passage.axis.sunward).max(0.0) * point.dot(camera).max(0.0);
                             if weight > 0.0 {
                                 sunlight += shadow.sunlight_fraction(point) * weight;
                                 weights += weight;

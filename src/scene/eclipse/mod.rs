@@ -1,20 +1,20 @@
 //! Eclipses: the occluders of the Sun, the model of their shadows, its uniforms, and refraction by an occluder's atmosphere.
 
-pub(crate) mod air;
 pub mod approximate_shadow;
 pub(crate) mod decision;
 pub mod occluders;
 pub mod refracted_limb;
+pub(crate) mod refraction;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
 pub mod shadow_region;
 pub(crate) mod sun_occluders;
 pub mod uniforms;
 
-pub use air::LAYERS as REFRACTING_LAYERS;
 pub use occluders::{
     EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, choose_eclipse_model, find, limb_darkening,
     max_occluders, select_occluders,
 };
+pub use refraction::LAYERS as REFRACTING_LAYERS;
 pub use shadow_region::ReceiverShape;
 pub(crate) use uniforms::uniforms_of_occluders;

@@ -10,7 +10,7 @@ use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
-use crate::scene::eclipse::air as refraction;
+use crate::scene::eclipse::refraction;
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape, ShadowRegion};
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use crate::time::Instant;
@@ -58,8 +58,9 @@ impl<'a> Receiver<'a> {
 /// The axis from the receiver's centre to the Sun's centre, in body axes; lengths in the receiver's equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
-    /// Unit vector to the Sun, then two unit vectors perpendicular to it.
-    pub(crate) along: DVec3,
+    /// Unit vector to the Sun's centre.
+    pub(crate) sunward: DVec3,
+    /// Unit vectors perpendicular to it and to each other.
     pub(crate) perpendicular_axes: [DVec3; 2],
     pub(crate) sun_distance: f64,
     /// Cotangent of the Sun's angular radius.
@@ -75,10 +76,10 @@ impl Axis {
         if sun_distance.partial_cmp(&sun_radius) != Some(std::cmp::Ordering::Greater) {
             return None;
         }
-        let along = to_sun / sun_distance;
-        let (x, y) = along.any_orthonormal_pair();
+        let sunward = to_sun / sun_distance;
+        let (x, y) = sunward.any_orthonormal_pair();
         let cot_sun_radius = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
-        Some(Self { along, perpendicular_axes: [x, y], sun_distance, cot_sun_radius })
+        Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_radius })
     }
 
     /// Coordinates of a vector across the axis.
@@ -95,7 +96,7 @@ const STRAIGHT_PATH_S: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
-    /// Position of its centre: coordinates across the axis, and distance along the axis.
+    /// Position of its centre: coordinates across the axis, and distance along the axis from the receiver's centre.
     pub(crate) offset_across: DVec2,
     pub(crate) along: f64,
     /// Unit vector along the outline's major axis.
@@ -122,7 +123,7 @@ fn centre_over_mean(sun: &Body) -> f64 {
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
 
-/// The extent of a receiver: the points that may be lit, and how the viewer sees them.
+/// The points of a receiver that sunlight may reach, and how the viewer sees them.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceiverExtent {
     /// Farthest lit point from the centre, equatorial radii: 1 for the ground, more with air, clouds or rings.
@@ -264,7 +265,7 @@ impl<'a> Occluder<'a> {
             ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
         };
         let centre = receiver.apparent_offset(position_km - receiver.position_km);
-        let (along, offset_across) = (centre.dot(axis.along), axis.offset_across(centre));
+        let (along, offset_across) = (centre.dot(axis.sunward), axis.offset_across(centre));
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
@@ -281,12 +282,12 @@ impl<'a> Occluder<'a> {
         Self { max_obscuration, has_umbra, ..self.clone() }
     }
 
-    /// Radius of the penumbra at the receiver.
+    /// Radius of the penumbra at the receiver's side away from the Sun, where it is largest.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
         self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
-    /// Area of the occluder's cross section. Umbra and penumbra together block at most the sunlight on an area of this size.
+    /// Area of the occluder's outline. Umbra and penumbra together block at most the sunlight on an area of this size.
     fn shadow_area(&self) -> f64 {
         std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
@@ -302,8 +303,9 @@ impl<'a> Occluder<'a> {
         if let Some(frustum) = extent.frustum {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
-                + axis.along * self.along;
-            let region = ShadowRegion::of(centre, self.semi_axes.x, axis.along, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
+                + axis.sunward * self.along;
+            let region =
+                ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
@@ -327,12 +329,12 @@ impl<'a> Occluder<'a> {
         let radius = self.penumbra_radius(axis, extent.max_radius) + 0.03;
         let towards = camera / distance;
         let horizon = 1.0 / distance - 0.03 - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
-        let sunward = (axis.along / axis_ratios).normalize();
+        let sunward_in_unit_sphere = (axis.sunward / axis_ratios).normalize();
         // The lit point at an offset across the axis, or the nearest one of the outline, in the frame in which the receiver is the unit sphere.
         let lit_point = |offset_across: DVec2| {
             let point = (axis.perpendicular_axes[0] * offset_across.x + axis.perpendicular_axes[1] * offset_across.y) / axis_ratios;
-            let foot = (point - sunward * point.dot(sunward)).clamp_length_max(1.0);
-            foot + sunward * (1.0 - foot.length_squared()).max(0.0).sqrt()
+            let foot = (point - sunward_in_unit_sphere * point.dot(sunward_in_unit_sphere)).clamp_length_max(1.0);
+            foot + sunward_in_unit_sphere * (1.0 - foot.length_squared()).max(0.0).sqrt()
         };
         let is_visible = |offset_across: DVec2| {
             let point = lit_point(offset_across);
@@ -419,15 +421,15 @@ mod tests {
         for axis_ratios in [DVec3::ONE, DVec3::new(1.0, 1.0, 0.902), DVec3::new(1.0, 0.88, 0.7)] {
             let (mut seen, mut left_out_of_sphere, mut hidden, mut left_out) = (0, 0, 0, 0);
             for _ in 0..20_000 {
-                let along = random.direction();
-                let (x, y) = along.any_orthonormal_pair();
-                let axis = Axis { along, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
+                let sunward = random.direction();
+                let (x, y) = sunward.any_orthonormal_pair();
+                let axis = Axis { sunward, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
                 let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
                 let extent =
                     ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel: 0.0 };
                 let on_sphere = random.direction();
                 let (point, normal) = (on_sphere * axis_ratios, (on_sphere / axis_ratios).normalize());
-                if normal.dot(along) < 0.02 {
+                if normal.dot(sunward) < 0.02 {
                     continue;
                 }
                 let semi_axes = DVec2::splat(0.0126);
@@ -439,7 +441,7 @@ mod tests {
                 let cos_emission = normal.dot((camera - point).normalize());
                 if cos_emission > 0.02 {
                     seen += 1;
-                    assert!(is_visible(axis_ratios), "{axis_ratios}: {point} seen from {camera}, lit from {along}");
+                    assert!(is_visible(axis_ratios), "{axis_ratios}: {point} seen from {camera}, lit from {sunward}");
                     left_out_of_sphere += u32::from(!is_visible(DVec3::ONE));
                 } else if cos_emission < -0.5 {
                     hidden += 1;

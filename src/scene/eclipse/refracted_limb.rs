@@ -1,7 +1,7 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
 //!
 //! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
-//! layers are those of the `refracted` eclipse (eclipse/air.rs): integrated over the sky of a point, the light of the bright ring around the body equals the
+//! layers are those of the `refracted` eclipse (eclipse/refraction.rs): integrated over the sky of a point, the light of the bright ring around the body equals the
 //! light that the eclipse model gives to this point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc, drawn there along straight
 //! rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
 //! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
@@ -13,8 +13,8 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
-use crate::scene::eclipse::air::{self, RefractingLayers};
 use crate::scene::eclipse::occluders::limb_darkening;
+use crate::scene::eclipse::refraction::{self, RefractingLayers};
 use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::photometry;
@@ -148,10 +148,10 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     if placed.distance_km <= 0.0 || sun.distance_km <= placed.distance_km || camera_is_inside(placed) {
         return Vec::new();
     }
-    let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), air::bending_fraction(placed.distance_km, sun.distance_km));
+    let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), refraction::bending_fraction(placed.distance_km, sun.distance_km));
     let is_possible = 2.0 * geometry.limb_radius >= BLEND_TO_PX * pixel_rad
-        && air::max_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
-    let Some(layers) = is_possible.then(|| air::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
+        && refraction::max_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
+    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
     };
     let to_body = placed.placement.centre_km / placed.distance_km;
@@ -242,7 +242,7 @@ pub(crate) fn limbs(
 ) -> Vec<RefractedLimb> {
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
-    for p in placed.iter().filter(|p| air::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
+    for p in placed.iter().filter(|p| refraction::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
         let is_disc = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
         let Some(report) = reports.iter_mut().find(is_disc) else { continue };
         let own_effects = request.effects.for_catalog_body(p.body);
@@ -251,8 +251,8 @@ pub(crate) fn limbs(
             report.decisions.push(Decision { effect: Effect::RefractedLimb.name(), on, reason, stated_error: None });
             on
         };
-        let bending_fraction = air::bending_fraction(p.distance_km, sun.distance_km);
-        let bending = air::max_bending(p.body, bending_fraction);
+        let bending_fraction = refraction::bending_fraction(p.distance_km, sun.distance_km);
+        let bending = refraction::max_bending(p.body, bending_fraction);
         let geometry = LimbGeometry::of(p, sun);
         let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some(reason!("eclipse-no-bending")),
@@ -272,7 +272,7 @@ pub(crate) fn limbs(
         // the limb crosses.
         let layers = bending
             .filter(|bending| geometry.may_show_sun(p, *bending))
-            .and_then(|_| air::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
+            .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
         let tint = tint(p.placement.centre_km);
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {

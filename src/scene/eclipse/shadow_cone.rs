@@ -55,7 +55,7 @@ const OUTLINE_INTERVALS: u32 = 360;
 
 /// The point of a line nearest to the centre of the unit sphere, and the square of half the line's chord in the sphere: positive where the line meets the
 /// sphere, negative where it misses. `along`: unit vector.
-pub(crate) fn under_unit_sphere(point: DVec3, along: DVec3) -> (DVec3, f64) {
+pub(crate) fn nearest_point_and_half_chord_sq(point: DVec3, along: DVec3) -> (DVec3, f64) {
     let foot = point - along * point.dot(along);
     (foot, 1.0 - foot.length_squared())
 }
@@ -74,7 +74,7 @@ impl ShadowCone {
     }
 
     fn in_body_axes(&self, offset_across: DVec2, along: f64) -> DVec3 {
-        self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.along * along
+        self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.sunward * along
     }
 
     /// The generating line that touches the outline at an angle about the axis, counted from the lit body's north.
@@ -96,7 +96,7 @@ impl ShadowCone {
     /// The line through the centres of the Sun and the occluder.
     pub(crate) fn axis_line(&self) -> ConeLine {
         let from = self.in_body_axes(self.offset_across, self.along);
-        ConeLine { from, along: (from - self.axis.along * self.axis.sun_distance).normalize() }
+        ConeLine { from, along: (from - self.axis.sunward * self.axis.sun_distance).normalize() }
     }
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
@@ -119,13 +119,13 @@ impl ShadowCone {
     /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
     pub(crate) fn half_chord_sq(&self, line: ConeLine) -> f64 {
         let (point, along) = self.in_unit_sphere(line);
-        under_unit_sphere(point, along).1
+        nearest_point_and_half_chord_sq(point, along).1
     }
 
     /// Where the line first meets the ground behind the occluder, on the unit sphere; `None` if it misses.
     pub(crate) fn ground_point(&self, line: ConeLine) -> Option<DVec3> {
         let (point, along) = self.in_unit_sphere(line);
-        let (foot, half_chord_sq) = under_unit_sphere(point, along);
+        let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(point, along);
         let entry = foot - along * half_chord_sq.max(0.0).sqrt();
         (half_chord_sq >= 0.0 && (entry - point).dot(along) > 0.0).then(|| entry.normalize())
     }
@@ -207,7 +207,7 @@ mod tests {
             [(399, 301, "2024-04-08T18:17:16Z"), (599, 501, "2024-12-07T20:00:00Z"), (301, 399, "2025-03-14T07:00:00Z")]
         {
             with_cone(receiver, occluder, time, |cone, sun_radius| {
-                let sun = cone.axis.along * cone.axis.sun_distance;
+                let sun = cone.axis.sunward * cone.axis.sun_distance;
                 let distance = |line: ConeLine, point: DVec3| (point - line.from).cross(line.along).length();
                 for kind in [ConeKind::Umbra, ConeKind::Penumbra] {
                     for k in 0..24 {
@@ -242,7 +242,7 @@ mod tests {
             for end in penumbra.iter().flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]) {
                 // There the Sun is on the horizon, to within its angular radius of a quarter of a degree.
                 let normal = (end / cone.axis_ratios).normalize();
-                assert!(normal.dot(cone.axis.along).abs() < 0.006, "{}", normal.dot(cone.axis.along));
+                assert!(normal.dot(cone.axis.sunward).abs() < 0.006, "{}", normal.dot(cone.axis.sunward));
             }
         });
         with_cone(399, 301, "2024-04-08T14:00:00Z", |cone, _| {

@@ -36,9 +36,9 @@ pub(crate) struct ShadowPath {
     pub middle: Instant,
 }
 
-/// Cache key: two bodies and the middle of a passage, TDB seconds.
+/// Cache key: the bodies of a passage, and its middle in TDB seconds past J2000.
 #[derive(Debug)]
-struct Passage {
+struct PassageKey {
     radii_km: [DVec3; 3],
     ids: [i32; 2],
     middle_s: f64,
@@ -46,7 +46,7 @@ struct Passage {
 
 /// A cache of the paths computed most recently.
 #[derive(Debug)]
-pub(crate) struct ShadowPaths(Memo<Passage, Arc<ShadowPath>>);
+pub(crate) struct ShadowPaths(Memo<PassageKey, Arc<ShadowPath>>);
 
 impl Default for ShadowPaths {
     fn default() -> Self {
@@ -65,15 +65,15 @@ impl ShadowPaths {
     ) -> Option<Arc<ShadowPath>> {
         let geometry = PassageGeometry { ephemeris, sun, receiver, occluder };
         let (middle_s, half_s) = geometry.passage()?;
-        let passage = Passage {
+        let key = PassageKey {
             radii_km: [sun.radii_km, receiver.body.radii_km, occluder.body.radii_km],
             ids: [receiver.body.id.0, occluder.body.id.0],
             middle_s: receiver.time.tdb_seconds_past_j2000() + middle_s,
         };
-        let is_same_passage = |cached: &Passage, requested: &Passage| {
+        let is_same_passage = |cached: &PassageKey, requested: &PassageKey| {
             cached.ids == requested.ids && cached.radii_km == requested.radii_km && (cached.middle_s - requested.middle_s).abs() < 60.0
         };
-        Some(self.0.get_compatible(is_same_passage, passage, || Arc::new(geometry.path(middle_s, half_s))))
+        Some(self.0.get_compatible(is_same_passage, key, || Arc::new(geometry.path(middle_s, half_s))))
     }
 }
 
@@ -149,7 +149,8 @@ impl PassageGeometry<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The points of the umbra's outline where its motion over the ground is tangential to the outline: the left and the right one of the motion, seen from above.
+    /// The points of the umbra's outline where its motion over the ground is tangential to the outline: the one on the left of the motion, seen from above, then
+    /// the one on its right.
     fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));

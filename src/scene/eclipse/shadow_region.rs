@@ -8,7 +8,8 @@ use glam::{DVec2, DVec3};
 
 /// Pixels by which the frustum is widened on each side, because a pixel at the edge also shows what lies just outside.
 const MARGIN_PX: f64 = 2.0;
-/// Factor on the penumbra's radius. A cone around two spheres is wider than the sum of the radii by the square of the Sun's angular radius.
+/// Factor on the penumbra's radius: the cone that touches Sun and occluder is wider than `radius + behind * widening`, by a part of about the square of the
+/// Sun's angular radius.
 const RADIUS_MARGIN: f64 = 1.001;
 
 /// The image's frustum in a receiver's axes and equatorial radii.

@@ -7,8 +7,8 @@ use crate::catalog::Body;
 use crate::scene::camera;
 use crate::scene::draw::features::EclipseModel;
 use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::air;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_darkening};
+use crate::scene::eclipse::refraction;
 use glam::{DVec2, DVec3, Vec2};
 
 /// Uniforms of the occluders for a model.
@@ -41,8 +41,8 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
     };
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
-            let fraction = air::bending_fraction(first.along, axis.sun_distance);
-            air::layers(first.body, receiver.radius_km(), (first.semi_axes.x * first.semi_axes.y).sqrt(), fraction)
+            let fraction = refraction::bending_fraction(first.along, axis.sun_distance);
+            refraction::layers(first.body, receiver.radius_km(), (first.semi_axes.x * first.semi_axes.y).sqrt(), fraction)
         }
         _ => None,
     };
@@ -55,7 +55,7 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
     let edges = layers.as_ref().map_or(&[][..], |l| &l.edges);
     let transmittances = layers.as_ref().map_or(&[][..], |l| &l.transmittances);
     EclipseUniforms {
-        axis: narrow4(axis.along, 1.0 / axis.sun_distance),
+        axis: narrow4(axis.sunward, 1.0 / axis.sun_distance),
         perpendicular_axes: [
             narrow4(axis.perpendicular_axes[0], axis.cot_sun_radius),
             narrow4(axis.perpendicular_axes[1], axis.cot_sun_radius / axis.sun_distance),

@@ -95,7 +95,7 @@ pub struct FeatureSelection {
     /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
     pub thin_crescent: bool,
     /// Whether the draw of the air beyond the limb averages its light over each pixel.
-    pub thin_rim: bool,
+    pub averaged_rim: bool,
 }
 
 impl FeatureSelection {
@@ -243,7 +243,7 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
-            thin_limb: self.thin_rim,
+            thin_limb: self.averaged_rim,
             lights: 1,
             air_pass: AirPass::None,
             ..ground

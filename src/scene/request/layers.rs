@@ -84,13 +84,13 @@ layers! {
     grid_galactic: "grid-galactic" false,
     /// Azimuth and altitude, if the camera stands on the ground.
     grid_horizon: "grid-horizon" false,
-    /// Longitude and planetographic latitude on the target.
+    /// Longitude and planetographic latitude on each body.
     grid_body: "grid-body" false,
-    /// The terminator of the target: where the Sun's centre is on the horizon.
+    /// The terminator of each body: where the Sun's centre is on the horizon.
     terminator: "terminator" false,
-    /// Outlines of umbra and penumbra of the target's occluders on its ground, and their paths.
+    /// Outlines of umbra and penumbra on the ground of each body, and their paths.
     eclipse_path: "eclipse-path" false,
-    /// Shadow cones in space: those of the occluders and the target's own.
+    /// Shadow cones in space: those of the target's occluders and the target's own.
     eclipse_cones: "eclipse-cones" false,
     /// Fields of view of the catalog's instruments, around the target.
     instruments: "instruments" false,

@@ -29,7 +29,7 @@ const CLOUD_FIELD_KM: f64 = 300.0;
 pub(crate) struct RefractingLayers {
     /// Height of the top of the highest layer.
     pub top: f64,
-    /// For each layer: radius and bending angle (radians) at the lower edge, then at the upper edge.
+    /// For each layer: radius, and bending angle times `bending_fraction` (radians), at the lower edge, then both at the upper edge.
     pub edges: Vec<DVec4>,
     pub transmittances: Vec<DVec3>,
 }
@@ -39,9 +39,10 @@ impl RefractingLayers {
     /// point, in solar radii; `depth`: distance behind the occluder; `scale`: solar radii per unit of length.
     pub(crate) fn light(&self, separation: f64, depth: f64, scale: f64) -> f64 {
         let layer = |(edge, transmittance): (&DVec4, &DVec3)| {
-            let ring = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
-            // The fraction of the ring's circumference that lies on the Sun's disc.
-            let cosine = (ring * ring + separation * separation - 1.0) / (2.0 * ring * separation).max(1e-9);
+            // As seen from the point, the layer's light left the Sun on a circle about the occluder's centre, of this radius in solar radii.
+            let radius = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
+            // The fraction of the circle's circumference that lies on the Sun's disc.
+            let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
             (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittance.to_array())
         };
@@ -60,7 +61,7 @@ pub(crate) fn bending_fraction(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
-/// The largest bending angle in [`layers`], radians: that of the ray that grazes the ground. `None` if it is unknown.
+/// The largest angle in [`RefractingLayers::edges`], radians: that of the ray that grazes the ground. `None` if it is unknown.
 pub(crate) fn max_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
     Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * bending_fraction)
