@@ -6,6 +6,8 @@
 
 mod bind;
 mod double_loops;
+#[cfg(target_arch = "x86_64")]
+mod lane_masks;
 mod textures;
 mod uniform_words;
 
@@ -208,7 +210,7 @@ impl<R: Real> Executor<R> {
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
-            return unsafe { textures::mask_avx2(lanes) };
+            return unsafe { lane_masks::mask_avx2(lanes) };
         }
         let mut bits = 0u128;
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
@@ -228,7 +230,7 @@ impl<R: Real> Executor<R> {
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
-            return unsafe { textures::is_any_set_avx2(lanes) };
+            return unsafe { lane_masks::is_any_set_avx2(lanes) };
         }
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = lanes.as_chunks::<{ kernels::CHUNK }>();
