@@ -80,7 +80,7 @@ pub(super) struct EntryPoints {
 #[derive(Debug)]
 struct DecodedModules {
     by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
-    /// How often the modules were forgotten. A thread that meanwhile decodes a module, without the lock, may have fetched it before the change of its source.
+    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before such a call may have the old source; it is not kept.
     times_forgotten: u64,
 }
 

@@ -125,7 +125,7 @@ impl<R: Real> Executor<R> {
     /// Binds the program to the kernels of this process's class.
     ///
     /// # Errors
-    /// A program with an index out of range (see [`Program::check`]).
+    /// As [`Executor::with_class`].
     pub fn new(program: &Program) -> Result<Self, String> {
         Self::with_class(program, KernelClass::detect())
     }
@@ -133,7 +133,8 @@ impl<R: Real> Executor<R> {
     /// Binds the program to the kernels of a class, which must be available on this machine.
     ///
     /// # Errors
-    /// A program with an index out of range, or a class that this machine lacks.
+    /// A program with an index out of range (see [`Program::check`]), a chain that has no kernel, an operation without operands, or a class that this
+    /// machine lacks.
     pub fn with_class(program: &Program, class: KernelClass) -> Result<Self, String> {
         Ok(Self::of(Arc::new(BoundProgram::new(program, class)?)))
     }
@@ -299,9 +300,10 @@ impl<R: Real> Executor<R> {
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `double_loops` only
-            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
-            // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
-            // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
+            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an
+            // operand of the same kernel, and scratch slots are written by broadcasts, whose operand is a register, or by chains, which alternate
+            // between two slots, so nothing overlaps `dst`. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the
+            // kernel is available (`BoundProgram::new`).
             unsafe {
                 #[allow(
                     clippy::transmute_ptr_to_ref,
