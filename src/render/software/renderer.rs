@@ -4,7 +4,7 @@
 //! image does not depend on the number of threads. A module's tape is decoded once and cached. The renderer has its own thread pool.
 
 use super::RenderError;
-use super::exec::KeptBinding;
+use super::exec::KernelBinding;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
@@ -58,12 +58,12 @@ impl Default for Options {
 #[derive(Debug)]
 pub(super) struct EntryPoint {
     pub program: Program,
-    binding: KeptBinding,
+    kernel_binding: KernelBinding,
 }
 
 impl From<Program> for EntryPoint {
     fn from(program: Program) -> Self {
-        Self { program, binding: KeptBinding::default() }
+        Self { program, kernel_binding: KernelBinding::default() }
     }
 }
 
@@ -294,9 +294,9 @@ impl SoftwareRenderer {
     ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images = HashMap::new();
         let class = self.options.kernels;
-        let mut stage = |EntryPoint { program, binding }: &'a EntryPoint| {
+        let mut stage = |EntryPoint { program, kernel_binding }: &'a EntryPoint| {
             let textures = textures_of(draw, program, outputs, &mut images, class)?;
-            let bound = binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
+            let bound = kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
             Ok(TapeStage::new(program, bound, &draw.uniform_bytes, Box::new(textures), class))
         };
         let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));

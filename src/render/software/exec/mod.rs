@@ -17,7 +17,7 @@ use super::math::Real;
 use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
-pub(crate) use bind::KeptBinding;
+pub(crate) use bind::KernelBinding;
 use bind::{BoundStep, KernelStep, MaskLocation, ScalarStep, TextureRead, UniformLoad};
 use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
@@ -61,8 +61,8 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that a scalar instruction writes, and its new value. `fused`: whether multiply-adds round once; `read`: the value of a register.
-fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
+/// The register that a scalar instruction writes, and its new value. `has_fma`: whether multiply-adds round once; `read`: the value of a register.
+fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
         Operand::Slot(_) => R::ZERO,
@@ -70,7 +70,7 @@ fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: imp
     match instr {
         Instr::Scalar { op, dst, args } => {
             let arg = |k: usize| args.get(k).map_or(R::ZERO, read);
-            Some((usize::from(*dst), kernels::eval(*op, fused, arg(0), arg(1), arg(2))))
+            Some((usize::from(*dst), kernels::eval(*op, has_fma, arg(0), arg(1), arg(2))))
         }
         Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
             let i = index.as_ref().map_or(0, |o| read(o).lane_bits());
@@ -274,7 +274,7 @@ impl<R: Real> Executor<R> {
             // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `double_loops` only exchanges
             // verified ones.
             unsafe {
-                registers.add(step.dst as usize).write((step.run)(
+                registers.add(step.dst as usize).write((step.function)(
                     registers.add(a).read(),
                     registers.add(b).read(),
                     registers.add(c).read(),
@@ -310,7 +310,7 @@ impl<R: Real> Executor<R> {
                     reason = "`&mut *pointer` is checked at run time in debug builds, which takes as long as the kernel"
                 )]
                 let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(kernel.dst as usize));
-                (kernel.run)(dst, base, operand_offsets.add(kernel.operands as usize));
+                (kernel.function)(dst, base, operand_offsets.add(kernel.first_operand as usize));
             }
         }
     }
