@@ -38,7 +38,7 @@ pub enum Precision {
     F64,
 }
 
-/// Settings of a renderer. They change the image at most by rounding.
+/// Settings of a renderer. They change the image at most by rounding, of values and of vertex positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Number of threads; 0: one per logical CPU.

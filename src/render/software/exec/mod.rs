@@ -114,7 +114,7 @@ pub struct Executor<R: Real> {
     hit_loop_limit: bool,
 }
 
-/// Number of instructions and texture reads of a run; each is one operation over all lanes.
+/// Number of instructions and texture reads of a run, each over all lanes. A chain is one instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExecutionCounts {
     pub instructions: u32,

@@ -76,9 +76,9 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     }
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // From a step to a later one with the same id no loop variable is assigned that a product between them reads, so its factors may be read at the
-    // addition. A jump starts a new id; its label restores the id before it. After a loop this may be an id of its body, but no product of the body is
-    // read there.
+    // Between two steps with the same id, no loop variable is assigned that a product at the first step reads, so that its factors may be read at the
+    // second step instead. A jump starts a new id, because what follows may be skipped; its label restores the id before the jump. After a loop this may
+    // be an id of its body, but no product of the body is read there.
     let mut straight_line_id = 0u32;
     // The id before each jump whose label has not been reached, with that label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();

@@ -132,7 +132,7 @@ impl Lowerer<'_> {
                 for (leaf_offset, kind) in leaves {
                     let index = dynamic.map(|word_index| (word_index, words_to_end.saturating_sub(leaf_offset / 4)));
                     let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.uniform(word, offset + leaf_offset, index));
+                    all.push(self.builder.load_uniform(word, offset + leaf_offset, index));
                 }
                 Ok(all)
             }
