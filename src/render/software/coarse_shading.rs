@@ -1,8 +1,9 @@
 //! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
 //!
 //! In: a draw whose plan permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), one triangle over a part of a tile. Out: its light
-//! added to that part. Always: the points' second differences bound the error, to a 500th of the light: 0.25 of a level of 255 at white, less in the dark.
-//! Where they are larger, as near the Sun and where the light ends, nothing is drawn, and every pixel is shaded. Not here: which light is smooth (scene).
+//! added to that part. Always: the error is at most a 500th of the light (0.25 of a level of 255 at white, less in the dark), because the second differences
+//! between points are bounded. Where they exceed the bound, as near the Sun and where the light ends, nothing is drawn, and every pixel is shaded. Not here:
+//! which light is smooth (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -196,6 +197,7 @@ impl InterpolatedLight {
         let [r, g, b] = self.source;
         [&self.block[r], &self.block[g], &self.block[b]]
     }
+
     /// Shades the points of a part of the tile and adds the light to its blocks. `first`: the part's first quad. Returns false, and draws nothing, if the light
     /// is not smooth.
     fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {

@@ -2,17 +2,18 @@
 //! after the last assignment.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
-//! pixel or its red is NaN there. Of a mesh only the nearest triangle is drawn. The module is lowered again with its named values as outputs;
+//! pixel or its red is NaN there. Of a mesh only the visible triangle is drawn. The module is lowered again with its named values as outputs;
 //! rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};
 use super::lower::{FIRST_NAMED_LOCATION, lower_for_inspection};
 use super::math::Real;
-use super::nearest_triangle::nearest_triangle;
+use super::nearest_triangle::nearest_triangles;
 use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
-use super::renderer::{EntryPoints, Precision, SoftwareRenderer};
+use super::raster::setup::VertexGrid;
+use super::renderer::{BoundStages, EntryPoints, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
@@ -37,7 +38,7 @@ impl SoftwareRenderer {
     /// Runs a draw of an image of `size` at the centre of one pixel.
     ///
     /// # Errors
-    /// As [`SoftwareRenderer::render`].
+    /// As [`SoftwareRenderer::render`]; also if the draw reads the image of another pass, because no other pass is executed.
     pub fn pixel_values(
         &self,
         draw: &PlanDraw,
@@ -55,8 +56,8 @@ impl SoftwareRenderer {
         &self,
         draw: &PlanDraw,
         modules: &impl ModuleProvider,
-        [width, height]: [u32; 2],
-        [x, y]: [u32; 2],
+        size: [u32; 2],
+        pixel @ [x, y]: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
         let module_error = |what: String| RenderError::Module { draw: draw.label.clone(), what };
         let module = modules.module(&draw.module).map_err(|e| module_error(e.to_string()))?;
@@ -68,35 +69,15 @@ impl SoftwareRenderer {
         }
         let entry_points = EntryPoints { vertex: without_named_outputs(vertex).into(), fragment: fragment.program.into(), tone_map: None };
         let bound = self.bind::<R>(draw, &entry_points, &[])?;
-        let single_pixel = PlanDraw {
-            vertices: nearest_triangle(draw, &bound.vertex, [width, height], [x, y])?.unwrap_or_else(|| draw.vertices.clone()),
-            scissor: [x, y, x + 1, y + 1],
-            blend: Blend::Replace,
-            shading_rate: ShadingRate::PerPixel,
-            depth: DepthState { test: false, write: false },
-            ..draw.clone()
-        };
-        let pass = Pass {
-            name: "pixel",
-            width,
-            height,
-            format: ColourFormat::Hdr,
-            samples: 1,
-            clear: [f32::NAN; 4],
-            depth: false,
-            draws: vec![single_pixel],
-        };
-        // The scissor leaves one quad, so the pixel is one of the first four lanes.
-        let lane = (y % 2 * 2 + x % 2) as usize;
-        let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
-        let (image, _) =
-            execute(&pass, &[DrawStages { vertex: &bound.vertex, vertex_grid: self.options().vertex_grid, fragment: &recording }])?;
-        let PassImage::Float(pixels) = image else { return Ok(None) };
-        // The pixel still has the clear colour: it was not covered, or was discarded. A draw whose red is NaN cannot be told from these.
-        if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
-            return Ok(None);
+        let candidates = nearest_triangles(draw, &bound.vertex, size, pixel)?.unwrap_or_else(|| vec![draw.vertices.clone()]);
+        let mut recorded = None;
+        for vertices in candidates {
+            recorded = fragment_outputs(PlanDraw { vertices, ..draw.clone() }, &bound, self.options().vertex_grid, size, pixel)?;
+            if recorded.is_some() {
+                break;
+            }
         }
-        let recorded = recording.recorded.into_inner();
+        let Some(recorded) = recorded else { return Ok(None) };
         let value = |k: usize| recorded.get(k).copied().unwrap_or(f64::NAN);
         let colour = [0, 1, 2, 3].map(|c| {
             let is_component = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
@@ -105,6 +86,43 @@ impl SoftwareRenderer {
         let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(value).collect() });
         Ok(Some(PixelValues { colour, values: values.collect() }))
     }
+}
+
+/// The outputs of a draw's fragment program at the centre of a pixel; `None` if the draw does not shade it, or its red is NaN there.
+fn fragment_outputs<R: Real>(
+    draw: PlanDraw,
+    bound: &BoundStages<'_, R>,
+    vertex_grid: VertexGrid,
+    [width, height]: [u32; 2],
+    [x, y]: [u32; 2],
+) -> Result<Option<Vec<f64>>, RenderError> {
+    let single_pixel = PlanDraw {
+        scissor: [x, y, x + 1, y + 1],
+        blend: Blend::Replace,
+        shading_rate: ShadingRate::PerPixel,
+        depth: DepthState { test: false, write: false },
+        ..draw
+    };
+    let pass = Pass {
+        name: "pixel",
+        width,
+        height,
+        format: ColourFormat::Hdr,
+        samples: 1,
+        clear: [f32::NAN; 4],
+        depth: false,
+        draws: vec![single_pixel],
+    };
+    // The scissor leaves one quad, so the pixel is one of the first four lanes.
+    let lane = (y % 2 * 2 + x % 2) as usize;
+    let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
+    let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, vertex_grid, fragment: &recording }])?;
+    let PassImage::Float(pixels) = image else { return Ok(None) };
+    // The pixel still has the clear colour: it was not covered, or was discarded. A draw whose red is NaN cannot be told from these.
+    if pixels.get((y * width + x) as usize).is_none_or(|p| p[0].is_nan()) {
+        return Ok(None);
+    }
+    Ok(Some(recording.recorded.into_inner()))
 }
 
 /// The program without the outputs that were added for named values.

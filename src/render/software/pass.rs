@@ -32,7 +32,7 @@ use std::time::Instant;
 /// Centres of a tile's pixels.
 static PIXEL_CENTRES: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
 
-/// The stages of one draw, bound to its uniforms and textures, and the grid of the vertices between them.
+/// The stages of one draw, bound to its uniforms and textures, and the grid to which vertices are rounded between them.
 pub struct DrawStages<'a, R: Real> {
     pub vertex: &'a dyn LaneProgram<R>,
     pub vertex_grid: VertexGrid,
@@ -294,7 +294,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
 /// The state in which one thread runs one fragment program.
 type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
-/// A thread's buffers for one pass.
+/// Buffers for drawing tiles of one pass.
 struct PassWorker<'a, R: Real> {
     target: TileTarget,
     /// One run per draw, started on first use.
@@ -321,7 +321,7 @@ impl<'a, R: Real> PassWorker<'a, R> {
     }
 }
 
-/// A thread's buffers, reused for all its tiles.
+/// Buffers for drawing tiles, used by one thread at a time.
 struct Worker<'a, R: Real> {
     first: PassWorker<'a, R>,
     /// Buffers of the fused second pass, and the state of its full-screen draw.

@@ -4,7 +4,7 @@
 //! image does not depend on the number of threads. A module's tape is decoded once and cached. The renderer has its own thread pool.
 
 use super::RenderError;
-use super::exec::KeptBinding;
+use super::exec::KernelBinding;
 use super::kernels::KernelClass;
 use super::lower::programs_from_bytes;
 use super::math::Real;
@@ -38,7 +38,7 @@ pub enum Precision {
     F64,
 }
 
-/// Settings of a renderer. They change the image at most by rounding.
+/// Settings of a renderer. They change the image at most by rounding, of values and of vertex positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Number of threads; 0: one per logical CPU.
@@ -58,12 +58,12 @@ impl Default for Options {
 #[derive(Debug)]
 pub(super) struct EntryPoint {
     pub program: Program,
-    binding: KeptBinding,
+    kernel_binding: KernelBinding,
 }
 
 impl From<Program> for EntryPoint {
     fn from(program: Program) -> Self {
-        Self { program, binding: KeptBinding::default() }
+        Self { program, kernel_binding: KernelBinding::default() }
     }
 }
 
@@ -80,7 +80,7 @@ pub(super) struct EntryPoints {
 #[derive(Debug)]
 struct DecodedModules {
     by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
-    /// How often the modules were forgotten. A thread that meanwhile decodes a module, without the lock, may have fetched it before the change of its source.
+    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before such a call may have the old source; it is not kept.
     times_forgotten: u64,
 }
 
@@ -294,9 +294,9 @@ impl SoftwareRenderer {
     ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images = HashMap::new();
         let class = self.options.kernels;
-        let mut stage = |EntryPoint { program, binding }: &'a EntryPoint| {
+        let mut stage = |EntryPoint { program, kernel_binding }: &'a EntryPoint| {
             let textures = textures_of(draw, program, outputs, &mut images, class)?;
-            let bound = binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
+            let bound = kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
             Ok(TapeStage::new(program, bound, &draw.uniform_bytes, Box::new(textures), class))
         };
         let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));

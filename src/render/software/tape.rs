@@ -111,7 +111,7 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// Like `LoadUniform` with one index per lane: the index is a slot.
+    /// Like `LoadUniform` with one index and one word per lane: `index` and `dst` are slots.
     GatherUniform {
         dst: u16,
         kind: WordKind,

@@ -153,7 +153,7 @@ impl TileTarget {
         self.write(rows, |colour| colour);
     }
 
-    /// Transposes channels into pixels in registers, because a compiler copies each pixel to the stack and back.
+    /// [`TileTarget::write_linear`] with AVX2: transposes channels into pixels in registers; compiled from `write`, each pixel is copied to the stack and back.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn write_linear_avx2(&self, rows: TileRows<'_, '_, [f32; 4]>) {

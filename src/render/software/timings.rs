@@ -19,9 +19,9 @@ pub struct PassTimings {
     pub setup_ms: f64,
     /// Wall time of sorting triangles into tiles.
     pub binning_ms: f64,
-    /// Coverage, fragment programs, depth and blending: summed over threads.
+    /// Coverage, fragment programs, depth and blending: summed over threads. Of two fused passes each has its own.
     pub shading_thread_ms: f64,
-    /// Resolve of the samples and conversion to the target's format: summed over threads.
+    /// Resolve of the samples and conversion to the target's format: summed over threads. The second of two fused passes has the time of both.
     pub resolve_thread_ms: f64,
     /// Wall time from the pass's start to its end; the first of two fused passes has the time of both.
     pub wall_ms: f64,

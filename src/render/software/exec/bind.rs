@@ -16,11 +16,11 @@ use std::sync::{Arc, OnceLock};
 
 /// A kernel ready to be called. Offsets count elements from the start of the arena.
 pub(crate) struct KernelStep<R> {
-    pub run: KernelFn<R>,
+    pub function: KernelFn<R>,
     /// Offset of the lanes that the kernel writes.
     pub dst: u32,
     /// Index in [`BoundProgram::operand_offsets`] of the kernel's first operand.
-    pub operands: u32,
+    pub first_operand: u32,
 }
 
 /// Four steps fit into a cache line.
@@ -28,7 +28,7 @@ const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
 
 /// An operation on registers, ready to be called. Registers are given by number.
 pub(crate) struct ScalarStep<R> {
-    pub run: ScalarFn<R>,
+    pub function: ScalarFn<R>,
     pub dst: u32,
     pub args: [u32; 3],
 }
@@ -154,7 +154,7 @@ impl<R: Real> BoundProgram<R> {
             Operand::Slot(s) => Ok(u32::from(s)),
             Operand::Reg(_) => Err("an output must be a lane value".to_owned()),
         };
-        let unbound = Self {
+        let without_steps = Self {
             steps: Vec::new(),
             kernels: Vec::with_capacity(program.lane_tape.len()),
             scalars: Vec::new(),
@@ -169,7 +169,7 @@ impl<R: Real> BoundProgram<R> {
         };
         let doubled = double_loops(program);
         debug_assert!(doubled.check().is_ok());
-        bind(&doubled, class, unbound)
+        bind(&doubled, class, without_steps)
     }
 
     /// Whether the program reads input `k`.
@@ -178,12 +178,12 @@ impl<R: Real> BoundProgram<R> {
     }
 }
 
-/// A program's binding, kept from frame to frame, because binding all programs takes a hundredth of a frame's instructions (the Earth with clouds).
+/// A program's binding to kernels, kept from frame to frame, because binding all programs takes a hundredth of a frame's instructions (the Earth with clouds).
 #[derive(Debug, Default)]
-pub(crate) struct KeptBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
+pub(crate) struct KernelBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 
-impl KeptBinding {
-    /// The binding of `program`, which is the same at every call, to a class.
+impl KernelBinding {
+    /// The program bound to a class. `program` must be the same at every call.
     ///
     /// # Errors
     /// As [`BoundProgram::new`].
@@ -200,10 +200,10 @@ impl KeptBinding {
     }
 }
 
-/// Binds the instructions of a program. `unbound`: the bound program without its steps.
-fn bind<R: Real>(program: &Program, class: KernelClass, unbound: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
-    let register_offset = unbound.first_register * LANES;
-    let mut binder = Binder { bound: unbound, class, first_scratch_slot: program.slots, register_offset, can_extend_run: false };
+/// Binds the instructions of a program. `without_steps`: the bound program, without its steps, kernels and other lists that they index.
+fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
+    let register_offset = without_steps.first_register * LANES;
+    let mut binder = Binder { bound: without_steps, class, first_scratch_slot: program.slots, register_offset, can_extend_run: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;
@@ -276,9 +276,9 @@ impl<R: Real> Binder<R> {
         slot * LANES as u32
     }
 
-    fn push_kernel(&mut self, run: KernelFn<R>, dst: u32, args: &[u32]) {
+    fn push_kernel(&mut self, function: KernelFn<R>, dst: u32, args: &[u32]) {
         let to = self.bound.kernels.len() as u32 + 1;
-        self.bound.kernels.push(KernelStep { run, dst, operands: self.bound.operand_offsets.len() as u32 });
+        self.bound.kernels.push(KernelStep { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
             Some(BoundStep::Kernels { to: run_end, instructions, .. }) if self.can_extend_run => {
@@ -339,7 +339,7 @@ impl<R: Real> Binder<R> {
         let first = args.first().ok_or("an operation without operands")?;
         let operand = |k: usize| args.get(k).unwrap_or(first);
         match R::specialised(self.class, op, [0, 1, 2].map(|k| is_per_lane(operand(k)))) {
-            Some(run) => self.push_kernel(run, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
+            Some(function) => self.push_kernel(function, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
             None => {
                 let mut scratch_used = 0;
                 let mut offsets = [Self::slot_offset(self.slot_of(first, &mut scratch_used)?); 3];
@@ -358,9 +358,9 @@ impl<R: Real> Binder<R> {
         let is_complete = args.len() == kernels::chains::operand_count(ops);
         let index = if is_complete { kernels::chains::find(ops, kinds) } else { None };
         let index = index.ok_or_else(|| format!("no kernel for the chain {ops:?} with these operands"))?;
-        if let Some(run) = R::chain_kernels(self.class).get(index) {
+        if let Some(function) = R::chain_kernels(self.class).get(index) {
             let offsets: Vec<u32> = args.iter().map(|o| self.offset(o)).collect();
-            self.push_kernel(*run, dst, &offsets);
+            self.push_kernel(*function, dst, &offsets);
             return Ok(());
         }
         let kernels_before = self.bound.kernels.len();
@@ -398,7 +398,7 @@ impl<R: Real> Binder<R> {
             Instr::FusedKernel { ops, dst, args } => self.bind_chain(ops, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register) as u32);
-                self.push_scalar(ScalarStep { run: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
+                self.push_scalar(ScalarStep { function: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
             }
             Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
                 let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };

@@ -1,16 +1,16 @@
 //! Doubles the body of an innermost loop, so that its variables need no copies.
 //!
-//! In: a checked program. Out: a checked program with the same results. Doubled is a loop that ends with copies and an unconditional jump back; a loop
-//! that ends with a test (lanes that leave separately, `do while`) keeps its copies. At the end of a loop's body, copies move the next value of each loop variable to
-//! the variable's place. In the second body the two places are exchanged, so both bodies run without these copies; only a jump out of the second
-//! body makes them. Always: a variable keeps its copy if another value may be read from its place or from that of its next value. Not here: the
-//! stored program, which has one body.
+//! In: a checked program. Out: a checked program with the same results. A place is a slot or a register. At the end of a loop's body, copies move the
+//! next value of each loop variable to the variable's place. In the second body the two places are exchanged, so both bodies run without these copies;
+//! only a jump out of the second body makes them. Only loops that end with copies and an unconditional jump back are doubled; a loop that ends with a
+//! test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if another value may be read from its place or
+//! from that of its next value. Not here: the stored program, which has one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
 use std::borrow::Cow;
 
-/// A loop variable without copies.
+/// The places of a loop variable and of its next value, between which no copy is needed.
 #[derive(Clone, Copy)]
 struct Pair {
     variable: Operand,

@@ -6,6 +6,8 @@
 
 mod bind;
 mod double_loops;
+#[cfg(target_arch = "x86_64")]
+mod lane_masks;
 mod textures;
 mod uniform_words;
 
@@ -15,7 +17,7 @@ use super::math::Real;
 use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
-pub(crate) use bind::KeptBinding;
+pub(crate) use bind::KernelBinding;
 use bind::{BoundStep, KernelStep, MaskLocation, ScalarStep, TextureRead, UniformLoad};
 use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
@@ -59,8 +61,8 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that a scalar instruction writes, and its new value. `fused`: whether multiply-adds round once; `read`: the value of a register.
-fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
+/// The register that a scalar instruction writes, and its new value. `has_fma`: whether multiply-adds round once; `read`: the value of a register.
+fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
         Operand::Slot(_) => R::ZERO,
@@ -68,7 +70,7 @@ fn evaluate_scalar<R: Real>(instr: &Instr, fused: bool, words: &[u32], read: imp
     match instr {
         Instr::Scalar { op, dst, args } => {
             let arg = |k: usize| args.get(k).map_or(R::ZERO, read);
-            Some((usize::from(*dst), kernels::eval(*op, fused, arg(0), arg(1), arg(2))))
+            Some((usize::from(*dst), kernels::eval(*op, has_fma, arg(0), arg(1), arg(2))))
         }
         Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
             let i = index.as_ref().map_or(0, |o| read(o).lane_bits());
@@ -112,7 +114,7 @@ pub struct Executor<R: Real> {
     hit_loop_limit: bool,
 }
 
-/// Number of instructions and texture reads of a run; each is one operation over all lanes.
+/// Number of instructions and texture reads of a run, each over all lanes. A chain is one instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExecutionCounts {
     pub instructions: u32,
@@ -123,7 +125,7 @@ impl<R: Real> Executor<R> {
     /// Binds the program to the kernels of this process's class.
     ///
     /// # Errors
-    /// A program with an index out of range (see [`Program::check`]).
+    /// As [`Executor::with_class`].
     pub fn new(program: &Program) -> Result<Self, String> {
         Self::with_class(program, KernelClass::detect())
     }
@@ -131,7 +133,8 @@ impl<R: Real> Executor<R> {
     /// Binds the program to the kernels of a class, which must be available on this machine.
     ///
     /// # Errors
-    /// A program with an index out of range, or a class that this machine lacks.
+    /// A program with an index out of range (see [`Program::check`]), a chain that has no kernel, an operation without operands, or a class that this
+    /// machine lacks.
     pub fn with_class(program: &Program, class: KernelClass) -> Result<Self, String> {
         Ok(Self::of(Arc::new(BoundProgram::new(program, class)?)))
     }
@@ -208,7 +211,7 @@ impl<R: Real> Executor<R> {
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
-            return unsafe { textures::mask_avx2(lanes) };
+            return unsafe { lane_masks::mask_avx2(lanes) };
         }
         let mut bits = 0u128;
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
@@ -228,7 +231,7 @@ impl<R: Real> Executor<R> {
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
-            return unsafe { textures::is_any_set_avx2(lanes) };
+            return unsafe { lane_masks::is_any_set_avx2(lanes) };
         }
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = lanes.as_chunks::<{ kernels::CHUNK }>();
@@ -271,7 +274,7 @@ impl<R: Real> Executor<R> {
             // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `double_loops` only exchanges
             // verified ones.
             unsafe {
-                registers.add(step.dst as usize).write((step.run)(
+                registers.add(step.dst as usize).write((step.function)(
                     registers.add(a).read(),
                     registers.add(b).read(),
                     registers.add(c).read(),
@@ -297,16 +300,17 @@ impl<R: Real> Executor<R> {
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `double_loops` only
-            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an operand of the same kernel, and scratch slots
-            // are written by broadcasts, whose operand is a register, or by chains, which alternate between two slots, so nothing overlaps `dst`.
-            // `operand_offsets` has as many entries as the kernel takes (bind). The class of the kernel is available (with_class).
+            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an
+            // operand of the same kernel, and scratch slots are written by broadcasts, whose operand is a register, or by chains, which alternate
+            // between two slots, so nothing overlaps `dst`. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the
+            // kernel is available (`BoundProgram::new`).
             unsafe {
                 #[allow(
                     clippy::transmute_ptr_to_ref,
                     reason = "`&mut *pointer` is checked at run time in debug builds, which takes as long as the kernel"
                 )]
                 let dst = std::mem::transmute::<*mut R, &mut [R; LANES]>(base.add(kernel.dst as usize));
-                (kernel.run)(dst, base, operand_offsets.add(kernel.operands as usize));
+                (kernel.function)(dst, base, operand_offsets.add(kernel.first_operand as usize));
             }
         }
     }

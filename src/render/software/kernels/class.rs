@@ -92,8 +92,8 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 ///
 /// These are methods of f32 and f64, because generic functions (some 2,000 kernels) would be compiled again in every program that uses this library.
 pub trait Kernels: Sized + 'static {
-    /// One operation on single values, for constant folding and operations on registers. `fused`: whether multiply-adds round once.
-    fn scalar(op: Op, fused: bool) -> ScalarFn<Self>;
+    /// One operation on single values, for constant folding and operations on registers. `has_fma`: whether multiply-adds round once.
+    fn scalar(op: Op, has_fma: bool) -> ScalarFn<Self>;
     /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
     /// on machines where the class is in [`KernelClass::available`].
     fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;

@@ -16,10 +16,10 @@ pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
 use operand::{KernelOperand, unchecked_ref};
 pub(crate) use ops::Eval;
 
-fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
+fn scalar_of<R: Real>(op: Op, has_fma: bool) -> ScalarFn<R> {
     macro_rules! arms {
         ($($name:ident $arity:literal,)*) => {
-            match (op, fused) {
+            match (op, has_fma) {
                 $((Op::$name, true) => ops::$name::eval::<R, true>,
                   (Op::$name, false) => ops::$name::eval::<R, false>,)*
             }
@@ -28,9 +28,9 @@ fn scalar_of<R: Real>(op: Op, fused: bool) -> ScalarFn<R> {
     with_ops!(arms)
 }
 
-/// Computes one operation on single values. `fused`: whether multiply-adds round once.
-pub fn eval<R: Real>(op: Op, fused: bool, a: R, b: R, c: R) -> R {
-    R::scalar(op, fused)(a, b, c)
+/// Computes one operation on single values. `has_fma`: whether multiply-adds round once.
+pub fn eval<R: Real>(op: Op, has_fma: bool, a: R, b: R, c: R) -> R {
+    R::scalar(op, has_fma)(a, b, c)
 }
 
 /// Computes one operation for `N` lanes. `A`, `B`, `C`: whether the operand has one value per lane.
@@ -85,7 +85,7 @@ macro_rules! nested {
 }
 
 macro_rules! class {
-    ($module:ident, $fused:literal, $(#[$feature:meta])*) => {
+    ($module:ident, $has_fma:literal, $(#[$feature:meta])*) => {
         mod $module {
             use super::*;
 
@@ -98,7 +98,7 @@ macro_rules! class {
                 // SAFETY: the caller guarantees it.
                 unsafe {
                     let (a, b, c) = (operand_at(base, offsets, 0), operand_at(base, offsets, 1), operand_at(base, offsets, 2));
-                    run_lanes::<O, R, LANES, A, B, C, $fused>(dst, a, b, c)
+                    run_lanes::<O, R, LANES, A, B, C, $has_fma>(dst, a, b, c)
                 }
             }
 
@@ -109,7 +109,7 @@ macro_rules! class {
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: the caller guarantees it.
-                unsafe { chains::run_lanes::<C, R, LANES, KINDS, $fused>(dst, base, offsets) }
+                unsafe { chains::run_lanes::<C, R, LANES, KINDS, $has_fma>(dst, base, offsets) }
             }
 
             /// # Safety
@@ -121,7 +121,7 @@ macro_rules! class {
                 for (k, chunk) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
                     let k = k * CHUNK;
                     // SAFETY: each chunk lies inside the lanes of the operands.
-                    unsafe { run_lanes::<O, R, CHUNK, true, true, true, $fused>(chunk, a.add(k), b.add(k), c.add(k)) }
+                    unsafe { run_lanes::<O, R, CHUNK, true, true, true, $has_fma>(chunk, a.add(k), b.add(k), c.add(k)) }
                 }
             }
 
@@ -263,8 +263,8 @@ macro_rules! kernels_of {
     ($t:ty, chain_kernels: |$class:ident| $chains:expr) => {
         impl Kernels for $t {
             #[inline(never)]
-            fn scalar(op: Op, fused: bool) -> ScalarFn<Self> {
-                scalar_of::<$t>(op, fused)
+            fn scalar(op: Op, has_fma: bool) -> ScalarFn<Self> {
+                scalar_of::<$t>(op, has_fma)
             }
             #[inline(never)]
             fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>> {

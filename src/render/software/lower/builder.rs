@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap as HashMap;
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Computation {
     Op(Op, SsaValues),
-    Uniform { offset: u32, count: u32, is_integer: bool, index: Option<SsaValue> },
+    UniformLoad { offset: u32, count: u32, is_integer: bool, index: Option<SsaValue> },
     TextureSize { texture: u16, axis: u8, level: SsaValue },
 }
 
@@ -285,15 +285,16 @@ impl SsaBuilder {
         }
     }
 
-    pub(crate) fn uniform(&mut self, kind: WordKind, offset: u32, index: Option<(SsaValue, u32)>) -> SsaValue {
+    /// Loads the word at byte `offset` of the uniform block; with `index` = (i, n), the i-th word from there, i clamped to n - 1.
+    pub(crate) fn load_uniform(&mut self, kind: WordKind, offset: u32, index: Option<(SsaValue, u32)>) -> SsaValue {
         let (index, count) = match index {
             Some((i, n)) => match self.known_int(i) {
-                Some(k) => return self.uniform(kind, offset + 4 * k.min(n.max(1) - 1), None),
+                Some(k) => return self.load_uniform(kind, offset + 4 * k.min(n.max(1) - 1), None),
                 None => (Some(i), n),
             },
             None => (None, 1),
         };
-        let key = Computation::Uniform { offset, count, is_integer: kind == WordKind::Int, index };
+        let key = Computation::UniformLoad { offset, count, is_integer: kind == WordKind::Int, index };
         if let Some(v) = self.find(&key) {
             return v;
         }

@@ -1,6 +1,6 @@
 //! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
 //!
-//! In: the steps after all other passes. Out: the same steps with chains, and with as few kernels as `kernels/chains.rs` allows. Always: a chain
+//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a chain
 //! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
 
 use super::step::{SsaStep, SsaValue, SsaValues, reads};

@@ -1,6 +1,6 @@
 //! Finds statements that need not run for discarded lanes.
 //!
-//! A discarded lane is still needed as a helper lane for derivatives. If the rest of a function computes no derivative, it is lowered for the
+//! A discarded lane is still needed as a helper lane for derivatives. If the rest of a block computes no derivative, it is lowered for the
 //! remaining lanes only: no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
 
 use super::lowerer::{DISCARDED, Lowerer};

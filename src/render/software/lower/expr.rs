@@ -2,7 +2,7 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::place::{scalar_kind_of, supported};
+use super::place::{scalar_kind_of, supported_kind};
 use super::step::SsaValue;
 use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
@@ -236,14 +236,14 @@ impl<'m> Lowerer<'m> {
     /// Scalar kind of a value, including a matrix.
     pub(crate) fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
-            TypeInner::Matrix { scalar, .. } => supported(*scalar, self.span),
+            TypeInner::Matrix { scalar, .. } => supported_kind(*scalar, self.span),
             other => scalar_kind_of(other, self.span),
         }
     }
 
     /// The element of a value at an index that may differ between lanes.
     fn select_element(&mut self, inner: &TypeInner, scalars: &[SsaValue], index: SsaValue) -> Result<Vec<SsaValue>> {
-        let count = self.children(inner)? as usize;
+        let count = self.child_count(inner)? as usize;
         let element_length = scalars.len() / count;
         if let Some(k) = self.builder.known_int(index) {
             let k = (k as usize).min(count - 1);
@@ -347,7 +347,7 @@ impl<'m> Lowerer<'m> {
         let from = self.kind_of_any(expr)?;
         let v = self.scalars_of(expr)?;
         if let Some(w) = width {
-            supported(naga::Scalar { kind, width: w }, self.span)?;
+            supported_kind(naga::Scalar { kind, width: w }, self.span)?;
         }
         let (zero_f, one_f) = (self.builder.float(0.0), self.builder.float(1.0));
         let (zero_i, one_i) = (self.builder.int(0), self.builder.int(1));

@@ -1,5 +1,5 @@
 //! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
-//! (`FusedKernel`), then allocation of slots (one value per lane) and registers (one value for all lanes) by live range.
+//! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
 //! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap; except a
@@ -76,9 +76,9 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     }
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // From a step to a later one with the same id no loop variable is assigned that a product between them reads, so its factors may be read at the
-    // addition. A jump starts a new id; its label restores the id before it. After a loop this may be an id of its body, but no product of the body is
-    // read there.
+    // Between two steps with the same id, no loop variable is assigned that a product at the first step reads, so that its factors may be read at the
+    // second step instead. A jump starts a new id, because what follows may be skipped; its label restores the id before the jump. After a loop this may
+    // be an id of its body, but no product of the body is read there.
     let mut straight_line_id = 0u32;
     // The id before each jump whose label has not been reached, with that label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
@@ -126,7 +126,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     });
 }
 
-/// Live range of every value: its first and last position, extended to the end of loops that use it.
+/// Live range of every value: its first and last position; the last is extended to the end of loops that use the value and start after its first.
 fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
@@ -156,7 +156,7 @@ fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> H
     ranges
 }
 
-/// Allocates slots, or registers.
+/// Allocates slots, or registers. Only slots are ever freed.
 struct SlotAllocator {
     free: Vec<u16>,
     count: u32,

@@ -9,11 +9,11 @@ use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
 pub(crate) fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
     let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
-    supported(scalar, span)
+    supported_kind(scalar, span)
 }
 
 /// The kind of a scalar of 32 bits or a boolean; an error for other widths.
-pub(crate) fn supported(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
+pub(crate) fn supported_kind(scalar: naga::Scalar, span: Span) -> Result<ScalarKind> {
     match (scalar.kind, scalar.width) {
         (ScalarKind::Float | ScalarKind::Sint | ScalarKind::Uint, 4) | (ScalarKind::Bool, _) => Ok(scalar.kind),
         (kind, width) => Err(LowerError::new(format!("{kind:?} of {} bits is not supported", 8 * u32::from(width)), span)),
@@ -71,7 +71,7 @@ impl Lowerer<'_> {
     }
 
     /// Number of children of a composite type.
-    pub(crate) fn children(&self, inner: &TypeInner) -> Result<u32> {
+    pub(crate) fn child_count(&self, inner: &TypeInner) -> Result<u32> {
         Ok(match inner {
             TypeInner::Vector { size, .. } => *size as u32,
             TypeInner::Matrix { columns, .. } => *columns as u32,
@@ -92,7 +92,7 @@ impl Lowerer<'_> {
 
     /// The place of the child at a computed index.
     pub(crate) fn place_indexed(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
-        let count = self.children(place.inner())?;
+        let count = self.child_count(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
             return self.place_child(place, k.min(count - 1));
         }
@@ -132,7 +132,7 @@ impl Lowerer<'_> {
                 for (leaf_offset, kind) in leaves {
                     let index = dynamic.map(|word_index| (word_index, words_to_end.saturating_sub(leaf_offset / 4)));
                     let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.uniform(word, offset + leaf_offset, index));
+                    all.push(self.builder.load_uniform(word, offset + leaf_offset, index));
                 }
                 Ok(all)
             }
@@ -187,10 +187,10 @@ impl Lowerer<'_> {
     /// Byte offset and kind of every scalar in a uniform of this type that starts at byte `start`.
     fn leaves(&self, inner: &TypeInner, start: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
-            out.push((start, supported(*s, self.span)?));
+            out.push((start, supported_kind(*s, self.span)?));
             return Ok(());
         }
-        for k in 0..self.children(inner)? {
+        for k in 0..self.child_count(inner)? {
             let (child, _, bytes) = self.child(inner, k)?;
             self.leaves(&child, start + bytes, out)?;
         }
@@ -207,14 +207,14 @@ impl Lowerer<'_> {
 
     fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<SsaValue>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
-            out.push(match supported(*s, self.span)? {
+            out.push(match supported_kind(*s, self.span)? {
                 ScalarKind::Float => self.builder.float(0.0),
                 ScalarKind::Bool => self.builder.bool(false),
                 _ => self.builder.int(0),
             });
             return Ok(());
         }
-        for k in 0..self.children(inner)? {
+        for k in 0..self.child_count(inner)? {
             let (child, _, _) = self.child(inner, k)?;
             self.zero_scalars(&child, out)?;
         }

@@ -196,8 +196,8 @@ pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
 
-/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x) must be accurate to 2^-32. Their length suffices for f32
-/// (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
+/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x), up to 2^7, needs 32 significant bits. Their length suffices
+/// for f32 (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;

@@ -1,0 +1,68 @@
+//! Tests of the lanes of a slot with AVX2: which lanes have any bit set, and whether any has.
+
+use super::{LANES, LaneMask};
+
+/// The lanes of which any bit is set.
+#[target_feature(enable = "avx2")]
+pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
+    use std::arch::x86_64::{
+        __m256i, _mm256_and_si256, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_set1_epi32, _mm256_setzero_si256,
+        _mm256_testc_si256,
+    };
+    // Usually every bit is set, because all lanes are active.
+    let mut all = _mm256_set1_epi32(-1);
+    for lanes in lanes.as_chunks::<8>().0 {
+        // SAFETY: an array and a register have eight words each.
+        all = _mm256_and_si256(all, unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) });
+    }
+    if _mm256_testc_si256(all, _mm256_set1_epi32(-1)) == 1 {
+        return LaneMask::MAX;
+    }
+    let mut zeros = [0u8; LANES / 8];
+    for (zeros, lanes) in zeros.iter_mut().zip(lanes.as_chunks::<8>().0) {
+        // SAFETY: an array and a register have eight words each.
+        let lanes = unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) };
+        *zeros = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, _mm256_setzero_si256()))) as u8;
+    }
+    !LaneMask::from_le_bytes(zeros)
+}
+
+/// Whether a bit is set in any lane. Usually one of the first 32 lanes has one, and the others are not read.
+#[target_feature(enable = "avx2")]
+pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
+    use std::arch::x86_64::{__m256i, _mm256_or_si256, _mm256_testz_si256};
+    for lanes in lanes.as_chunks::<32>().0 {
+        // SAFETY: a chunk and four registers have 32 words each.
+        let [a, b, c, d] = unsafe { std::mem::transmute::<[f32; 32], [__m256i; 4]>(*lanes) };
+        let any = _mm256_or_si256(_mm256_or_si256(a, b), _mm256_or_si256(c, d));
+        if _mm256_testz_si256(any, any) == 0 {
+            return true;
+        }
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_lane_with_any_bit_set_is_in_the_mask() {
+        if !is_x86_feature_detected!("avx2") {
+            return;
+        }
+        let all = f32::from_bits(u32::MAX);
+        // SAFETY: AVX2 was detected.
+        let mask = |lanes: &[f32; LANES]| unsafe { mask_avx2(lanes) };
+        assert_eq!(mask(&[all; LANES]), LaneMask::MAX);
+        assert_eq!(mask(&[0.0; LANES]), 0);
+        for lane in [0, 7, 64, LANES - 1] {
+            for (bits, is_set) in [(0, false), (1, true), (u32::MAX, true)] {
+                let mut lanes = [all; LANES];
+                lanes[lane] = f32::from_bits(bits);
+                let others = LaneMask::MAX ^ 1 << lane;
+                assert_eq!(mask(&lanes), if is_set { LaneMask::MAX } else { others }, "lane {lane}, bits {bits:x}");
+            }
+        }
+    }
+}
