@@ -1,8 +1,8 @@
-//! Builds a finished [`Scene`] from a request, in two steps.
+//! Builds a finished [`Scene`] from a request.
 //!
-//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds the light of
-//! cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs; [`SceneBuilder::build`] decides on every effect and
-//! creates the scene from the resources that were loaded. The scene is never modified afterwards.
+//! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies and meters their light;
+//! [`SceneBuilder::meter_night_lights`] adds the light of cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs;
+//! [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified afterwards.
 
 mod annotations;
 mod bodies;

@@ -26,6 +26,7 @@ pub(crate) struct PlacedBody<'a> {
     pub catalog: &'a Catalog,
     /// Barycentric position at `emitted_at`.
     pub position_km: DVec3,
+    /// The Sun's position relative to the body, ICRF, at the time when the sunlight that reaches the body at `emitted_at` left the Sun; zero for the Sun.
     pub sun_from_body_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,

@@ -94,7 +94,8 @@ pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_part: f64) 
     point.radius_px = camera::narrow_scalar(with_part_of_glare(radius_px, glare_part));
 }
 
-/// Whether a sprite of this radius around a clip position may reach into the frame. The margin also keeps the sprites of all bodies whose padded outline does.
+/// Whether a sprite of this radius around a clip position may reach into the frame. The margin, at least 4 pixels, also
+/// keeps every point whose padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
 pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
     clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
 }
