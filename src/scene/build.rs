@@ -1,8 +1,8 @@
-//! Builds a finished [`Scene`] from a request, in two steps.
+//! Builds a finished [`Scene`] from a request.
 //!
-//! In: catalog, ephemeris and a request. [`SceneBuilder::new`] places the bodies and meters their light; [`SceneBuilder::meter_night_lights`] adds the light of
-//! cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs; [`SceneBuilder::build`] decides on every effect and
-//! creates the scene from the resources that were loaded. The scene is never modified afterwards.
+//! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies and meters their light;
+//! [`SceneBuilder::meter_night_lights`] adds the light of cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs;
+//! [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified afterwards.
 
 mod annotations;
 mod bodies;
@@ -140,15 +140,15 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether the camera is at this body's centre, so that the body is not drawn.
-    fn is_inside(&self, body: &Body) -> bool {
-        self.viewer.inside == Some(body.id)
+    fn camera_is_at_centre_of(&self, body: &Body) -> bool {
+        self.viewer.at_centre_of == Some(body.id)
     }
 
     /// The files and tables that [`Self::build`] needs for the complete scene. `known` records which files cannot be read.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known);
         let mut requirements = Requirements::default();
-        for p in self.placed.iter().filter(|p| !self.is_inside(p.body)) {
+        for p in self.placed.iter().filter(|p| !self.camera_is_at_centre_of(p.body)) {
             let own_request = self.request.for_body(p.body);
             let frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };

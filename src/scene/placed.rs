@@ -26,6 +26,7 @@ pub(crate) struct PlacedBody<'a> {
     pub catalog: &'a Catalog,
     /// Barycentric position at `emitted_at`.
     pub position_km: DVec3,
+    /// The Sun's position relative to the body, ICRF, at the time when the sunlight that reaches the body at `emitted_at` left the Sun; zero for the Sun.
     pub sun_from_body_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
@@ -75,7 +76,7 @@ pub(crate) fn place<'a>(
     let camera = &viewer.camera;
     let ground_position = viewer.stands_on.filter(|ground| ground.id == body.id);
     let (position_km, emitted_at) = match ground_position {
-        _ if viewer.inside == Some(body.id) => (camera.position_km, request.time),
+        _ if viewer.at_centre_of == Some(body.id) => (camera.position_km, request.time),
         Some(ground) => (ground.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
@@ -96,13 +97,14 @@ pub(crate) fn place<'a>(
     } else {
         ephemeris.light_time_position(NaifId::SUN, position_km, emitted_at)?.0 - position_km
     };
-    let inside = viewer.inside == Some(body.id);
-    if !inside && placement.camera_is_inside() {
+    let camera_at_centre = viewer.at_centre_of == Some(body.id);
+    if !camera_at_centre && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
-    let phase_angle = if body.id == NaifId::SUN || inside { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
+    let phase_angle =
+        if body.id == NaifId::SUN || camera_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
-    let irradiance = if inside {
+    let irradiance = if camera_at_centre {
         0.0
     } else {
         brightness::irradiance(
@@ -113,7 +115,7 @@ pub(crate) fn place<'a>(
             to_camera.normalize() * distance_km,
         )
     };
-    let outline = if inside { Outline::Behind } else { Outline::of(camera, &placement) };
+    let outline = if camera_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {
         body,
         catalog,

@@ -245,6 +245,10 @@ fn impossible_camera_values_are_refused_by_name() {
     assert!(file("{").contains("c.json:1:"));
     assert!(file(r#"{"position":{"body":"vulcan","radii":[2,0,0]},"look":{"at":"sun"}}"#).contains("vulcan"));
     assert!(file(r#"{"position":{"body":"earth"},"look":{"at":"sun"}}"#).contains("radii, km, or latitude_deg"));
+    for offset in [r#""radii":[2,0,0]"#, r#""km":[9000,0,0]"#] {
+        let with_height = format!(r#"{{"position":{{"body":"earth",{offset},"height_km":5}},"look":{{"at":"sun"}}}}"#);
+        assert!(file(&with_height).contains("height_km only with"), "{offset}");
+    }
     assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0]},"look":{"direction":[0,0,0]}}"#).contains("must not be zero"));
     assert!(file(r#"{"position":{"body":"earth","radii":[2,0,0],"tilt":3},"look":{"at":"sun"}}"#).contains("tilt"));
 }

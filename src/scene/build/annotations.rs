@@ -46,7 +46,8 @@ impl Annotations {
         let sky = sky_lines::sky_lines(request, &builder.viewer, builder.local_horizon());
         let data = builder.catalog.data_layers();
         let ground = ground_lines::ground_lines(frame.context, camera, body, &data);
-        let others = builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.is_inside(p.body));
+        let others =
+            builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.camera_is_at_centre_of(p.body));
         let others: Vec<(&PlacedBody<'_>, AnnotationLines)> =
             others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
         let instruments = builder.instrument_frames(size_px);
@@ -81,14 +82,18 @@ impl<'a> SceneBuilder<'a> {
     /// The body whose ground lines are recorded in the decisions: the target, or the body that the viewer stands on.
     fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
-        self.placed.iter().find(|p| p.body.id == id && !self.is_inside(p.body))
+        self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
     }
 
     /// Whether `body` is the nearest body at the position of a text of its ground lines, so that no other body hides the text.
     fn is_seen_on(&self, body: &PlacedBody<'_>, text: &SkyText) -> bool {
         let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
-        let nearest =
-            self.placed.iter().filter(|p| !self.is_inside(p.body)).filter(covers).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
+        let nearest = self
+            .placed
+            .iter()
+            .filter(|p| !self.camera_is_at_centre_of(p.body))
+            .filter(covers)
+            .min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
         nearest.is_some_and(|p| p.body.id == body.body.id)
     }
 
@@ -105,7 +110,7 @@ impl<'a> SceneBuilder<'a> {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
             let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };
-            !self.is_inside(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
+            !self.camera_is_at_centre_of(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
         };
         !text.is_grid_coordinate && self.placed.iter().any(hides)
     }
@@ -115,7 +120,7 @@ impl<'a> SceneBuilder<'a> {
         if !self.request.layers.instruments {
             return AnnotationLines::default();
         }
-        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.is_inside(p.body));
+        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.camera_is_at_centre_of(p.body));
         instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
     }
 

@@ -41,14 +41,14 @@ impl BodiesInFrame {
     pub(super) fn decide(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>) -> Self {
         let (request, placed) = (builder.request, &builder.placed);
         let is_final = request.pixel_view == PixelView::Final;
-        let is_target = |p: &&PlacedBody<'_>| request.target == Some(p.body.id) && !builder.is_inside(p.body);
+        let is_target = |p: &&PlacedBody<'_>| request.target == Some(p.body.id) && !builder.camera_is_at_centre_of(p.body);
         let target_distance_km = placed.iter().find(is_target).map(|p| p.distance_km);
         let trace_centre = request.target.unwrap_or(NaifId::SUN);
         let (mut draws, mut points, mut orbit_arcs, mut trace_segments) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut placed_reports = placed.iter().map(|p| {
             let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
-            let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.is_inside(p.body));
+            let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.camera_is_at_centre_of(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
             let mut report = report(p, decided, &own_draws, magnitude::magnitude(frame.context, p, placed));
             let orbit = (request.layers.orbits && is_final).then(|| orbits::line(frame.camera, builder.ephemeris, p, target_distance_km));

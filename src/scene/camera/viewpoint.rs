@@ -29,7 +29,7 @@ pub struct Viewer {
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
     /// The body at whose centre the camera is; it is not drawn.
-    pub inside: Option<NaifId>,
+    pub at_centre_of: Option<NaifId>,
     /// The body on whose ground the camera stands.
     pub stands_on: Option<BodyUnderCamera>,
 }
@@ -106,7 +106,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let needs_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
     let mut fov_deg = request.fov_deg;
     let mut velocity_km_s = DVec3::ZERO;
-    let mut inside = None;
+    let mut at_centre_of = None;
     let mut stands_on = None;
     let mut zenith = None;
     // The body relative to which the camera is placed.
@@ -135,7 +135,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = body;
             let (pos, vel) = states.state(body)?;
             velocity_km_s = vel;
-            inside = Some(body);
+            at_centre_of = Some(body);
             pos
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
@@ -167,7 +167,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
                 None => ephemeris.light_time_position(target, position_km, t)?.0,
             };
             let to_target = apparent_km - position_km;
-            if to_target.length() < 1e-6 || inside == Some(target) {
+            if to_target.length() < 1e-6 || at_centre_of == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
@@ -192,5 +192,5 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
     let body_velocity_km_s = states.state(reference_body)?.1;
-    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, inside, stands_on })
+    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })
 }

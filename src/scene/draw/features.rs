@@ -120,7 +120,8 @@ impl BodyShadow {
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples (four by day) along each pixel's view ray; named after an engine that sampled at vertices.
+    /// Five samples along each pixel's view ray; named after an engine that sampled at vertices. By day, in every model, fewer samples suffice for a ray that
+    /// only rises or only falls (shaders/lib/air/sample_counts.wesl).
     Vertex,
     /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,
@@ -286,7 +287,7 @@ pub struct DrawFeatures {
     pub detail: Detail,
     /// Which custom surface colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
     pub custom_surface: u8,
-    /// Image layers laid over the albedo by their alpha: 0..=2.
+    /// Number of images laid over the albedo by their alpha: 0..=2.
     pub overlays: u8,
     /// Number of lights, 0..=3: the Sun first, then bodies that reflect light.
     pub lights: u8,
@@ -301,7 +302,8 @@ pub struct DrawFeatures {
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
     pub limb_heights: bool,
-    /// Whether light is averaged over pixels at the limb: in a draw of the sky that of the air, in other draws that of a thin crescent and the air before it.
+    /// Whether pixels at the limb show the mean light over their area: in a draw of the sky that of the air, in other draws that of a thin crescent and of the
+    /// air in front of it.
     pub thin_limb: bool,
     pub flags: Flags,
     pub view: PixelView,

@@ -53,7 +53,7 @@ pub struct Draw {
     pub name: String,
     pub features: DrawFeatures,
     pub uniforms: DrawUniforms,
-    /// The map files that `features.maps` requires.
+    /// The map and overlay files that the draw reads.
     pub map_files: MapFiles,
 }
 
@@ -95,7 +95,7 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
-    /// With a cloud map: its texels of a clear sky and of a closed deck, as bits of f32.
+    /// If the body has clouds: the cloud map's values for a clear sky and for a closed deck, as bits of f32.
     pub cloud_texel_bits: Option<[u32; 2]>,
     /// Overlay images, in the order of the overlays' uniforms.
     pub overlays: Vec<String>,

@@ -30,7 +30,7 @@ impl RingTable {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingShine {
     pub texels: Vec<f32>,
-    /// Height above the ring's plane (unit-sphere frame) from which no ring is visible.
+    /// Height above the ring's plane (|z| in the unit-sphere frame) above which no ring is visible.
     pub max_height: f64,
     /// The largest irradiance (not divided by height), brightest channel.
     pub brightest: f64,

@@ -1,4 +1,4 @@
-//! The features selected for one draw, and the only place that turns the selection into [`DrawFeatures`].
+//! The features selected for the draws of one body, and the only place that turns the selection into [`DrawFeatures`].
 //!
 //! In: a [`FeatureSelection`], a body and a pixel view. Out: the [`DrawFeatures`] of each of the body's draws. Always: they contain no feature that
 //! the body's catalog entry does not allow, whatever the selection says.
@@ -62,7 +62,7 @@ pub fn ellipsoid_flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
 
-/// The features selected for one draw of a body.
+/// The features selected for the draws of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
     pub ellipsoid: bool,
@@ -217,7 +217,7 @@ impl FeatureSelection {
         })
     }
 
-    /// The features of the ring's draws; `None` if the body has no rings.
+    /// The features of the ring's draws; `None` if the body has no rings or is emissive.
     pub(crate) fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let available = Capabilities::of(body);
         let features = DrawFeatures {

@@ -47,7 +47,7 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub rect: Option<ClipRect>,
     /// The body's shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Mesh>>,
-    /// The geometry of the body's rings, if they may be in the image.
+    /// The geometry of the body's rings, if they or the globe, on which they cast shadow and light, may be in the image.
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
     pub disc_fraction: f64,

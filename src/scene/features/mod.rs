@@ -114,7 +114,7 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
     DecidedBody { appearance, diameter_px, decisions, draws, point }
 }
 
-/// The map files that the body's draws would read if all files were readable, and the shape of the globe's draw; `None` if the body is not drawn as a
+/// The map files that the body's draws read, except those known to be unreadable, and the shape of the globe's draw; `None` if the body is not drawn as a
 /// disc.
 pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let inputs = DecisionInputs::of(frame, placed);
@@ -179,7 +179,7 @@ fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
         return None;
     }
-    // The body's report says that it is outside the frame.
+    // The decisions about the point are discarded: the body's report says only that it is outside the frame.
     point_of(inputs, &mut inputs.log())
 }
 

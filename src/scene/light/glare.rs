@@ -51,7 +51,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. In between, the fraction
+/// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame, and 1 in each face of a
+/// cube, because its edges are not those of the image. In between, the fraction
 /// along each axis is raised to a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle
 /// cannot be used instead, because it is too wide for a body at a right angle to the view.
 fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {

@@ -37,7 +37,7 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
 }
 
 /// Radiance of a facet with unit multiplier under unit irradiance, as in shaders/lib/photometry, from the cosines of incidence, emission and phase angle; 0
-/// if the Sun or the viewer is below the facet's horizon.
+/// if the Sun or the viewer is below the facet's horizon. Always 1 for an emissive body.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {

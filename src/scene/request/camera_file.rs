@@ -140,17 +140,21 @@ impl CameraFile {
         let id_of = |name: &str| catalog.body_or_barycenter(name);
         let position = &self.position.0;
         let body = id_of(&position.body)?;
+        // Only a position on the ground has a height; with an offset it would be ignored.
+        let height_km = position.height_km;
         request.position = match (position.radii, position.km, position.latitude_deg, position.longitude_deg) {
-            (Some(radii), None, None, None) => {
+            (Some(radii), None, None, None) if height_km.is_none() => {
                 let radius_km = catalog.body_named(&position.body)?.radii_km.x;
                 Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: position.axes }
             }
-            (None, Some(km), None, None) => Position::Offset { body, offset_km: DVec3::from_array(km), axes: position.axes },
+            (None, Some(km), None, None) if height_km.is_none() => {
+                Position::Offset { body, offset_km: DVec3::from_array(km), axes: position.axes }
+            }
             (None, None, Some(latitude_deg), Some(longitude_deg)) => {
-                Position::Ground { body, latitude_deg, longitude_deg, height_km: position.height_km.unwrap_or(EYE_HEIGHT_KM) }
+                Position::Ground { body, latitude_deg, longitude_deg, height_km: height_km.unwrap_or(EYE_HEIGHT_KM) }
             }
             _ => {
-                let how = "give one of radii, km, or latitude_deg with longitude_deg";
+                let how = "give one of radii, km, or latitude_deg with longitude_deg; height_km only with these angles";
                 return Err(SceneError::Request(format!("camera file, position: {how}")));
             }
         };

@@ -170,12 +170,12 @@ impl ToneMap {
 /// The trade-off between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// One sample per pixel.
+    /// One sample per pixel, one tap per read of a map, and faster models of eclipses and air.
     Draft,
-    /// Four samples per pixel.
+    /// Four samples per pixel, and up to 8 taps per read of a map.
     #[default]
     Standard,
-    /// Four samples per pixel, and maps are read with twice the number of taps.
+    /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes it in f64.
     Reference,
 }
 

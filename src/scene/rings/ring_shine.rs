@@ -78,7 +78,7 @@ pub struct RingShineGeometry<'a> {
 /// An interval of rings approximated by one radius.
 struct Annulus {
     radius: f64,
-    /// For each side and slant: scattered light integrated over the interval, per channel.
+    /// For each side of the plane (0: that of the Sun's centre) and each slant: scattered light integrated over the interval, per channel.
     light: [Vec<DVec3>; 2],
 }
 
@@ -175,7 +175,9 @@ pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
 /// Tables of ring-shine, cached from frame to frame.
 #[derive(Debug)]
 pub struct RingShines {
+    /// Tables interpolated between knots.
     shines: Memo<Numbers, Option<Arc<RingShine>>>,
+    /// Tables of the knots.
     knots: Memo<Numbers, Option<Arc<RingShine>>>,
     /// `None`: in memory only.
     store: Option<Box<dyn RingShineStore>>,

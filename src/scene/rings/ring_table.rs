@@ -106,8 +106,10 @@ impl RingTables {
 /// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: that of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slant is enough if it varies so little across the disc that the light removed by an interval changes by less than 0.155 `tangent` / `sine` from one
-/// half of the disc to the other: up to 0.4 % of the light. For a lower Sun the slant of the centre is followed by one slant for each strip of the disc.
+/// One slant is enough if it varies so little across the disc that the light removed by an interval from either half of the disc differs by at most 0.4 %
+/// from that for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`: about 4 / (3 pi), the distance of a half's centroid in radii of
+/// the disc, times 1 / e, the steepest change of the light with the logarithm of the slant. For a lower Sun the slant of the centre is followed by one slant for
+/// each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > MIN_ELEVATION_FOR_ONE_SLANT * tangent {
@@ -311,6 +313,30 @@ mod tests {
             assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slant {k}");
         }
         assert!(RingTable::of([].iter(), 1.0, &ALBEDO_VIEW).is_none());
+    }
+
+    /// At the lowest Sun for which one slant is used: the mean of the removed light over each half of the disc, for optical depths around the worst.
+    #[test]
+    fn both_halves_of_the_sun_lose_the_light_of_the_centres_slant() {
+        const TANGENT: f64 = 5e-4;
+        assert_eq!(slants_of_sunlight(1.01 * MIN_ELEVATION_FOR_ONE_SLANT * TANGENT, TANGENT, true).len(), 1);
+        assert_eq!(slants_of_sunlight(0.99 * MIN_ELEVATION_FOR_ONE_SLANT * TANGENT, TANGENT, true).len(), 1 + SUN_STRIPS);
+        let largest_difference = |elevation_in_sun_radii: f64| {
+            let sine = elevation_in_sun_radii * TANGENT;
+            let difference = |depth_along_slant: f64, side: f64| {
+                let removed = |sine_of_strip: f64| -(-depth_along_slant * sine / sine_of_strip).exp_m1();
+                let strips =
+                    (0..1000).map(|k| (f64::from(k) + 0.5) / 1000.0).map(|y| ((1.0 - y * y).sqrt(), removed(sine + side * y * TANGENT)));
+                let (area, light) = strips.fold((0.0, 0.0), |(area, light), (width, removed)| (area + width, light + width * removed));
+                (light / area - removed(sine)).abs()
+            };
+            let depths = (1..60).map(|k| 0.05 * f64::from(k));
+            depths.flat_map(|depth| [difference(depth, 1.0), difference(depth, -1.0)]).fold(0.0, f64::max)
+        };
+        let lowest = largest_difference(MIN_ELEVATION_FOR_ONE_SLANT);
+        assert!(lowest < 0.158 / MIN_ELEVATION_FOR_ONE_SLANT && lowest > 0.155 / MIN_ELEVATION_FOR_ONE_SLANT && lowest < 0.004, "{lowest}");
+        // For a Sun half as high one slant would not be enough.
+        assert!(largest_difference(0.5 * MIN_ELEVATION_FOR_ONE_SLANT) > 0.004);
     }
 
     /// Repeats the shader's search for the interval of a radius in f32: a bin never begins past that interval, and the search needs few reads.

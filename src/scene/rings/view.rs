@@ -52,7 +52,7 @@ pub(crate) struct RingView<'a> {
     pub caches: &'a Caches,
 }
 
-/// What the limits of all rings have in common.
+/// Properties of the frame from which the limits of each ring are computed.
 struct FrameLimits {
     /// The camera's height over the rings' plane, equatorial radii.
     height: f64,

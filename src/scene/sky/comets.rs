@@ -124,13 +124,16 @@ struct CometProjection<'a> {
     camera: &'a Camera,
     /// Heliocentric position of the camera, au.
     camera_au: DVec3,
+    /// Velocity of the viewer, for aberration.
     velocity_km_s: DVec3,
 }
 
 /// A projected point.
 #[derive(Clone, Copy, Debug)]
 struct ProjectedPoint {
+    /// From the middle of the frame, x right, y up.
     px: DVec2,
+    /// Reversed depth.
     depth: f64,
     /// Flux per irradiance: pi divided by the pixel's solid angle.
     gain: f64,

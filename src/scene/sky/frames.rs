@@ -1,4 +1,4 @@
-//! Celestial coordinate frames: equatorial, ecliptic and galactic, each as a rotation from ICRF.
+//! Celestial coordinate frames: equatorial, ecliptic and galactic, each as a rotation to ICRF.
 //!
 //! All are fixed at J2000, without precession.
 
@@ -81,7 +81,7 @@ impl SkyFrame {
 mod tests {
     use super::*;
 
-    /// Known directions: the Galactic centre and pole (by the spherical triangle of the Hipparcos catalogue's constants), the celestial pole in
+    /// Known directions: the Galactic centre and pole (by the spherical triangle of the Hipparcos catalog's constants), the celestial pole in
     /// Galactic axes, the summer solstice, the ecliptic pole.
     #[test]
     fn frames_are_where_they_are_defined() {

@@ -35,7 +35,7 @@ pub struct MinorPlanets {
     pub columns: Arc<MinorPlanetColumns>,
     /// `MinorPlanetColumns::times`.
     pub times: Arc<Vec<f32>>,
-    /// The camera's axes; right and up are divided by the tangents of half the field of view.
+    /// The camera's axes right, up and forward, ICRF; right and up are divided by the tangents of half the field of view.
     pub axes: [Vec3; 3],
     /// Heliocentric position of the camera, au, as a sum of two vectors.
     pub camera_parts: [Vec3; 2],

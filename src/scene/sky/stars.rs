@@ -1,9 +1,9 @@
 //! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
-//! In: the catalogue's stars, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
+//! In: the star catalog, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
 //! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the display has
 //! no sprite; a sky cell outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
-//! magnitude. Left out: refraction and scintillation. A double star that the catalogue does not resolve is drawn as one star.
+//! magnitude. Left out: refraction and scintillation. A double star that the catalog does not resolve is drawn as one star.
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
@@ -25,12 +25,12 @@ use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The apparent direction of a star, and its brightness relative to that in the catalogue.
+/// The apparent direction of a star, and its brightness relative to that in the star catalog.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ApparentStar {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
-    /// Factor on the catalogue's irradiance.
+    /// Factor on the irradiance by the magnitude in the star catalog.
     pub brightening: f64,
 }
 
@@ -52,7 +52,7 @@ impl StarPlacer {
         Self::of_stars(&catalog.stars(), viewer, request)
     }
 
-    /// Like [`Self::of`], for the stars of a given catalogue.
+    /// Like [`Self::of`], for the stars of a given star catalog.
     pub(crate) fn of_stars(stars: &StarCatalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self {
             years_since_epoch: stars.years_since_epoch(request.time.jd_tt()),
@@ -155,7 +155,7 @@ pub(crate) fn stars(
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))
         }
     };
-    // Near the Sun no star is brighter than in the catalogue, so the brightest star decides; farther away cells are tested with their parallax.
+    // Near the Sun no star is noticeably brighter than in the star catalog, so the brightest star decides; farther away cells are tested with their parallax.
     let is_near_sun = viewer.camera.position_km.length() < CONSTANT_BRIGHTNESS_KM;
     if is_near_sun && f64::from(catalog.brightest_magnitude()) > limit {
         return (Vec::new(), decided(false, limit_note));
@@ -180,7 +180,7 @@ pub(crate) fn stars(
     (sprites, decided(on, reason))
 }
 
-/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by more than a thousandth of a magnitude.
+/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by more than a hundredth of a magnitude (the nearest by 0.008).
 const CONSTANT_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
 
 /// The frame against which cells are culled.
@@ -193,7 +193,7 @@ struct CullingFrame<'c> {
 }
 
 impl CullingFrame<'_> {
-    /// The faintest catalogue magnitude that may be visible, for stars that may have come closer by the fraction `shift` of their distance.
+    /// The faintest magnitude in the star catalog that may be visible, for stars that may have come closer by the fraction `shift` of their distance.
     fn faintest(&self, shift: f64) -> f64 {
         if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
     }

@@ -3,8 +3,9 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the disc is hidden and exactly 1 if no part of it is; and the limbs of nearer
 //! bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by its
 //! visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
-//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is at most 2e-5 of the light for bodies
-//! larger than a tenth of the disc (tests/eclipse/overlapping_limbs.rs compares with the closed forms of the eclipse fragments).
+//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most
+//! 7e-5 for one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares
+//! images with the closed forms of the eclipse fragments.
 
 use crate::catalog::NaifId;
 use crate::message::reason;

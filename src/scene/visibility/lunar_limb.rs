@@ -73,7 +73,7 @@ impl<'p> ApparentLimb<'p> {
 /// the fraction for a smooth limb of the Moon's mean radius.
 ///
 /// Computed in the plane tangent to the sky at the Moon's centre, where the Sun's outline is approximated by a circle. At an angle theta from the Moon's
-/// centre the axis ratio of the true outline is 1 / cos theta: less than 1 + 4e-5 as seen from the Earth, and 1.15 one radius above the Moon.
+/// centre the axis ratio of the true outline is 1 / cos theta: less than 1 + 5e-5 as seen from the Earth, and 1.16 one radius above the Moon.
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let to_moon = moon.placement.centre_km.normalize();

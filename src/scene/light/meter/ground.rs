@@ -58,7 +58,7 @@ fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
 pub(crate) struct Albedo {
     /// Radiance per irradiance, for a unit of the photometric model's reflectance.
     pub of_lights: f64,
-    /// Radiance per radiance for which the sky is exposed.
+    /// The ground's radiance by skylight, per unit of the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
     pub of_sky: f64,
 }
 

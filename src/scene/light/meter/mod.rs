@@ -73,7 +73,7 @@ const MAX_INNER_TANGENT: f64 = 0.2;
 #[derive(Clone, Debug)]
 pub(crate) struct Metered {
     pub name: Argument,
-    /// The body that the subject belongs to, if any: ground, sky, refracted limb.
+    /// The body that the subject belongs to, if any: its ground, sky, refracted limb or, for the Sun, disc.
     pub body: Option<NaifId>,
     /// Weighted geometric mean of the subject's radiance.
     pub radiance: f64,
@@ -212,11 +212,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         glare + if is_behind_sky { self.sky_radiance } else { 0.0 }
     }
 
-    /// Fraction of a body's disc that nearer bodies, other than `except`, leave visible.
-    fn visible_fraction(&self, p: &PlacedBody<'_>, except: Option<NaifId>) -> f64 {
+    /// Fraction of a body's disc that nearer bodies leave visible.
+    fn visible_fraction(&self, p: &PlacedBody<'_>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
-        let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && Some(o.body.id) != except && o.distance_km < p.distance_km;
+        let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
         // The Sun is so bright that bodies of less than a pixel matter, too. A body at whose centre the camera is counts as behind it.
         let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
         let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
@@ -300,7 +300,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
-                let visible_share = share * self.visible_fraction(p, None) * far_weight;
+                let visible_share = share * self.visible_fraction(p) * far_weight;
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
                 });
@@ -400,7 +400,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
-        let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun, None);
+        let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
         let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();

@@ -34,6 +34,7 @@ impl MeteredFrame<'_, '_> {
         Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
+    /// Only the geometry and the table of ring-shine of this view are used: they do not depend on `irradiance` and `threshold`.
     pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::RingView<'v> {
         view::RingView {
             body: p.body,
@@ -74,7 +75,7 @@ impl MeteredFrame<'_, '_> {
         let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
-        // The camera is on one side of the ring plane; the sunlight on that side comes first.
+        // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
         let [sunward, averted] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [averted, sunward] } else { [sunward, averted] };
         let nearer = self.nearer_bodies(p, spacing);
