@@ -109,7 +109,7 @@ fn ring(surface: Surface) -> RingUniforms {
     };
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
-        extent: 2.2,
+        outermost_radius: 2.2,
         segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
