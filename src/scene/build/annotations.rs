@@ -100,7 +100,7 @@ impl<'a> SceneBuilder<'a> {
     /// Whether any body, including the one that the viewer stands on, covers a pixel.
     fn is_covered(&self, at_px: DVec2) -> bool {
         let covers = |p: &PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, at_px).is_some();
-        self.placed.iter().any(|p| !self.is_inside(p.body) && covers(p))
+        self.placed.iter().any(|p| !self.camera_is_at_centre_of(p.body) && covers(p))
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
