@@ -106,7 +106,7 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
         let distances: Vec<f64> = (0..=steps).map(|k| (long + 2.3) * (1.0 - f64::from(k) / f64::from(steps))).collect();
         // The receiver moves and the occluders rest, so seen from the receiver the occluders move the other way.
         let points: Vec<_> = distances.iter().map(|d| (-(direction * *d + aside)).extend(0.0)).collect();
-        // `linear` replaces an elongated occluder's outline by a tangent, whose contacts differ.
+        // The contacts of `linear` with an elongated outline are approximate.
         for model in MODELS.into_iter().filter(|m| is_round || *m != EclipseModel::Linear) {
             // Each of the twelve sizes is tested with one occluder, and also with two or with four, alternately.
             for count in [1, if (case / 12 + case) % 2 == 0 { 2 } else { 4 }] {

@@ -63,6 +63,28 @@ fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
     assert!(previous < 2.0, "{previous}");
 }
 
+/// Low over Saturn, where the rings take the sunlight from all ground in the frame. Full sunlight would be metered as 3 stops too short, and the image would be black.
+#[test]
+fn ground_in_the_shadow_of_rings_is_exposed_for_the_shadow() {
+    let at = |latitude_deg: f64, effects: &str| {
+        let position = Position::Ground { body: NaifId(699), latitude_deg, longitude_deg: -138.2, height_km: 431.0 };
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        ViewRequest { effects, ..request(NaifId(699), "1964-06-06T21:00:00Z", position, Some(3.53)) }
+    };
+    let stops = |latitude_deg: f64, effects: &str| scene(&at(latitude_deg, effects)).exposure.stops;
+    let gained = stops(-15.18, "") - stops(-15.18, "-ring-shadow");
+    assert!(gained > 1.5, "{gained} stops");
+    let (_, [red, _]) = white_and_mean_levels(&at(-15.18, ""));
+    assert!((40.0..230.0).contains(&red), "{red} of 255");
+    // From the lit ground to the shadow the exposure has no jumps.
+    let mut previous = stops(-9.0, "");
+    for k in 1..=60 {
+        let now = stops(-9.0 - 0.1 * f64::from(k), "");
+        assert!((now - previous).abs() < 0.6, "{previous} to {now} at {k}");
+        previous = now;
+    }
+}
+
 /// The eclipsed Moon of 8 November 2022 is exposed for the shadow and looks red, both alone in front of the stars and next to the Earth's
 /// night side; next to the Earth's day side it is not exposed for the shadow.
 #[test]

@@ -104,8 +104,16 @@ pub(crate) struct Ground<'g> {
 }
 
 impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes.
-    pub(crate) fn radiance(&self, point: DVec3, normal: DVec3, viewer: DVec3, shadow: Option<&ApproximateShadow<'_>>) -> f64 {
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `ring_transmittance`: the
+    /// fraction of sunlight that the body's rings leave.
+    pub(crate) fn radiance(
+        &self,
+        point: DVec3,
+        normal: DVec3,
+        viewer: DVec3,
+        shadow: Option<&ApproximateShadow<'_>>,
+        ring_transmittance: f64,
+    ) -> f64 {
         let body = self.body;
         let reflected = |towards: DVec3, irradiance: f64| {
             let smooth = normal.dot(towards).max(0.0);
@@ -122,7 +130,7 @@ impl Ground<'_> {
         let lit = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
-        self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction) + secondary)
+        self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
             + self.albedo.of_sky * self.sky_radiance
             + night_lights
             + ring_shine

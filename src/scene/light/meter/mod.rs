@@ -6,12 +6,13 @@
 //! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
 //! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
 //! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the shadow of rings on
-//! their planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
 mod near_corona;
 mod refracted_limb;
+mod ring_shadow;
 mod rings;
 mod sun_glare;
 
@@ -339,7 +340,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(area, ground.radiance(n, n, viewer, shadow));
+                    add(area, ground.radiance(n, n, viewer, shadow, 1.0));
                 }
             }
         }
@@ -360,6 +361,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
         let nearer = self.nearer_bodies(p, spacing);
+        let ring_shadow = self.ring_shadow_on(p);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
@@ -373,7 +375,8 @@ impl<'a> MeteredFrame<'_, 'a> {
             covered_share += share * coverage;
             let normal = (ray.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
-            let radiance = ground.radiance(ray.point, normal, viewer, shadow);
+            let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(ray.point, spacing));
+            let radiance = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
             tally.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
                 radiance,
