@@ -96,3 +96,13 @@ fn earthshine_is_in_the_file() {
     }
     assert!(pixels > 1000 && dark == 0, "{dark} of {pixels} pixels of the disc are exactly 0");
 }
+
+/// The GPU stores linear light as half floats, which end at 65,504. The brightest granules of the Sun's disc exceed it in blue; with the glare, every value must fit.
+#[test]
+fn the_suns_disc_fits_into_half_floats() {
+    let time = Instant::parse("2025-01-01T00:00:00Z").expect("a time");
+    let position = Position::Over { towards: None, distance_radii: Some(3.0) };
+    let request = ViewRequest { position, fov_deg: Some(45.0), width: 256, height: 256, ..ViewRequest::of(NaifId::SUN, time) };
+    let brightest = pixels(&request, Purpose::LINEAR, "", 0.0).iter().flat_map(|p| &p[..3]).copied().fold(0.0, f32::max);
+    assert!((62_000.0..=65_504.0).contains(&brightest), "{brightest}");
+}
