@@ -61,7 +61,7 @@ fn main() {
     println!("by hand, AVX2: {:.1} ms", 1e3 * median(hand_s.clone()));
     for (class, times) in classes.iter().zip(&tape_s) {
         let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
-        println!("tape, {}: {:.1} ms, {ratio:.2} of the kernel by hand", class.name(), 1e3 * median(times.clone()));
+        println!("tape, {}: {:.1} ms, {ratio:.2} times the kernel by hand", class.name(), 1e3 * median(times.clone()));
     }
     let (plan, module) = (tone_map_plan(SIZE as u32), simple_module("tone_map"));
     for class in &classes {

@@ -83,7 +83,7 @@ fn main() {
     let waves: Vec<(DVec3, f64, f64)> = (0..24)
         .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k))))
         .collect();
-    // Centre and radius; the number of craters decreases with the square of the radius, so that most are small.
+    // Centre, and radius relative to the body's. The number of craters larger than r is proportional to 1 / r², so that most are small.
     let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
     // Distance of the surface from the centre in a direction, relative to that of the ellipsoid.
     let relative_radius = |d: DVec3| {

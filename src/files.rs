@@ -90,7 +90,7 @@ pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
 /// Who may read a written file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileAccess {
-    /// As every new file: whom the process' umask leaves.
+    /// Everyone whom the process' umask admits, as for any new file.
     All,
     /// Only the user: for settings, which include the user's home location, and for cache entries.
     Owner,

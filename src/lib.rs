@@ -8,8 +8,8 @@
 //!
 //! The public interface is what this documentation shows: the names re-exported here, the starting points of most programs, and the modules
 //! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`], [`message`] and [`units`]. Each of their
-//! items has a doc comment (the lint `missing_docs` checks this). Every other module is public only for the tests and benches of this package,
-//! is hidden from the documentation and may change with any commit. All errors are returned as values. No module uses the
+//! items has a doc comment (the lint `missing_docs` checks this). Every other module is private, or public only for the tests and benches
+//! of this package; it is hidden from the documentation and may change with any commit. All errors are returned as values. No module uses the
 //! network, and only the command line takes the current time from the system clock, for `now`.
 //!
 //! Render an image:

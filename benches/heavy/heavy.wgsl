@@ -1,5 +1,5 @@
 // A fragment shader as expensive as a planet's, for benches only: an atmosphere of 16 samples, each with a Chapman-like column and an
-// eclipse (5 or 6 exp, 3 to 5 sqrt, 4 divisions), map coordinates and one texture read. It draws a planet in an orthographic view; the
+// eclipse (5 or 6 exp, 3 or 4 sqrt, 5 divisions, acos and asin), map coordinates and one texture read. It draws a planet in an orthographic view; the
 // numbers are those of no real planet.
 
 struct Draw {

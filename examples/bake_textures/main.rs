@@ -25,7 +25,7 @@ const COPIED: &[(&str, &str)] = &[
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
 ];
 
-/// Bodies whose map of 512 texels width is copied unchanged.
+/// Bodies whose map, 512 texels wide, is copied unchanged.
 const SMALL_MAPS: &[&str] = &[
     "ariel",
     "ceres",

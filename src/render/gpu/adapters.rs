@@ -25,7 +25,7 @@ pub enum AdapterKind {
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct AdapterFacts {
     pub name: String,
-    /// Vulkan, Metal, Dx12 or Gl.
+    /// As wgpu names it: vulkan, metal, dx12 or gl.
     pub backend: String,
     pub kind: AdapterKind,
     pub driver: String,

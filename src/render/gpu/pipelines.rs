@@ -64,12 +64,12 @@ impl PipelineKey {
 
 /// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
-    let is_float = |source: &TextureSource| match source {
+    let may_be_float32 = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
         TextureSource::PassOutput(_) => true,
         TextureSource::OnGpu(_) => false,
     };
-    draw.textures.iter().filter(|t| is_float(&t.source)).map(|t| t.binding).collect()
+    draw.textures.iter().filter(|t| may_be_float32(&t.source)).map(|t| t.binding).collect()
 }
 
 /// Whether the draw's scissor rectangle contains a pixel.

@@ -270,8 +270,8 @@ impl GpuRenderer {
         self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded. The last target stays in `resources`, also the
-    /// caller's texture: [`Self::submit_to_window`] drops that.
+    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded. The last target stays in `resources`, even
+    /// if it is the caller's texture, which [`Self::submit_to_window`] then drops.
     pub(super) fn submit(
         &self,
         resources: &mut FrameResources,

@@ -176,7 +176,7 @@ mod tests {
                     covered += 1;
                 }
             }
-            // Of 512 blocks the circle covers 245, and its edge crosses some 60.
+            // Of 512 blocks, 208 are inside the circle of radius 100, and its edge crosses 76.
             assert!(missed > 150 && (covered > 160 || min > 0.0), "{missed} {covered}");
         }
     }

@@ -82,7 +82,7 @@ pub enum ShadingRate {
     /// Each pixel's centre.
     #[default]
     PerPixel,
-    /// The draw adds light without fine structure: a renderer may shade fewer points and interpolate between them where that is exact to a 500th.
+    /// The draw adds light without fine structure: a renderer may shade fewer points and interpolate, where the error is at most a 500th of the light.
     Interpolated,
 }
 

@@ -276,7 +276,7 @@ pub(super) fn refracted_limb(
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unbent.as_ref().map(|rays| limb_draw(rays, true)).transpose()?;
+    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, true)).transpose()?;
     Ok((occluding, limb_draw(&limb.rays, false)?))
 }
 

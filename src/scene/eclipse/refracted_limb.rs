@@ -32,7 +32,7 @@ pub struct RefractedLimb {
     /// View rays over the atmosphere.
     pub rays: ViewRays,
     /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere.
-    pub unbent: Option<ViewRays>,
+    pub unrefracted_sun: Option<ViewRays>,
     pub axis_ratios: Vec3,
     /// Reversed depth just in front of the body's near side.
     pub depth: f32,
@@ -214,7 +214,7 @@ fn refracted_limb(
     Some(RefractedLimb {
         body: placed.body.id,
         rays: rays_over(rect),
-        unbent: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
+        unrefracted_sun: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
         axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
         sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_radius)),

@@ -240,7 +240,7 @@ struct Taps {
     excess: __m256,
     /// Index of the middle of the taps.
     middle: __m256,
-    /// Distance by which each tap moves towards the middle, and at most to the middle.
+    /// Distance by which each tap moves towards the middle, where it stops.
     to_middle: __m256,
 }
 
