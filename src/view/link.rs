@@ -41,7 +41,7 @@ pub enum ViewTextError {
     /// Each field is valid alone, but their combination is not.
     #[error(transparent)]
     View(#[from] ViewStateError),
-    /// The ephemeris or the catalog lacks something that the view needs.
+    /// No scene can be built, for instance because the ephemeris does not cover the time.
     #[error(transparent)]
     Scene(#[from] SessionError),
 }

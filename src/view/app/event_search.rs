@@ -40,7 +40,7 @@ impl EventKind {
         }
     }
 
-    /// Length of one step, days: a step contains a few eclipses, or about a dozen events of moons.
+    /// Length of one step, days: a step contains a few eclipses, a transit or two, if any, or about a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
