@@ -8,8 +8,8 @@
 //! metered value.
 //!
 //! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the image
-//! before that one: while images follow one another, this is too early by at most the interval between two requests. The first two images with the new
-//! value may be too far ahead by the latency of an image, because they were requested before it was known. If no image was requested for several time
+//! before that one: while images follow one another, this is too early by at most the interval between two requests. The first image with the new value
+//! is ahead by one more interval, because it was requested before the image before it was finished. If no image was requested for several time
 //! constants before the change, the first images after it have the metered exposure at once.
 
 use crate::catalog::NaifId;
