@@ -398,7 +398,7 @@ impl SkyEvent {
 /// Refraction at the horizon as in almanacs: 34 arcminutes.
 const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
-/// Span and rate of time for playing an event.
+/// Span (TDB seconds past J2000) and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EventPlayback {
     pub from_tdb_s: f64,

@@ -12,6 +12,7 @@ use std::sync::Arc;
 /// An event with its title.
 #[derive(Clone, Debug)]
 pub(crate) struct KnownEvent {
+    /// Time of the greatest phase, TDB seconds past J2000.
     pub tdb_s: f64,
     pub title: String,
     pub event: Arc<SkyEvent>,

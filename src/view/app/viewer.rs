@@ -62,7 +62,7 @@ pub enum Action {
     Zoom(f64),
     /// Zoom by wheel notches; positive narrows the field of view.
     ChangeFov(f64),
-    /// Stand at a latitude and an east longitude of the selected body, degrees.
+    /// Stand at a planetographic latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
     /// Look at another body from the current position.
     LookAt(NaifId),
