@@ -41,7 +41,7 @@ pub enum ViewTextError {
     /// Each field is valid alone, but their combination is not.
     #[error(transparent)]
     View(#[from] ViewStateError),
-    /// The ephemeris or the catalog lacks something that the view needs.
+    /// No scene can be built, for instance because the ephemeris does not cover the time.
     #[error(transparent)]
     Scene(#[from] SessionError),
 }
@@ -248,7 +248,7 @@ impl PartialView {
         }
         let mut view: Option<ViewState> = serde_json::from_value(Value::Object(merged)).map_err(|e| self.record_error(e.to_string())).ok();
         if let Some(view) = &mut view {
-            // The window has separate switches for these two layers, which are fields of the view, so they are moved to these fields.
+            // In a view these two layers are fields of their own, because the window has separate switches for them.
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }

@@ -40,7 +40,7 @@ impl EventKind {
         }
     }
 
-    /// Length of one step, days: a step contains a few eclipses, or about a dozen events of moons.
+    /// Length of one step, days: a step contains a few eclipses, a transit or two, if any, or about a dozen events of moons.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -166,7 +166,7 @@ impl EventSearch {
 /// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the field around an eclipsed Sun includes the corona.
 const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
 const SUN_FOV_DEG: f64 = 0.8;
-const MOON_FOV_DEG: f64 = 0.8;
+const LUNAR_ECLIPSE_FOV_DEG: f64 = 0.8;
 /// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
 const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
 /// The same for an eclipsed moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
@@ -178,7 +178,7 @@ const ECLIPSED_MOON_FOV_DISTANCES: f64 = 2.4;
 /// Field of view from the Earth's centre for moons' events, in apparent diameters of the planet.
 const PLANET_FOV_DIAMETERS: f64 = 2.2;
 /// Field of view for mutual events of moons, in apparent diameters of the moon.
-const MOON_FOV_DIAMETERS: f64 = 12.0;
+const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 /// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
 const LOW_BODY_CAMERA_KM: f64 = 3.0;
 const GROUND_CAMERA_KM: f64 = 0.01;
@@ -301,9 +301,9 @@ impl SkyEvent {
         };
         let (target, eye, fov_deg) = match self {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
-            Self::Lunar(_) => from_earth(NaifId::MOON, MOON_FOV_DEG),
+            Self::Lunar(_) => from_earth(NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MOON_FOV_DIAMETERS)),
+            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MUTUAL_FOV_DIAMETERS)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
                 let moon_deg = if e.class == MoonEventType::Eclipse { apart_deg(e.planet, e.moon) } else { 0.0 };
@@ -318,7 +318,7 @@ impl SkyEvent {
     pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
-            Self::Lunar(_) => (NaifId::MOON, 2.0 * MOON_FOV_DEG),
+            Self::Lunar(_) => (NaifId::MOON, 2.0 * LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) if e.by.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
@@ -398,7 +398,7 @@ impl SkyEvent {
 /// Refraction at the horizon as in almanacs: 34 arcminutes.
 const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
-/// Span and rate of time for playing an event.
+/// Span (TDB seconds past J2000) and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EventPlayback {
     pub from_tdb_s: f64,

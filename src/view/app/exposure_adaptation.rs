@@ -7,9 +7,10 @@
 //! another quantity shown by the pixels is a cut, too. This module reads no clock. Saved images do not adapt: their automatic exposure is the
 //! metered value.
 //!
-//! A new metered value is known only once an image shows it. It then counts from the request of the last image before it: while images follow one
-//! another, at most the interval between two requests too early. Only the first two images may be ahead by the latency of an image, because they
-//! were requested before. After a rest of several time constants, the first images of a change have the metered exposure.
+//! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the image
+//! before that one: while images follow one another, this is too early by at most the interval between two requests. The first image with the new value
+//! is ahead by one more interval, because it was requested before the image before it was finished. If no image was requested for several time
+//! constants before the change, the first images after it have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -24,7 +25,7 @@ pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 /// Number of consecutive failed images after which no further image is requested for the adaptation alone. The cause of a failure usually lasts.
 const MAX_FAILURES: u32 = 3;
 
-/// A change is a cut; see the head of this file.
+/// The parts of a view whose change is a cut; the head of this file states the exceptions.
 #[derive(Clone, Copy, PartialEq)]
 struct ViewIdentity {
     target: NaifId,

@@ -26,10 +26,10 @@ pub(crate) struct NumberedName {
 
 /// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
 fn split_extension(name: &str) -> (&str, &str) {
-    // A path ignores separators at its end, as in `a.png//`; such a name has no ending.
+    // A path ignores separators at its end, as in `a.png//`; such a name has no extension.
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).filter(|e| name.ends_with(e));
-    let ending_bytes = extension.map_or(0, |e| e.len() + 1);
-    name.split_at(name.len() - ending_bytes)
+    let extension_bytes = extension.map_or(0, |e| e.len() + 1);
+    name.split_at(name.len() - extension_bytes)
 }
 
 impl NumberedName {

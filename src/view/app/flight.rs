@@ -15,7 +15,7 @@ const FACING_FRACTION: f64 = 0.5;
 /// hidden, and a camera inside it would show nothing.
 pub(super) const OUTSIDE_RADII: f64 = 1.5;
 
-/// Position and orientation of the camera, relative to the target.
+/// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pose {
     pub offset_km: DVec3,

@@ -1,7 +1,8 @@
 //! The first view of a window: a body seen from its lit side; beside the Earth also the Moon, if its phase allows.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 70 degrees from the Sun is left
-//! out: the camera could show it only beside a thin crescent of the Earth.
+//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 57 degrees from the Sun is left
+//! out: the camera could show it only beside a thin crescent of the Earth. Some Moons within 10 degrees of the point opposite the Sun are left out,
+//! too: none of the directions that are tried shows them beside the Earth.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
@@ -11,9 +12,9 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle between the directions to the camera and to the Sun, chosen so that the terminator is visible.
+/// Angle from the direction of the Sun to that of the camera, before the camera is moved towards the pole; with it the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Range and step of the angles between the directions to the camera and to the Sun that are tried for a view with the Moon.
+/// Range and step of the values of this angle that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of the distance.

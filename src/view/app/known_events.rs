@@ -12,6 +12,7 @@ use std::sync::Arc;
 /// An event with its title.
 #[derive(Clone, Debug)]
 pub(crate) struct KnownEvent {
+    /// Time of the greatest phase, TDB seconds past J2000.
     pub tdb_s: f64,
     pub title: String,
     pub event: Arc<SkyEvent>,
@@ -120,7 +121,7 @@ mod tests {
         assert_eq!(known.searched, Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
     }
 
-    /// The built-in series reach from 3000 BC to AD 3000, a kernel may reach further.
+    /// The built-in series reach from 3001 BC to AD 3000; a kernel may reach further.
     #[test]
     fn both_sides_of_a_distant_date_are_searched() {
         for years in [-12_000.0, -3500.0, 1500.0, 9000.0] {

@@ -1,4 +1,4 @@
-//! Serialization of a view's options in links and files, as the names that the command line uses.
+//! Serialisation of a view's options in links and files, as the names that the command line uses.
 //!
 //! In: values, or text from serde. Out: names, or the values of names, also of names that earlier versions wrote. Always: an unknown name is an
 //! error that suggests a similar name or lists the known names.

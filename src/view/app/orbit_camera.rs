@@ -9,8 +9,8 @@ use glam::{DMat3, DVec3};
 const MIN_RADII: f64 = 1.0 + 1.6e-7;
 /// Largest distance from the centre, in radii: about 2000 au for the Earth's radius.
 const MAX_RADII: f64 = 5.0e7;
-/// Relative change of the height above the ground per wheel notch; six notches are a factor of e.
-pub(crate) const ZOOM_PER_NOTCH: f64 = 1.0 / 6.0;
+/// Change of the logarithm of the height above the ground per wheel notch; six notches are a factor of e.
+pub(crate) const LOG_HEIGHT_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
 /// Position of the camera around a body.
@@ -67,7 +67,7 @@ impl OrbitCamera {
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub(crate) fn zoom(&mut self, notches: f64) {
-        let height_radii = (self.distance_radii - 1.0).max(1e-9) * (-notches * ZOOM_PER_NOTCH).exp();
+        let height_radii = (self.distance_radii - 1.0).max(1e-9) * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height_radii;
         self.keep_in_bounds();
     }

@@ -1,6 +1,7 @@
 //! What a preset has changed in the view besides camera and time, and how the next view undoes it.
 //!
-//! In: the views before and after the preset. Out: a view without the preset's changes. Always: a setting that the user has changed since is kept.
+//! In: the views before and after the preset. Out: a view without the preset's changes. Always: once the user has changed one of
+//! these settings, none of them is changed back.
 
 use super::view_state::ViewState;
 

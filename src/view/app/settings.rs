@@ -34,7 +34,7 @@ pub enum LengthUnit {
     BodyRadii,
 }
 
-/// The observer's place on the Earth.
+/// The observer's place on the Earth: geodetic latitude, east longitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Home {
     pub latitude_deg: f64,

@@ -37,6 +37,7 @@ pub(crate) struct TimeAxis {
 /// A labelled date on the axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
+    /// TDB seconds past J2000.
     pub tdb_s: f64,
     pub label: String,
 }

@@ -39,8 +39,8 @@ pub enum ViewStateError {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
-    /// In an orbit around a body: facing the body, then turned by yaw to the right and by pitch upwards. Azimuth and elevation are those of an
-    /// `OrbitCamera`.
+    /// In an orbit around a body: facing the body, then turned by yaw to the right and by pitch upwards. Azimuth, elevation and
+    /// distance are those of an `OrbitCamera`.
     Orbit {
         body: NaifId,
         /// The angles are in body-fixed axes, so that the camera rotates with the body; otherwise in ICRF.
@@ -51,11 +51,11 @@ pub enum CameraPose {
         yaw_deg: f64,
         pitch_deg: f64,
     },
-    /// On the surface, or above it.
+    /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth from north through east.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
-    /// At a body's centre; this body is hidden.
+    /// At a body's centre, facing the target; this body is not drawn.
     Centre { body: NaifId },
-    /// At any position, facing any direction, in ICRF; used during flights and tours.
+    /// At an offset from the body's centre, facing any direction, in ICRF; used during flights and tours.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
 }
 

@@ -62,7 +62,7 @@ pub enum Action {
     Zoom(f64),
     /// Zoom by wheel notches; positive narrows the field of view.
     ChangeFov(f64),
-    /// Stand at a latitude and an east longitude of the selected body, degrees.
+    /// Stand at a planetographic latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
     /// Look at another body from the current position.
     LookAt(NaifId),
@@ -100,7 +100,7 @@ const ARRIVAL_RADII: f64 = 3.5;
 /// Distance at arrival for the Sun, in its radii.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Difference between the azimuths of the camera and of the Sun at arrival, so that the terminator is visible.
-const ARRIVAL_SUN_ANGLE_DEG: f64 = 35.0;
+const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the equator than the Sun at arrival.
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
@@ -398,7 +398,7 @@ impl Viewer {
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
         let mut orbit = OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole);
         if id != NaifId::SUN {
-            orbit.azimuth_rad += ARRIVAL_SUN_ANGLE_DEG.to_radians();
+            orbit.azimuth_rad += ARRIVAL_SUN_AZIMUTH_DEG.to_radians();
             let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
             orbit.elevation_rad = above.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }

@@ -22,7 +22,7 @@ pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
 /// Difference between the azimuths of the camera and of the Sun.
-const SATURN_SUN_ANGLE_DEG: f64 = 35.0;
+const SATURN_SUN_AZIMUTH_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
 /// Length of the search for the next eclipse, seconds; a year has four to seven eclipses.
@@ -96,7 +96,7 @@ impl NowItem {
                 let sunward = places.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = places.body_from_icrf(SATURN, now)?.row(2);
                 let mut orbit = OrbitCamera::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
-                orbit.azimuth_rad += SATURN_SUN_ANGLE_DEG.to_radians();
+                orbit.azimuth_rad += SATURN_SUN_AZIMUTH_DEG.to_radians();
                 // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
                 let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), FOV_DEG);

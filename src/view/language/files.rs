@@ -1,7 +1,7 @@
 //! The built-in Fluent files, and the ids of the messages in them.
 //!
-//! Out: the texts of the same list of files for each language. Always: as Fluent requires, a message's id begins a line, and continuation lines
-//! are indented.
+//! Out: for each language, the texts of its files; the file names are the same in each. Always: as Fluent requires, a message's id begins a line,
+//! and continuation lines are indented.
 
 use super::Language;
 

@@ -1,4 +1,4 @@
-//! The window's texts in English and German, from the Fluent files in `en/` and `de/`, one file per panel.
+//! The window's texts in English and German, from the Fluent files in `en/` and `de/` and from those of [`crate::message`].
 //!
 //! In: the id of a message and its arguments. Out: the text in the window's language. Always: a message that is missing in a language is shown in
 //! English, and a message that is missing everywhere as its id; nothing panics. Texts without arguments are formatted once, so that panels can look

@@ -146,7 +146,7 @@ fn each_message_is_used_and_each_used_message_exists() {
 }
 
 /// Calls whose argument is shown as text.
-const SHOWN: [&str; 20] = [
+const SHOWN: [&str; 19] = [
     "label(",
     "button(",
     "on_hover_text(",
@@ -158,7 +158,6 @@ const SHOWN: [&str; 20] = [
     "hint_text(",
     "small_button(",
     "accessible_name(",
-    "coming(",
     "selectable_label(",
     "toggle_value(",
     "collapsing(",

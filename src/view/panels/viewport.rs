@@ -7,7 +7,7 @@ use crate::catalog::NaifId;
 use crate::scene::Scene;
 use crate::scene::labels::{self, FILLS_IMAGE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
-use crate::view::app::orbit_camera::ZOOM_PER_NOTCH;
+use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::panels::theme::{BODY, HEADING};
@@ -348,7 +348,7 @@ fn mouse(
         // Wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
         let (wheel, pinch, changes_fov) = ui.input(|i| {
             let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
-            (scroll / POINTS_PER_NOTCH, zoom.ln() / ZOOM_PER_NOTCH, i.modifiers.alt)
+            (scroll / POINTS_PER_NOTCH, zoom.ln() / LOG_HEIGHT_PER_NOTCH, i.modifiers.alt)
         });
         let notches = if pinch == 0.0 { wheel } else { pinch };
         if notches != 0.0 {

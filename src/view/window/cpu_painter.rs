@@ -5,7 +5,7 @@
 //! follow the top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of
 //! threads.
 
-use crate::view::window::painter_texture::{MagnifiedRows, PainterTexture, Tap, WideTexel};
+use crate::view::window::painter_texture::{MagnifiedRows, PainterTexture, TexelPair, WideTexel};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
 use egui::{Color32, TextureId};
 use rayon::prelude::*;
@@ -115,8 +115,8 @@ struct Band<'a> {
     first_row: usize,
     rows: &'a mut [u32],
     // Buffers of the current rectangle, stored here to reuse their memory.
-    /// The tap of each column of pixels.
-    columns: Vec<Tap>,
+    /// The texel pair of each column of pixels.
+    columns: Vec<TexelPair>,
     /// The texels of the current row of pixels, interpolated vertically only.
     row_texels: Vec<WideTexel>,
     magnified: MagnifiedRows,
@@ -167,31 +167,31 @@ impl Band<'_> {
             }
             return;
         }
-        // Bilinear filtering in two steps: the tap of a column is the same in every row, and a row's texels are interpolated vertically
+        // Bilinear filtering in two steps: the texel pair of a column is the same in every row, and a row's texels are interpolated vertically
         // once, for all pixels of the row.
         let (mut columns, mut row_texels) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.row_texels));
         columns.clear();
-        columns.extend((left..right).map(|x| texture.tap(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
-        let tap_of_row = |y: usize| texture.tap(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+        columns.extend((left..right).map(|x| texture.texel_pair(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
+        let pair_of_row = |y: usize| texture.texel_pair(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
         if min.color == Color32::WHITE && texture.is_opaque() {
             let mut magnified = std::mem::take(&mut self.magnified);
             magnified.start(texture, &columns);
             for y in top..bottom {
-                magnified.write_row(texture, &columns, tap_of_row(y), self.row(y, left, right));
+                magnified.write_row(texture, &columns, pair_of_row(y), self.row(y, left, right));
             }
             (self.columns, self.row_texels, self.magnified) = (columns, row_texels, magnified);
             return;
         }
-        // The texel columns that the taps use.
+        // The texel columns that the texel pairs use.
         let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
         let end_column = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
         row_texels.resize(end_column - first_column, WideTexel::default());
         let is_white = min.color == Color32::WHITE;
         for y in top..bottom {
-            let row_tap = tap_of_row(y);
+            let row_pair = pair_of_row(y);
             let texels_of = |row: usize| &texture.texels[row * texture.width + first_column..row * texture.width + end_column];
-            for ((mixed, near), far) in row_texels.iter_mut().zip(texels_of(row_tap.near)).zip(texels_of(row_tap.far)) {
-                *mixed = row_tap.interpolate(*near, *far);
+            for ((mixed, near), far) in row_texels.iter_mut().zip(texels_of(row_pair.near)).zip(texels_of(row_pair.far)) {
+                *mixed = row_pair.interpolate(*near, *far);
             }
             for (pixel, column) in self.row(y, left, right).iter_mut().zip(&columns) {
                 let texel = column.interpolate_wide(row_texels[column.near - first_column], row_texels[column.far - first_column]);

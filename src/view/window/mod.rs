@@ -146,7 +146,7 @@ pub(crate) fn run(
     })
 }
 
-/// Exits the process at once while an image is being rendered, a query answered or a driver is compiling. A normal exit would have to wait
+/// Exits the process at once, although an image is being rendered, a query is being answered, or a driver is compiling. A normal exit would have to wait
 /// for that work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half
 /// written.
 fn exit_now() -> ! {

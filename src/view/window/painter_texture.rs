@@ -24,7 +24,7 @@ pub(crate) struct PainterTexture {
 
 /// Two neighbouring texels of a row or a column, and the weight of the second in 256ths.
 #[derive(Clone, Copy)]
-pub(crate) struct Tap {
+pub(crate) struct TexelPair {
     pub near: usize,
     pub far: usize,
     pub weight: u32,
@@ -37,7 +37,7 @@ pub(crate) struct WideTexel {
     green_alpha: u64,
 }
 
-impl Tap {
+impl TexelPair {
     fn weights(self) -> (u64, u64) {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
@@ -111,8 +111,8 @@ impl PainterTexture {
         self.shared.get_or_init(make).clone()
     }
 
-    /// The tap at a coordinate from 0 to 1 in a row (or column) of `size` texels.
-    pub fn tap(&self, coordinate: f32, size: usize) -> Tap {
+    /// The texel pair at a coordinate from 0 to 1 in a row (or column) of `size` texels.
+    pub fn texel_pair(&self, coordinate: f32, size: usize) -> TexelPair {
         let wrapped = |texel: i64| {
             let size = size as i64;
             (if self.repeats { texel.rem_euclid(size) } else { texel.clamp(0, size - 1) }) as usize
@@ -120,16 +120,16 @@ impl PainterTexture {
         let position = coordinate * size as f32;
         if !self.smooth {
             let near = wrapped(position.floor() as i64);
-            return Tap { near, far: near, weight: 0 };
+            return TexelPair { near, far: near, weight: 0 };
         }
         // Weights in steps of 1/256 suffice for bytes. They are rounded, so that a coordinate at a texel's centre gives that texel despite
         // rounding errors of the coordinate.
         let steps = ((position - 0.5) * 256.0).round() as i64;
         let first = steps.div_euclid(256);
-        Tap { near: wrapped(first), far: wrapped(first + 1), weight: steps.rem_euclid(256) as u32 }
+        TexelPair { near: wrapped(first), far: wrapped(first + 1), weight: steps.rem_euclid(256) as u32 }
     }
 
-    fn bilinear(&self, x: Tap, y: Tap) -> Color32 {
+    fn bilinear(&self, x: TexelPair, y: TexelPair) -> Color32 {
         let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
         if x.weight == 0 && y.weight == 0 {
             return upper[x.near];
@@ -143,7 +143,7 @@ impl PainterTexture {
         if self.texels.is_empty() {
             return Color32::WHITE;
         }
-        self.bilinear(self.tap(u, self.width), self.tap(v, self.height))
+        self.bilinear(self.texel_pair(u, self.width), self.texel_pair(v, self.height))
     }
 }
 
@@ -173,34 +173,34 @@ fn to_pixel(texel: Color32) -> u32 {
 }
 
 impl MagnifiedRows {
-    /// Starts an image with these taps of its columns of pixels, and drops the rows of the last image.
-    pub fn start(&mut self, texture: &PainterTexture, columns: &[Tap]) {
+    /// Starts an image with these texel pairs of its columns of pixels, and drops the rows of the last image.
+    pub fn start(&mut self, texture: &PainterTexture, columns: &[TexelPair]) {
         self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
-        self.is_aligned = columns.iter().all(|tap| tap.weight == 0);
-        debug_assert!(columns.iter().all(|tap| tap.near < texture.width && tap.far < texture.width));
+        self.is_aligned = columns.iter().all(|pair| pair.weight == 0);
+        debug_assert!(columns.iter().all(|pair| pair.near < texture.width && pair.far < texture.width));
     }
 
-    /// Writes one row of pixels. `columns`: the tap of each pixel in its texel row; `row_tap`: the two texel rows.
-    pub fn write_row(&mut self, texture: &PainterTexture, columns: &[Tap], row_tap: Tap, pixels: &mut [u32]) {
-        if self.is_aligned && row_tap.weight == 0 {
-            let texels = &texture.texels[row_tap.near * texture.width..(row_tap.near + 1) * texture.width];
+    /// Writes one row of pixels. `columns`: the texel pair of each pixel in its texel row; `row_pair`: the two texel rows.
+    pub fn write_row(&mut self, texture: &PainterTexture, columns: &[TexelPair], row_pair: TexelPair, pixels: &mut [u32]) {
+        if self.is_aligned && row_pair.weight == 0 {
+            let texels = &texture.texels[row_pair.near * texture.width..(row_pair.near + 1) * texture.width];
             for (pixel, column) in pixels.iter_mut().zip(columns) {
                 *pixel = to_pixel(texels[column.near]);
             }
             return;
         }
-        let near = self.interpolated(texture, columns, row_tap.near, None);
-        let far = self.interpolated(texture, columns, row_tap.far, Some(near));
-        let lanes = |place: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[place].1);
+        let near = self.interpolated(texture, columns, row_pair.near, None);
+        let far = self.interpolated(texture, columns, row_pair.far, Some(near));
+        let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].1);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
         let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
-        if row_tap.weight == 0 {
+        if row_pair.weight == 0 {
             for (byte, near) in bytes.iter_mut().zip(lanes(near)) {
                 *byte = rounded(*near);
             }
         } else {
             // The weights are in 65536ths, so the upper 16 bits of a product are again a channel times 128.
-            let (far_weight, near_weight) = ((row_tap.weight << 8) as u16, ((256 - row_tap.weight) << 8) as u16);
+            let (far_weight, near_weight) = ((row_pair.weight << 8) as u16, ((256 - row_pair.weight) << 8) as u16);
             let weighted = |lane: u16, weight: u16| ((u32::from(lane) * u32::from(weight)) >> 16) as u16;
             for ((byte, near), far) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
                 *byte = rounded(weighted(*near, near_weight) + weighted(*far, far_weight));
@@ -208,28 +208,28 @@ impl MagnifiedRows {
         }
     }
 
-    /// The place in `rows` of a horizontally interpolated texel row, which is computed if it is not there. The row at place `kept` stays.
-    fn interpolated(&mut self, texture: &PainterTexture, columns: &[Tap], row: usize, kept: Option<usize>) -> usize {
+    /// The index in `rows` of a horizontally interpolated texel row, which is computed if it is not there. The row at index `kept` stays.
+    fn interpolated(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
         if let Some(known) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
             return known;
         }
         // Rows are needed from top to bottom, so the upper one of the two can be replaced.
-        let place = match kept {
+        let index = match kept {
             Some(kept) => 1 - kept,
             None => usize::from(self.rows[0].0 > self.rows[1].0),
         };
         self.texel_lanes.clear();
         self.texel_lanes.extend(texture.texels[row * texture.width..(row + 1) * texture.width].iter().map(|texel| to_lanes(*texel)));
-        let (texel_row, target) = &mut self.rows[place];
+        let (texel_row, target) = &mut self.rows[index];
         *texel_row = Some(row);
         target.clear();
-        target.extend(columns.iter().map(|tap| {
-            let (near_weight, far_weight) = tap.weights();
+        target.extend(columns.iter().map(|pair| {
+            let (near_weight, far_weight) = pair.weights();
             // At most 255 * 256 in each lane; halved, so that rounding later cannot overflow. The mask removes the bit shifted in from the
             // next lane.
-            ((self.texel_lanes[tap.near] * near_weight + self.texel_lanes[tap.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
+            ((self.texel_lanes[pair.near] * near_weight + self.texel_lanes[pair.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
         }));
-        place
+        index
     }
 }
 
@@ -250,14 +250,14 @@ mod tests {
     /// The largest difference between [`MagnifiedRows`] and bilinear interpolation in f64, in levels of 255, for a magnified image of this
     /// size.
     fn largest_error(texture: &PainterTexture, [width, height]: [usize; 2]) -> f64 {
-        let tap = |pixel: usize, pixels: usize, texels: usize| texture.tap((pixel as f32 + 0.5) / pixels as f32, texels);
-        let columns: Vec<Tap> = (0..width).map(|x| tap(x, width, WIDTH)).collect();
+        let pair = |pixel: usize, pixels: usize, texels: usize| texture.texel_pair((pixel as f32 + 0.5) / pixels as f32, texels);
+        let columns: Vec<TexelPair> = (0..width).map(|x| pair(x, width, WIDTH)).collect();
         let mut rows = MagnifiedRows::default();
         rows.start(texture, &columns);
         let mut pixels = vec![0; width];
         let mut largest: f64 = 0.0;
         for y in 0..height {
-            let row = tap(y, height, HEIGHT);
+            let row = pair(y, height, HEIGHT);
             rows.write_row(texture, &columns, row, &mut pixels);
             for (pixel, column) in pixels.iter().zip(&columns) {
                 let [zero, shown @ ..] = pixel.to_be_bytes();
@@ -283,12 +283,12 @@ mod tests {
             assert!(error < 0.6, "{size:?}: {error} levels");
         }
         // Control: different texel rows give different pixels, so a kept row used for another one would show.
-        let columns: Vec<Tap> = (0..WIDTH).map(|x| texture.tap((x as f32 + 0.5) / WIDTH as f32, WIDTH)).collect();
+        let columns: Vec<TexelPair> = (0..WIDTH).map(|x| texture.texel_pair((x as f32 + 0.5) / WIDTH as f32, WIDTH)).collect();
         let mut rows = MagnifiedRows::default();
         rows.start(&texture, &columns);
         let [mut first, mut last] = [vec![0; WIDTH], vec![0; WIDTH]];
-        rows.write_row(&texture, &columns, Tap { near: 3, far: 4, weight: 128 }, &mut first);
-        rows.write_row(&texture, &columns, Tap { near: 9, far: 10, weight: 128 }, &mut last);
+        rows.write_row(&texture, &columns, TexelPair { near: 3, far: 4, weight: 128 }, &mut first);
+        rows.write_row(&texture, &columns, TexelPair { near: 9, far: 10, weight: 128 }, &mut last);
         assert_ne!(first, last);
     }
 

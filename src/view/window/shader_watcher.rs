@@ -1,7 +1,8 @@
 //! Reloads a folder of shader fragments when a file in it changes.
 //!
-//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: a separate thread reads the files; the
-//! query worker replaces the modules. While the folder cannot be read, for example because an editor is saving a file, nothing changes.
+//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: after the first reading, a separate thread reads
+//! the files, and the query worker replaces the modules. While the folder cannot be read, for example because an editor is saving a file, nothing
+//! changes.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;

@@ -23,11 +23,11 @@ const MAX_WAITING_FRACTION: f64 = 0.5;
 /// Recent cost of images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct AdaptiveResolution {
-    /// Running mean of the render time per megapixel; it includes the cost of an image that does not depend on the number of pixels.
+    /// Running mean of the render time divided by the number of megapixels; the part of the time that does not depend on the pixels is divided, too.
     ms_per_megapixel: Option<f64>,
     /// Running mean of the time between the end of an image and the start of the next.
     waiting_ms: f64,
-    /// The last factor; 0 before the first.
+    /// The last factor computed from a measured image; 0 before that.
     scale: f64,
 }
 

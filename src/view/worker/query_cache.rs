@@ -1,7 +1,7 @@
 //! A cache of query results that are computed off the window's thread.
 //!
-//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until the cache is cleared; a lookup never
-//! blocks.
+//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until its answer is dropped; a lookup
+//! never blocks.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};

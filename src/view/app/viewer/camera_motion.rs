@@ -93,7 +93,8 @@ impl Viewer {
 
     /// If the camera tracks another body than the one that it stands on or orbits, stores the direction to that body in its own angles. Otherwise the
     /// camera would jump to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric,
-    /// without the planetary aberration that an image includes: some 20 arcsec for the Sun, at most a minute of arc for a planet.
+    /// without the planetary aberration that an image includes: from the Earth some 20
+    /// arcsec for the Sun, at most a minute of arc for a planet.
     fn keep_tracked_direction(&mut self, places: &dyn BodyPositions) {
         let body = self.view.eye.body();
         if !self.view.tracks || self.view.target == body {
@@ -195,7 +196,7 @@ impl GroundPlace {
         }
         let latitude_deg = normal.z.atan2(normal.truncate().length()).to_degrees();
         let longitude_deg = normal.y.atan2(normal.x).to_degrees();
-        // At a pole the horizon's axes depend on the longitude, so the normal is that of the angles.
+        // At a pole, east and north depend on the longitude, so the normal is computed from latitude and longitude, as for an image of the pose.
         let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
         (height_km > 0.0).then_some(Self { latitude_deg, longitude_deg, height_km, normal })
     }

@@ -23,7 +23,7 @@ warning-title = Diese Ansicht ließ sich nicht öffnen
 warning-default = Stattdessen wird die übliche Ansicht gezeigt.
 warning-close = Schließen
 warning-close-hint = Die Meldung schließen (Eingabe, Esc)
-# Fehler des Systems.
+# Errors of the system.
 system-not-found = keine solche Datei, kein solcher Ordner
 system-denied = keine Berechtigung
 system-no-folder = ein Teil des Pfads ist kein Ordner
