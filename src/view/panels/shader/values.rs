@@ -85,7 +85,11 @@ pub(crate) fn number_text(v: f32) -> String {
     if v == v.trunc() && magnitude < 1e6 {
         return format!("{v}");
     }
-    if (1e-4..1e6).contains(&magnitude) { format!("{v:.6}").trim_end_matches('0').to_owned() } else { format!("{v:.5e}") }
+    if !(1e-4..1e6).contains(&magnitude) {
+        return format!("{v:.5e}");
+    }
+    // A number close to an integer, such as 1 + f32::EPSILON, has no decimals left.
+    format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Shows the table of uniforms.
@@ -187,5 +191,6 @@ mod tests {
         assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
         assert_eq!([2.5, -3.0, 4e-9].map(number_text), ["2.5", "-3", "4.00000e-9"]);
         assert_eq!([1e7, 0.25].map(number_text), ["1.00000e7", "0.25"]);
+        assert_eq!([1.0 + f32::EPSILON, f32::EPSILON - 1.0].map(number_text), ["1", "-1"]);
     }
 }
