@@ -1,6 +1,6 @@
-//! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, to record it, and to end it.
+//! Playback of a tour: its text over the viewport, and buttons to pause it, to go from stop to stop, to record it, and to end it.
 //!
-//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand
+//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the viewport's lower edge. Always: moving the view by hand
 //! or changing what it shows pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
 //! ([`crate::view::app::tour`]).
 
@@ -118,7 +118,7 @@ pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option
     }
 }
 
-/// Draws the text and the controls over the sky.
+/// Draws the text and the controls over the viewport.
 pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playing) = &mut interface.tour.playing else { return };
     let stop = playing.tour.at(playing.elapsed_s).stop;
