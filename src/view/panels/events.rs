@@ -99,7 +99,7 @@ impl EventsPanel {
     }
 
     /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error.
-    pub(crate) fn rename(&mut self, catalog: &Catalog) {
+    pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
         self.local = None;
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());

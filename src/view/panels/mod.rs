@@ -294,7 +294,7 @@ impl Interface {
             self.search.forget_failure();
             self.information.forget_report();
             self.shader.forget_failures();
-            self.events.rename(worker.session().catalog());
+            self.events.rewrite_texts(worker.session().catalog());
         }
     }
 

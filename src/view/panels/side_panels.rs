@@ -109,7 +109,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let width = valid_width(stored, tab.default_width());
         // Some of the viewport stays visible between two panels.
         let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
-        let max_panel_width = if is_kept_visible { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
+        let max_panel_width =
+            if is_kept_visible { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width).show(ui, |ui| {
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);

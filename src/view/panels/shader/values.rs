@@ -17,7 +17,7 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
-    /// Index of the chosen draw among those that use the shared module.
+    /// Index of the chosen draw among those that use the simple module.
     draw: usize,
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let layout = &module.module.layout;
     let bytes = match (inspected.draw, &inspected.id) {
         (Some(draw), _) => Some(uniform_bytes(layout, &draw.uniforms, inspected.rendered.job.sampling.anisotropy)),
-        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
+        (None, ModuleId::Simple(name)) => simple_module_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
     ui.horizontal(|ui| {
@@ -53,8 +53,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// The uniform bytes of a draw with a shared module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
-fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
+/// The uniform bytes of a draw with a simple module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
+fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
