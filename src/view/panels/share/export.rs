@@ -204,7 +204,7 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image with the renderer for background work. `is_exr`: for a file of linear light; otherwise as displayed.
+/// Draws one image by [`Session::draw_in_background`]. `is_exr`: for a file of linear light; otherwise as displayed.
 fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = options.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;

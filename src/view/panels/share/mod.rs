@@ -224,7 +224,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
             Export::of_animation(steps(first), file, panel.frames, *rate, *options)
         }
         ExportKind::Tour => {
-            let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
+            let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
             Export::of_animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file, count, *rate, *options)
         }
