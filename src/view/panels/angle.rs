@@ -16,7 +16,7 @@ const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
 /// Line segments of the arc.
 const SEGMENTS: u32 = 48;
 
-/// Directions of the clicked places, ICRF unit vectors: two at most.
+/// The measured angle, with the clicked places: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
     places: Vec<MeasuredPoint>,
@@ -25,11 +25,12 @@ pub(super) struct MeasuredAngle {
 /// A clicked place.
 #[derive(Debug)]
 struct MeasuredPoint {
+    /// From the camera: an ICRF unit vector.
     direction: DVec3,
     body: Option<SeenBody>,
 }
 
-/// A body under a click: its name, and its apparent centre relative to the camera, kilometres.
+/// A body under a click: its name, and its apparent centre relative to the camera, ICRF, kilometres.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SeenBody {
     pub name: String,

@@ -70,7 +70,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
 }
 
-/// `Saturn is 9.45 times as wide as Earth and has 764 times its volume.`
+/// `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
 fn size_text(a: &Subject, b: &Subject) -> String {
     let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
     let width = a.radii_km.x / b.radii_km.x;

@@ -31,7 +31,7 @@ const YEAR_RANGE: usize = 1;
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Height of the table of an event's contacts, points: five rows, and the line above the table.
+/// Least height of the table of an event's contacts, points: five rows, and the line above the table. A total lunar eclipse has seven rows.
 const CONTACTS_HEIGHT: f32 = 146.0;
 /// A smaller error of Delta T is not shown, because contact times are shown in seconds.
 const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
@@ -99,7 +99,7 @@ impl EventsPanel {
     }
 
     /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error.
-    pub(crate) fn rename(&mut self, catalog: &Catalog) {
+    pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
         self.local = None;
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
@@ -381,7 +381,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // The height is constant, so that no button moves when a place is chosen.
+    // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
     ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
         ui.set_min_height(CONTACTS_HEIGHT);
         contacts(interface, ui, worker, event);

@@ -224,7 +224,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             None => {}
         }
         if let Some(Ok(day)) = &report.day {
-            // On a day with one of the two only, the other is missing: the Moon rises some 50 minutes later each day.
+            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" then stands for the other.
             let absent: &str = match (day.rise.or(day.set), day.up_at_start) {
                 (Some(_), _) => "-",
                 (None, true) => text!("fact-up-all-day"),

@@ -54,10 +54,11 @@ use std::sync::Arc;
 
 /// How long a message of the session is shown, seconds.
 const NOTICE_S: f64 = 8.0;
-/// The most messages of a frame that the notice shows (all of them go to standard error), and the most messages about dropped files.
+/// Largest number of lines of the notice, which shows the session's last messages (all of them go to standard error), and of the reply about
+/// dropped files.
 const MAX_NOTICE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
-const MESSAGE_S: f64 = 20.0;
+const REPLY_S: f64 = 20.0;
 
 /// A panel at a side of the viewport. The first panel's digit key is 1. `tab.rs` has a row for each panel, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,12 +103,12 @@ pub struct Interface {
     last_language: Language,
     /// The styles of both themes have been applied to the egui context.
     is_styled: bool,
-    /// A control has the keyboard focus.
+    /// A control had the keyboard focus at the end of the last frame.
     has_keyboard: bool,
-    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply`].
-    message: String,
+    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply()`].
+    reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
-    message_until_s: Option<f64>,
+    reply_until_s: Option<f64>,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// Messages of the session: a fallback, a map that cannot be read.
@@ -156,8 +157,8 @@ impl Interface {
             file_dialog: None,
             is_styled: false,
             has_keyboard: false,
-            message: String::new(),
-            message_until_s: None,
+            reply: String::new(),
+            reply_until_s: None,
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
@@ -204,8 +205,8 @@ impl Interface {
             self.notice = Some((lines.join("\n"), now_s + NOTICE_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
-        if *self.message_until_s.get_or_insert(now_s + MESSAGE_S) <= now_s {
-            self.message.clear();
+        if *self.reply_until_s.get_or_insert(now_s + REPLY_S) <= now_s {
+            self.reply.clear();
         }
         self.receive(ui.ctx(), worker);
         self.style(ui.ctx());
@@ -264,7 +265,7 @@ impl Interface {
     }
 
     /// On the first call sets fonts and styles and registers the plugin that orders input. A call before the context's first frame saves
-    /// rasterizing the glyphs of egui's default fonts.
+    /// rasterising the glyphs of egui's default fonts.
     pub(crate) fn style(&mut self, ctx: &egui::Context) {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ctx);
@@ -274,13 +275,13 @@ impl Interface {
 
     /// Shows the reply to an action of the user, for its full time also if it repeats the last one.
     pub fn reply(&mut self, text: impl Into<String>) {
-        self.message = text.into();
-        self.message_until_s = None;
+        self.reply = text.into();
+        self.reply_until_s = None;
     }
 
     /// The reply to the user's last action; empty if there is none, or if its time is over.
     pub fn message(&self) -> &str {
-        &self.message
+        &self.reply
     }
 
     /// Sets the language for this frame. If it has changed, discards or rewrites the stored texts.
@@ -289,11 +290,11 @@ impl Interface {
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline = timeline::Timeline::default();
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
-            (self.message, self.notice) = (String::new(), None);
+            (self.reply, self.notice) = (String::new(), None);
             self.search.forget_failure();
             self.information.forget_report();
             self.shader.forget_failures();
-            self.events.rename(worker.session().catalog());
+            self.events.rewrite_texts(worker.session().catalog());
         }
     }
 
@@ -305,10 +306,10 @@ impl Interface {
     /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last
     /// messages of the session.
     pub fn message_line(&self) -> &str {
-        match (&self.failure_reason, self.message.as_str()) {
+        match (&self.failure_reason, self.reply.as_str()) {
             (Some(why), _) => why,
             (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
-            (None, message) => message,
+            (None, reply) => reply,
         }
     }
 

@@ -22,7 +22,7 @@ struct Frame {
 #[derive(Default)]
 pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
-    /// Arrival times of the images of the last [`RATE_INTERVAL_S`], in egui's time (`InputState::time`).
+    /// Arrival times of the newest image and of those in the [`RATE_INTERVAL_S`] before it, in egui's time (`InputState::time`).
     arrivals_s: VecDeque<f64>,
     /// Time that the interface itself took in the last frame, milliseconds.
     pub interface_ms: f64,
@@ -84,7 +84,7 @@ fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
 
 /// Interval over which images are counted for the frame rate, and between updates of the plot's description, seconds.
 const RATE_INTERVAL_S: f64 = 2.0;
-/// The stages of a frame.
+/// The stages of drawing a frame; the others (reading catalogs and the ephemeris, writing files) are not part of it.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {

@@ -31,8 +31,9 @@ const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Change of the displayed time, seconds, above which a new image is drawn at once: the user must have set the time, because images at real
 /// time are rarely so far apart.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of any body's pole within [`TIME_JUMP_S`], radians. Positions and directions of the view that
-/// differ by less (relative to their length) count as unchanged, but only in a view at rest, so that a drag is always drawn at once.
+/// Upper bound of the motion of any body's pole within [`TIME_JUMP_S`], radians. A camera in orbit is placed relative to the pole and moves
+/// with it: positions and directions that differ by less (relative to their length) count as unchanged, but only in a view at rest, so that
+/// a drag is always drawn at once.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
@@ -47,7 +48,7 @@ pub(super) struct Viewport {
     pub(super) requested_s: f64,
     /// Time of the last action that moved the view.
     pub(super) last_motion_s: f64,
-    /// Time of the last frame of the interface.
+    /// Time of the current frame of the interface; NaN before the first.
     pub(super) last_frame_s: f64,
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
@@ -56,16 +57,17 @@ pub(super) struct Viewport {
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of images shown so far.
     pub(super) images_shown: u64,
-    /// A change requires a new image.
+    /// What images depended on besides their requests in the last frame of the interface; a change requires a new image.
     pub(super) drawn_with: Option<DrawnWith>,
     pub(super) labels: Vec<Label>,
-    /// Rectangles of messages, hints and suggestions over the viewport, as shown last, points.
+    /// Rectangles of the message, the hints, a tour's text and *What to see now* over the viewport, as shown last, points.
     pub(super) overlays: Vec<egui::Rect>,
     /// Height of the caption at the viewport's lower edge, points.
     pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The direction of the last right click, or of the body or star near it: an ICRF unit vector. Images with other resolutions may follow while the menu is open.
+    /// The direction of the last right click, or of the body or star near it: an ICRF unit vector and no pixel, because images with other
+    /// resolutions may follow while the menu is open.
     pub(super) menu_direction: Option<DVec3>,
     /// Index in the star catalog of the last star that was clicked or found.
     pub(super) star: Option<usize>,
@@ -101,7 +103,7 @@ impl Interface {
         self.viewport.shown.as_ref()
     }
 
-    /// Rectangles of messages, hints and suggestions over the view, as shown last, points.
+    /// Rectangles of the message, the hints, a tour's text and *What to see now* over the viewport, as shown last, points.
     pub fn overlays(&self) -> &[egui::Rect] {
         &self.viewport.overlays
     }
@@ -250,7 +252,7 @@ impl Interface {
                 return;
             }
         };
-        // At real time little changes between images, so an image is drawn at most once per ten times its drawing time: 1e-2 s per ms.
+        // At real time little changes between images, so drawing takes at most a tenth of the time: `took_ms` is in ms, and 1e-2 s is 10 ms.
         let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms));
         let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
         let is_stale = self
@@ -272,7 +274,7 @@ impl Interface {
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             // A new reply has its time from the next frame on.
-            (!self.message.is_empty()).then(|| self.message_until_s.map_or(0.0, |until_s| until_s - now_s)),
+            (!self.reply.is_empty()).then(|| self.reply_until_s.map_or(0.0, |until_s| until_s - now_s)),
         ];
         if let Some(delay_s) = delays_s.into_iter().flatten().reduce(f64::min) {
             ctx.request_repaint_after(std::time::Duration::from_secs_f64(delay_s.max(0.0)));

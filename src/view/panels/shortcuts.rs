@@ -104,7 +104,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "l" => actions.push(Action::Forward),
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
-            // A playing tour sets the time, which is paused otherwise: to toggle the pause would make time run.
+            // While a tour plays, it alone sets the time, and the time rate is paused; ending that pause would make time run as well.
             " " if interface.tour.is_playing() => interface.tour.pause(),
             " " => actions.push(Action::TogglePause),
             typed => {

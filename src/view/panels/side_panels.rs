@@ -1,7 +1,7 @@
-//! The panels at the sides of the sky: the list of bodies, the open panel, and a second panel that the user keeps open.
+//! The panels at the sides of the viewport: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them.
-//! Always: the open panel and the kept panel are on opposite sides of the sky; the kept panel is hidden while the window is too narrow for
+//! Always: the open panel and the kept panel are on opposite sides of the viewport; the kept panel is hidden while the window is too narrow for
 //! both, and so is the list of bodies while a panel is open. A panel whose title is dragged to the other half of the window moves there,
 //! and the other panel takes its side.
 
@@ -21,8 +21,8 @@ const MIN_PANEL_WIDTH: f32 = 280.0;
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
 /// Minimum width of a window for the list of bodies beside a panel, points.
 const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
-/// Minimum width of the sky between two panels, points.
-const MIN_SKY_WIDTH: f32 = 320.0;
+/// Minimum width of the viewport between two panels, points.
+const MIN_VIEWPORT_WIDTH: f32 = 320.0;
 
 impl Tab {
     /// The panel's width until the user changes it, points.
@@ -37,7 +37,7 @@ impl Interface {
         self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO)
     }
 
-    /// Whether the panel is on either side of the sky.
+    /// Whether the panel is on either side of the viewport.
     pub(crate) fn is_open(&self, ctx: &egui::Context, tab: Tab) -> bool {
         self.tab == Some(tab) || self.visible_kept(ctx) == Some(tab)
     }
@@ -107,9 +107,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
         let width = valid_width(stored, tab.default_width());
-        // Some sky stays visible between two panels.
+        // Some of the viewport stays visible between two panels.
         let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
-        let max_panel_width = if is_kept_visible { (ui.available_width() - MIN_SKY_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
+        let max_panel_width =
+            if is_kept_visible { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width).show(ui, |ui| {
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);

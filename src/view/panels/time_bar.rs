@@ -1,4 +1,4 @@
-//! The bar below the sky: date field and calendar, rate of time, time steps; below them the buttons for events of a kind and the timeline.
+//! The bar below the viewport: date field and calendar, rate of time, time steps; below them the buttons for events of a kind and the timeline.
 
 use super::icons::{self, Icon};
 use super::search::MAX_ECHO_CHARS;

@@ -1,4 +1,4 @@
-//! The timeline below the sky: dates around the displayed time, and marks of events.
+//! The timeline below the viewport: dates around the displayed time, and marks of events.
 //!
 //! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
 //! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when

@@ -1,4 +1,4 @@
-//! The bar above the sky, with its controls in groups: explore, see, understand, share.
+//! The bar above the viewport, with its controls in groups: explore, see, understand, share.
 //!
 //! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a tooltip, and a text or an accessible name.
 

@@ -1,6 +1,6 @@
-//! Playback of a tour: its text over the sky, and buttons to pause it, to go from stop to stop, to record it, and to end it.
+//! Playback of a tour: its text over the viewport, and buttons to pause it, to go from stop to stop, to record it, and to end it.
 //!
-//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the sky's lower edge. Always: moving the view by hand
+//! In: a [`Tour`], elapsed time. Out: the view, and a line of text with controls over the viewport's lower edge. Always: moving the view by hand
 //! or changing what it shows pauses the tour and keeps the view; the tour does not change the user's quality and panels. Not here: camera paths and views
 //! ([`crate::view::app::tour`]).
 
@@ -19,11 +19,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The tour being played, and the field for tour files.
+/// The tour being played or paused, and the field for tour files.
 #[derive(Default)]
 pub(crate) struct TourPlayer {
     /// `None` if no tour is open.
-    playing: Option<TourPlayback>,
+    playback: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
     pub file: String,
     /// A tour was started in this frame, whose first view is among the frame's actions.
@@ -45,29 +45,29 @@ const MAX_TEXT_WIDTH: f32 = 560.0;
 impl TourPlayer {
     /// Whether a tour is being played or paused.
     pub(crate) fn is_open(&self) -> bool {
-        self.playing.is_some()
+        self.playback.is_some()
     }
 
     /// Whether a tour sets the view in each frame.
     pub(crate) fn is_playing(&self) -> bool {
-        self.playing.as_ref().is_some_and(|playing| !playing.is_paused)
+        self.playback.as_ref().is_some_and(|playback| !playback.is_paused)
     }
 
     /// Pauses the tour; called when the user moves the view or changes what it shows.
     pub(crate) fn pause(&mut self) {
-        if let Some(playing) = &mut self.playing {
-            playing.is_paused = true;
+        if let Some(playback) = &mut self.playback {
+            playback.is_paused = true;
         }
     }
 
     /// The current tour.
-    pub(crate) fn playing_tour(&self) -> Option<Arc<Tour>> {
-        self.playing.as_ref().map(|playing| Arc::clone(&playing.tour))
+    pub(crate) fn current_tour(&self) -> Option<Arc<Tour>> {
+        self.playback.as_ref().map(|playback| Arc::clone(&playback.tour))
     }
 
     /// Ends the tour and keeps the view; returns whether a tour was open.
     pub(crate) fn end(&mut self) -> bool {
-        self.playing.take().is_some()
+        self.playback.take().is_some()
     }
 }
 
@@ -77,7 +77,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
         Ok(tour) => {
             let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
             actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
-            interface.tour.playing = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
+            interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
             interface.tour.has_started = true;
         }
         Err(e) => interface.reply(error_text(&e)),
@@ -100,12 +100,12 @@ fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
 /// Advances the tour by elapsed real time, unless it is paused.
 pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f64) {
     interface.viewer.is_in_tour = false;
-    let Some(playing) = interface.tour.playing.as_mut().filter(|p| !p.is_paused) else { return };
-    playing.elapsed_s += real_s.max(0.0);
-    let moment = playing.tour.at(playing.elapsed_s);
-    playing.is_paused = playing.elapsed_s >= playing.tour.length_s();
+    let Some(playback) = interface.tour.playback.as_mut().filter(|p| !p.is_paused) else { return };
+    playback.elapsed_s += real_s.max(0.0);
+    let moment = playback.tour.at(playback.elapsed_s);
+    playback.is_paused = playback.elapsed_s >= playback.tour.length_s();
     interface.viewer.view = with_quality_of(&interface.viewer.view, moment.view);
-    interface.viewer.is_in_tour = moment.is_changing && !playing.is_paused;
+    interface.viewer.is_in_tour = moment.is_changing && !playback.is_paused;
     ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
@@ -118,10 +118,10 @@ pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option
     }
 }
 
-/// Draws the text and the controls over the sky.
+/// Draws the text and the controls over the viewport.
 pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
-    let Some(playing) = &mut interface.tour.playing else { return };
-    let stop = playing.tour.at(playing.elapsed_s).stop;
+    let Some(playback) = &mut interface.tour.playback else { return };
+    let stop = playback.tour.at(playback.elapsed_s).stop;
     let mut go_to = None;
     let (mut is_ended, mut is_recorded) = (false, false);
     let is_busy = interface.share.is_busy();
@@ -133,17 +133,17 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             ui.add(Label::new(
                 RichText::new(text!(
                     "tour-stop",
-                    tour = catalog_text("tour", &playing.tour.title),
+                    tour = catalog_text("tour", &playback.tour.title),
                     stop = stop + 1,
-                    stops = playing.tour.stops()
+                    stops = playback.tour.stops()
                 ))
                 .small(),
             ));
-            let stop_text = catalog_detail("tour", &playing.tour.title, &(stop + 1).to_string(), playing.tour.text(stop));
+            let stop_text = catalog_detail("tour", &playback.tour.title, &(stop + 1).to_string(), playback.tour.text(stop));
             let text = ui.label(stop_text);
             // Announced by screen readers without focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
-            let progress = playing.elapsed_s / playing.tour.length_s().max(1e-9);
+            let progress = playback.elapsed_s / playback.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {
                 let button = |ui: &mut egui::Ui, is_enabled: bool, name: &str, hover: &str| {
                     ui.add_enabled(is_enabled, Button::new(name)).on_hover_text(hover).clicked()
@@ -151,18 +151,18 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 if button(ui, stop > 0, text!("tour-previous"), text!("tour-previous-hint")) {
                     go_to = Some(stop - 1);
                 }
-                let (name, hover) = if playing.is_paused {
+                let (name, hover) = if playback.is_paused {
                     (text!("tour-play"), text!("tour-play-hint"))
                 } else {
                     (text!("tour-pause"), text!("tour-pause-hint"))
                 };
                 if button(ui, true, name, hover) {
-                    playing.is_paused = !playing.is_paused;
-                    if playing.elapsed_s >= playing.tour.length_s() {
-                        playing.elapsed_s = 0.0;
+                    playback.is_paused = !playback.is_paused;
+                    if playback.elapsed_s >= playback.tour.length_s() {
+                        playback.elapsed_s = 0.0;
                     }
                 }
-                if button(ui, stop + 1 < playing.tour.stops(), text!("tour-next"), text!("tour-next-hint")) {
+                if button(ui, stop + 1 < playback.tour.stops(), text!("tour-next"), text!("tour-next-hint")) {
                     go_to = Some(stop + 1);
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
@@ -177,11 +177,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     });
     interface.viewport.overlays.push(shown.response.rect);
     if let Some(stop) = go_to {
-        playing.elapsed_s = playing.tour.arrival_s(stop);
-        playing.is_paused = false;
+        playback.elapsed_s = playback.tour.arrival_s(stop);
+        playback.is_paused = false;
     }
     if is_recorded {
-        playing.is_paused = true;
+        playback.is_paused = true;
         interface.share.record_tour();
     }
     if is_ended {

@@ -33,7 +33,6 @@ change-unpin-hint = Den zum Vergleich gemerkten Schlüssel vergessen
 change-nothing = Eine Dimension ändern, um zu sehen, was sich an Quelltext, Aufwand und Bild ändern würde.
 change-loading = Beide Module werden geladen
 change-operations = Operationen
-change-registers = Register
 change-summary = Von { $a } nach { $b }: { $lines }; { $costs }.
 change-lines = { $features } Merkmale verschieden, { $gone } Zeilen entfernt, { $new } hinzugefügt
 change-unchanged = { $to } (unverändert)

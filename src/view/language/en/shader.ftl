@@ -33,7 +33,6 @@ change-unpin-hint = Forget the key that was kept for comparison
 change-nothing = Change a dimension to see what would change in source, cost and image.
 change-loading = Loading both modules
 change-operations = operations
-change-registers = registers
 change-summary = From { $a } to { $b }: { $lines }; { $costs }.
 change-lines = { $features } features differ, { $gone } lines removed, { $new } added
 change-unchanged = { $to } (unchanged)

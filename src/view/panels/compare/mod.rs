@@ -32,12 +32,12 @@ enum Renderer {
     Window,
     Software,
     /// The software renderer, in f64.
-    Double,
+    SoftwareF64,
 }
 
 impl Renderer {
     const ALL: [(Self, &'static str); 3] =
-        [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::Double, "variant-f64")];
+        [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::SoftwareF64, "variant-f64")];
 
     fn name(self) -> &'static str {
         Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| plain(name))
@@ -241,15 +241,15 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     let failed = |e: crate::session::SessionError| error_text(&e);
     // This first plan loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
-    let double_renderer =
-        if variant.renderer == Renderer::Double { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
+    let f64_renderer =
+        if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(failed)?;
         (drawn.frame, drawn.by.renderer)
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(failed)?;
-        let renderer = double_renderer.as_ref().unwrap_or(session.background_renderer());
+        let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());
         (renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;

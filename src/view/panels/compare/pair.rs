@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// One drawn image.
 pub(crate) struct ComparedImage {
     pub image: DisplayImage,
-    /// The renderer or device that drew the image.
+    /// Name of the renderer that drew the image.
     pub by: String,
     pub took_ms: f64,
 }

@@ -80,7 +80,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
-        change(text!("change-registers"), slots_and_registers),
+        change(text!("cost-slots"), slots_and_registers),
     ];
     ui.label(RichText::new(text!("change-summary", a = a, b = b, lines = lines, costs = costs.join(", "))).strong());
 }

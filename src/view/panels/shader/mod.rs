@@ -54,8 +54,8 @@ impl Page {
 enum InspectedModule {
     /// The module of a draw of the selected body, given by the name of the body's part.
     Part(&'static str),
-    /// A module that all bodies share, by its name.
-    Shared(&'static str),
+    /// A module without a key, which may serve draws of several bodies or none: its name in [`SIMPLE_MODULES`].
+    Simple(&'static str),
 }
 
 #[derive(Default)]
@@ -84,7 +84,7 @@ pub(crate) struct ShaderPanel {
 struct Inspected<'a> {
     worker: &'a dyn RenderWorker,
     rendered: &'a RenderedView,
-    /// The draw; `None` for a module that all bodies share.
+    /// The draw; `None` for a simple module.
     draw: Option<&'a Draw>,
     /// The key with which the image was drawn.
     drawn: Option<ShaderKey>,
@@ -120,8 +120,8 @@ impl ShaderPanel {
     /// Shows a key from the search field on the Key page.
     pub(crate) fn show_key(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
-        // A module that all bodies share has no key.
-        self.chosen.take_if(|module| matches!(module, InspectedModule::Shared(_)));
+        // A simple module has no key.
+        self.chosen.take_if(|module| matches!(module, InspectedModule::Simple(_)));
         self.requested = Some(*key.features());
     }
 
@@ -153,23 +153,23 @@ impl ShaderPanel {
         self.choose(ui, &name, &draws);
         let chosen = self.chosen.filter(|module| match module {
             InspectedModule::Part(part) => draws.iter().any(|d| d.part.name() == *part),
-            InspectedModule::Shared(_) => true,
+            InspectedModule::Simple(_) => true,
         });
         let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
-        let module = chosen.unwrap_or(globe.map_or(InspectedModule::Shared("point"), |d| InspectedModule::Part(d.part.name())));
+        let module = chosen.unwrap_or(globe.map_or(InspectedModule::Simple("point"), |d| InspectedModule::Part(d.part.name())));
         if self.last_inspected.replace((body, module)) != Some((body, module)) {
             self.edited = None;
         }
         self.edited = self.requested.take().or(self.edited);
         let draw = match module {
             InspectedModule::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
-            InspectedModule::Shared(_) => None,
+            InspectedModule::Simple(_) => None,
         };
         let drawn = draw.map(|d| ShaderKey::for_draw(&d.features));
         let id = match (module, drawn, self.edited) {
             (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
             (_, Some(drawn), None) => ModuleId::Planet(drawn),
-            (InspectedModule::Shared(name), _, _) => ModuleId::Simple(name),
+            (InspectedModule::Simple(name), _, _) => ModuleId::Simple(name),
             (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
         };
         let inspected = Inspected { worker, rendered, draw, drawn, id, image_number: interface.viewport.images_shown };
@@ -194,7 +194,7 @@ impl ShaderPanel {
         }
     }
 
-    /// Shows the choice of a draw of the body, or of a shared module.
+    /// Shows the choice of a draw of the body, or of a simple module.
     fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
         let current = self.last_inspected.map(|(_, module)| module);
         ui.horizontal_wrapped(|ui| {
@@ -210,15 +210,15 @@ impl ShaderPanel {
                 }
             }
             ui.separator();
-            let title_of = |shared: &str| shared.replace('_', " ");
+            let title_of = |simple: &str| simple.replace('_', " ");
             let selected = match current {
-                Some(InspectedModule::Shared(shared)) => title_of(shared),
+                Some(InspectedModule::Simple(simple)) => title_of(simple),
                 _ => text!("shader-shared").to_owned(),
             };
             let list = ComboBox::from_id_salt("shared modules").selected_text(selected).show_ui(ui, |ui| {
-                for shared in SIMPLE_MODULES {
-                    let module = InspectedModule::Shared(shared);
-                    if ui.selectable_label(current == Some(module), title_of(shared)).clicked() {
+                for simple in SIMPLE_MODULES {
+                    let module = InspectedModule::Simple(simple);
+                    if ui.selectable_label(current == Some(module), title_of(simple)).clicked() {
                         self.chosen = Some(module);
                     }
                 }
@@ -266,12 +266,12 @@ fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
 mod tests {
     use super::*;
 
-    /// A module that all bodies share has no key, so that the key of a search would not be shown.
+    /// A simple module has no key, so that the key of a search would not be shown.
     #[test]
-    fn a_searched_key_leaves_a_shared_module() {
+    fn a_searched_key_leaves_a_simple_module() {
         let Ok(key) = "lambert.albedo.sun1.ellipsoid".parse::<ShaderKey>() else { panic!("not a key") };
         let rings = InspectedModule::Part("rings");
-        for (chosen, expected) in [(InspectedModule::Shared("point"), None), (rings, Some(rings))] {
+        for (chosen, expected) in [(InspectedModule::Simple("point"), None), (rings, Some(rings))] {
             let mut panel = ShaderPanel { chosen: Some(chosen), ..ShaderPanel::default() };
             panel.show_key(&key);
             assert_eq!((panel.chosen, panel.page), (expected, Page::Key));

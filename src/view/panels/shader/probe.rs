@@ -63,11 +63,11 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         accessible::spinner(ui, text!("probe-coming"));
         return;
     };
-    let [single, double] = match answer {
+    let [report_f32, report_f64] = match answer {
         Ok(both) => both,
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
-    let radiance = single.radiance.map(number_text).join(", ");
+    let radiance = report_f32.radiance.map(number_text).join(", ");
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
@@ -81,14 +81,14 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             accessible::spinner(ui, text!("probe-another"));
         }
     });
-    ui.label(text!("probe-radiance", level = radiance, stops = signed(single.exposure_stops, 2), time = instant_text(single.time)));
-    if single.draws.is_empty() {
+    ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
+    if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
         return;
     }
-    let mut chosen = page.draw.min(single.draws.len() - 1);
+    let mut chosen = page.draw.min(report_f32.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
-        for (index, draw) in single.draws.iter().enumerate() {
+        for (index, draw) in report_f32.draws.iter().enumerate() {
             let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
             if ui.selectable_label(index == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
                 chosen = index;
@@ -96,25 +96,25 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         }
     });
     page.draw = chosen;
-    let single_draw = &single.draws[chosen];
-    ui.add(egui::Label::new(RichText::new(single_draw.module.to_string()).monospace().size(SMALL)).wrap());
-    if let Some([latitude, longitude]) = single_draw.ground_deg {
+    let draw_f32 = &report_f32.draws[chosen];
+    ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL)).wrap());
+    if let Some([latitude, longitude]) = draw_f32.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
     // At an edge, the draw may cover the pixel in one precision and not in the other.
-    let double_draw = double.draws.iter().find(|d| d.body == single_draw.body && d.part == single_draw.part);
+    let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
         ui.add(TextEdit::singleline(&mut page.filter).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
         if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
-            ui.ctx().copy_text(rows(single_draw, double_draw).iter().map(|r| format!("{}\n", r.text())).collect());
+            ui.ctx().copy_text(rows(draw_f32, draw_f64).iter().map(|r| format!("{}\n", r.text())).collect());
         }
     });
-    table(ui, &rows(single_draw, double_draw), &page.filter);
+    table(ui, &rows(draw_f32, draw_f64), &page.filter);
 }
 
 impl ProbePage {
-    /// Starts a query if the pixel, the view or the fragments have changed, the view is at rest and no other query is running.
+    /// Starts a query if the pixel, the view or what it is drawn with has changed, the view is at rest and no other query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
@@ -141,40 +141,41 @@ impl ProbePage {
 /// A named value in both precisions.
 struct Row {
     name: String,
-    single: f64,
-    double: Option<f64>,
+    in_f32: f64,
+    /// `None` if the draw in f64 has no such value, as at an edge where it does not cover the pixel.
+    in_f64: Option<f64>,
 }
 
 impl Row {
     /// The name, both values and their absolute difference, in columns.
     fn text(&self) -> String {
         let number = |v: f64, digits: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.digits$e}") };
-        let double = self.double.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
-        let difference = self.double.map(|double| (self.single - double).abs()).filter(|d| d.is_finite());
+        let in_f64 = self.in_f64.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
+        let difference = self.in_f64.map(|in_f64| (self.in_f32 - in_f64).abs()).filter(|d| d.is_finite());
         let difference = difference.map_or(String::new(), |d| if d == 0.0 { "0".to_owned() } else { format!("{d:.1e}") });
-        format!("{:<34} {:>14} {double:>17} {difference:>10}", self.name, number(self.single, 7))
+        format!("{:<34} {:>14} {in_f64:>17} {difference:>10}", self.name, number(self.in_f32, 7))
     }
 }
 
 /// Every value of a draw at the pixel, with one row for each component of a vector.
-fn rows(single_draw: &PixelDraw, double_draw: Option<&PixelDraw>) -> Vec<Row> {
+fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
-    let double_number = |name: &str, component: usize| {
-        double_draw.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(component).copied())
+    let number_f64 = |name: &str, component: usize| {
+        draw_f64.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(component).copied())
     };
     let channels = [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")];
     for (index, channel) in channels.iter().enumerate() {
         all.push(Row {
             name: text!("probe-colour", c = channel),
-            single: single_draw.values.colour[index],
-            double: double_draw.map(|draw| draw.values.colour[index]),
+            in_f32: draw_f32.values.colour[index],
+            in_f64: draw_f64.map(|draw| draw.values.colour[index]),
         });
     }
-    for value in &single_draw.values.values {
-        for (index, single) in value.numbers.iter().enumerate() {
+    for value in &draw_f32.values.values {
+        for (index, in_f32) in value.numbers.iter().enumerate() {
             let component = ["x", "y", "z", "w"].get(index).filter(|_| value.numbers.len() > 1);
             let name = component.map_or(value.name.clone(), |component| format!("{}.{component}", value.name));
-            all.push(Row { name, single: *single, double: double_number(&value.name, index) });
+            all.push(Row { name, in_f32: *in_f32, in_f64: number_f64(&value.name, index) });
         }
     }
     all

@@ -180,7 +180,7 @@ impl ShaderQueries {
         });
     }
 
-    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that the sample body cannot be drawn with: one without a key, or of a mesh.
+    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that cannot draw the sample body: one without a key, or one for meshes.
     pub(crate) fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
         self.timed.known(id).cloned()
     }

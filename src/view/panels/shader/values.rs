@@ -17,7 +17,7 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
-    /// Index of the chosen draw among those that use the shared module.
+    /// Index of the chosen draw among those that use the simple module.
     draw: usize,
 }
 
@@ -29,7 +29,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let layout = &module.module.layout;
     let bytes = match (inspected.draw, &inspected.id) {
         (Some(draw), _) => Some(uniform_bytes(layout, &draw.uniforms, inspected.rendered.job.sampling.anisotropy)),
-        (None, ModuleId::Simple(name)) => shared_bytes(panel, ui, inspected, name).map(Ok),
+        (None, ModuleId::Simple(name)) => simple_module_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
     ui.horizontal(|ui| {
@@ -53,8 +53,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// The uniform bytes of a draw with a shared module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
-fn shared_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
+/// The uniform bytes of a draw with a simple module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
+fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
     *chosen = (*chosen).min(draws.len().checked_sub(1)?);
@@ -85,7 +85,11 @@ pub(crate) fn number_text(v: f32) -> String {
     if v == v.trunc() && magnitude < 1e6 {
         return format!("{v}");
     }
-    if (1e-4..1e6).contains(&magnitude) { format!("{v:.6}").trim_end_matches('0').to_owned() } else { format!("{v:.5e}") }
+    if !(1e-4..1e6).contains(&magnitude) {
+        return format!("{v:.5e}");
+    }
+    // A number close to an integer, such as 1 + f32::EPSILON, has no decimals left.
+    format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Shows the table of uniforms.
@@ -187,5 +191,6 @@ mod tests {
         assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
         assert_eq!([2.5, -3.0, 4e-9].map(number_text), ["2.5", "-3", "4.00000e-9"]);
         assert_eq!([1e7, 0.25].map(number_text), ["1.00000e7", "0.25"]);
+        assert_eq!([1.0 + f32::EPSILON, f32::EPSILON - 1.0].map(number_text), ["1", "-1"]);
     }
 }

@@ -8,7 +8,7 @@ use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
-use crate::scene::request::{Purpose, ViewRequest};
+use crate::scene::request::{Purpose, Quality, ViewRequest};
 use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
 use crate::view::app::file_names::{NumberedName, free_names};
 use crate::view::app::tour::Tour;
@@ -20,20 +20,21 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Size of a written image, pixels, and whether names are drawn into it.
+/// Settings of a written image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ImageOptions {
+    /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Draw the names of bodies.
-    pub names: bool,
+    /// Draw names and markers of bodies.
+    pub labels: bool,
 }
 
 /// The views of an export's frames.
 pub enum FrameViews {
     /// One view at times that are `step_s` scene seconds apart.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at `rate` frames per second, with the quality of the base view.
-    Tour { tour: Arc<Tour>, rate: u32, base_view: Box<ViewState> },
+    /// A tour at `rate` frames per second, drawn at this quality instead of its own.
+    Tour { tour: Arc<Tour>, rate: u32, quality: Quality },
 }
 
 impl FrameViews {
@@ -41,9 +42,7 @@ impl FrameViews {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
-            Self::Tour { tour, rate, base_view } => {
-                ViewState { quality: base_view.quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view }
-            }
+            Self::Tour { tour, rate, quality } => ViewState { quality: *quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
         }
     }
 }
@@ -95,7 +94,8 @@ impl Export {
     /// Exports frames as one animation at `rate` frames per second.
     ///
     /// # Errors
-    /// If the extension is not that of an animation format, or the format does not support the size or the rate.
+    /// If the extension is not that of an animation format, the format does not support the size or the rate, or all frames together have more
+    /// than [`MAX_ANIMATION_PIXELS`].
     pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = options.size;
@@ -134,7 +134,7 @@ impl Export {
     }
 
     /// Takes a finished frame and starts the next one. Returns a message and whether the export has ended; `None` if no frame was finished.
-    /// `saved`: the message about a written file.
+    /// `saved`: formats the message about a written file.
     pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, animation) = match self.frame.take()? {
             Ok(result) => result,
@@ -204,11 +204,11 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image with the renderer for background work. `is_exr`: for a file of linear light; otherwise as displayed.
+/// Draws one image by [`Session::draw_in_background`]. `is_exr`: for a file of linear light; otherwise as displayed.
 fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = options.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
-    request.layers.labels = options.names;
+    request.layers.labels = options.labels;
     request.purpose = Purpose::of_file(is_exr);
     let images = if is_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;

@@ -21,7 +21,7 @@ fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels
     accessible::number(ui, side_field(&mut options.size[0]), width);
     ui.label("×");
     accessible::number(ui, side_field(&mut options.size[1]), height);
-    let checkbox = ui.checkbox(&mut options.names, text!("image-labels")).accessible_name(labels);
+    let checkbox = ui.checkbox(&mut options.labels, text!("image-labels")).accessible_name(labels);
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
 

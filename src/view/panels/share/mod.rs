@@ -76,12 +76,12 @@ impl Default for SharePanel {
             file: "view.json".into(),
             bookmark: String::new(),
             image: "orrery.png".into(),
-            image_options: ImageOptions { size: [1920, 1080], names: false },
+            image_options: ImageOptions { size: [1920, 1080], labels: false },
             frames: 60,
             step_s: 60.0,
             animation: Animation {
                 file: "orrery.gif".into(),
-                options: ImageOptions { size: [640, 360], names: false },
+                options: ImageOptions { size: [640, 360], labels: false },
                 rate: 25,
                 is_centred: true,
             },
@@ -224,9 +224,9 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
             Export::of_animation(steps(first), file, panel.frames, *rate, *options)
         }
         ExportKind::Tour => {
-            let tour = interface.tour.playing_tour().ok_or(text!("share-no-tour"))?;
+            let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::of_animation(FrameViews::Tour { tour, rate: *rate, base_view: Box::new(view) }, file, count, *rate, *options)
+            Export::of_animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file, count, *rate, *options)
         }
     }
 }
