@@ -8,9 +8,8 @@ use wgpu::{Device, Extent3d, TextureDescriptor, TextureDimension, TextureFormat,
 /// The format of a target that the renderer owns: the linear image has 32-bit floats if it is read back.
 pub(super) fn texture_format(format: ColourFormat, requested: FrameImages) -> TextureFormat {
     match format {
-        // Half floats end at 65,504. Only the brightest spots of the Sun's map exceed that, in blue: 65,600, which may become infinite; the mean of the
-        // disc's centre is 56,000 in red, 61,000 in blue. One rounding changes a display value by at most 0.06 levels of 255, or by 0.25 if white has
-        // radiance 4e-4 (dimmer scenes are `HdrF32`).
+        // Half floats end at 65,504, and the shader of bodies limits what they emit to 65,000 (shaders/lib/globe.wesl). One rounding changes a display value by
+        // at most 0.06 levels of 255, or by 0.25 if white has radiance 4e-4 (dimmer scenes are `HdrF32`).
         ColourFormat::Hdr if requested == FrameImages::Display => TextureFormat::Rgba16Float,
         ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
         ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,
