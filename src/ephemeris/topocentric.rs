@@ -16,7 +16,7 @@ const REFRACTION_DEG: f64 = 34.0 / 60.0;
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Contacts are not searched farther than this from the greatest obscuration, nor that farther from the span, seconds.
+/// Seconds by which the greatest obscuration may lie outside the span, and a contact before or after the greatest obscuration.
 const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
@@ -213,33 +213,33 @@ impl ObserverSky<'_> {
             Ok(overlap(s)? + near.semidiameter_deg * (penumbral_ratio - 1.0))
         };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
-        // Time and overlap of the deepest sample.
+        // Time and overlap of the sample with the largest overlap.
         let mut best: Option<(f64, f64)> = None;
         for i in 0..=steps {
             let s = i as f64 * CONTACT_STEP_S;
             let sampled = overlap(s)?;
             match best {
-                Some((_, deepest)) if sampled > deepest => best = Some((s, sampled)),
+                Some((_, largest)) if sampled > largest => best = Some((s, sampled)),
                 // The passage is over; later overlaps belong to another one.
-                Some((_, deepest)) if deepest > 0.0 && sampled <= 0.0 => break,
+                Some((_, largest)) if largest > 0.0 && sampled <= 0.0 => break,
                 None => best = Some((s, sampled)),
                 _ => {}
             }
         }
-        let Some((mut sampled_s, mut deepest)) = best else { return Ok(None) };
-        // A passage that is in progress at the start or at the end of the span may be deepest outside of it.
+        let Some((mut sampled_s, mut largest)) = best else { return Ok(None) };
+        // A passage that is in progress at the start or at the end of the span may have its largest overlap outside of it.
         for step in [-CONTACT_STEP_S, CONTACT_STEP_S] {
-            while deepest > 0.0 && (-LONGEST_PASSAGE_S..=length_s + LONGEST_PASSAGE_S).contains(&sampled_s) {
+            while largest > 0.0 && (-LONGEST_PASSAGE_S..=length_s + LONGEST_PASSAGE_S).contains(&sampled_s) {
                 let next = overlap(sampled_s + step)?;
-                if next <= deepest {
+                if next <= largest {
                     break;
                 }
-                (sampled_s, deepest) = (sampled_s + step, next);
+                (sampled_s, largest) = (sampled_s + step, next);
             }
         }
         let greatest_s = time_of_maximum(sampled_s - CONTACT_STEP_S, sampled_s + CONTACT_STEP_S, overlap)?;
-        let deepest = overlap(greatest_s)?;
-        if deepest <= 0.0 {
+        let largest = overlap(greatest_s)?;
+        if largest <= 0.0 {
             return Ok(None);
         }
         // The contact before (-1) or after (1) the greatest obscuration.
@@ -260,7 +260,7 @@ impl ObserverSky<'_> {
         };
         let t = start.plus_seconds(greatest_s);
         let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
-        // Overlap at which the smaller disc is internally tangent to the larger.
+        // How far the smaller disc lies inside the larger, degrees: 0 at internal tangency, negative if it protrudes.
         let inner_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(occulting, t)?.semidiameter_deg))
@@ -275,7 +275,7 @@ impl ObserverSky<'_> {
             ends: start.plus_seconds(contact(1.0, &outer_overlap)?),
             inner,
             greatest: t,
-            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { deepest / (2.0 * far.semidiameter_deg) },
+            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },
             altitude_deg: far.altitude_deg,
         }))
     }

@@ -107,7 +107,7 @@ impl MoonAndPlanet<'_> {
         Ok((state.pos_km, state.vel_km_s))
     }
 
-    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to some seconds), and whether it is then in front of the
+    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
     /// planet.
     fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
         let system = NaifId(self.planet.id.0 / 100);
@@ -163,13 +163,14 @@ struct MoonConjunction {
     pole: DVec3,
 }
 
-/// The planes that bound a region. They touch the planet, and pass through the observer's centre or touch its disc on the same or the opposite side.
+/// The planes that bound a region. Each touches the planet; the variant tells how it meets the observer.
 #[derive(Clone, Copy)]
 enum BoundingPlanes {
+    /// It passes through the observer's centre.
     Centre,
-    /// The boundary of the umbra, and of the region of all lines between planet and Sun.
+    /// It has planet and Sun on the same side: the boundary of the umbra, and of the convex hull of planet and Sun.
     ExternalTangent,
-    /// The boundary of the penumbra.
+    /// It passes between planet and Sun: the boundary of the penumbra.
     InternalTangent,
 }
 

@@ -34,8 +34,8 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 /// certain: exactly 0 or 1.
 const MARGIN: f64 = 5e-3;
 
-/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation; `None` within the penumbra and the
-/// margin.
+/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation: 0 in the umbra, 1 in full light, `None`
+/// elsewhere and within [`MARGIN`].
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun_radius = (SUN_RADIUS_KM / sun_km.length()).asin();
     let occluder_radius = |km: f64| (km / occluder_km.length()).asin();

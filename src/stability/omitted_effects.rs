@@ -79,8 +79,8 @@ struct FramePair {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because the difference of two models
-/// is not due to an omitted effect.
+/// The frame that the scene chooses, and the frame with `effects` switched on. The second takes the first's models of ring and body shadows, because
+/// the difference of two models is not due to an omitted effect.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
