@@ -2,7 +2,7 @@
 //!
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
-//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
+//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings at the equator by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
 //! of the ellipsoid.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
@@ -12,7 +12,7 @@ use glam::DVec3;
 
 /// Refraction at the horizon, degrees.
 const REFRACTION_DEG: f64 = 34.0 / 60.0;
-/// Seconds between samples of a day; a body that is above the horizon for less time is missed.
+/// Seconds between samples of altitude and hour angle; a body that is above the horizon for less time is missed.
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
@@ -51,14 +51,14 @@ pub struct Horizontal {
     pub direction: DVec3,
 }
 
-/// Rising, transit and setting of a target in one day.
+/// The first rising, transit and setting of a target in a span, usually a day.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
-    /// `None`: it does not rise within the day.
+    /// `None`: it does not rise within the span.
     pub rise: Option<Instant>,
-    /// `None`: it does not set within the day.
+    /// `None`: it does not set within the span.
     pub set: Option<Instant>,
-    /// Upper transit and its altitude, degrees; `None` if there is none within the day, as for the Moon once a month.
+    /// Upper transit and its altitude, degrees; `None` if there is none within the span, as for the Moon on one day of a month.
     pub transit: Option<(Instant, f64)>,
     /// Whether it is above the horizon at the start.
     pub up_at_start: bool,
@@ -153,7 +153,7 @@ impl ObserverSky<'_> {
     ///
     /// # Errors
     /// As [`Self::topocentric`].
-    pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
+    pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let altitude = |s: f64| self.upper_limb_altitude_deg(target, start.plus_seconds(s));
         let (rises, sets) = first_crossings(length_s, altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));

@@ -55,8 +55,8 @@ pub struct MoonEvent {
     pub planet: NaifId,
     /// The occulting or eclipsing moon of a mutual event.
     pub by: Option<NaifId>,
-    /// When the moon or its shadow is nearest to the middle of the planet, or the moon to the middle of the shadow around it. In mutual events,
-    /// when the centres of the two moons are nearest.
+    /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
+    /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
     /// Contacts by time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the
     /// limbs touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is entirely inside the umbra. U1 and U4:
