@@ -241,7 +241,7 @@ pub(crate) fn day(
     start: Instant,
 ) -> Result<Value, EphemerisError> {
     let sky = ObserverSky { catalog, ephemeris, place };
-    let found = sky.day(body, start, SECONDS_PER_DAY)?;
+    let found = sky.rise_set_times(body, start, SECONDS_PER_DAY)?;
     let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
     let event = |t: Option<Instant>| -> Result<Value, EphemerisError> {
         let Some(t) = t else { return Ok(Value::Null) };

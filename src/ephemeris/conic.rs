@@ -16,7 +16,7 @@ pub fn stumpff(x: f64) -> [f64; 4] {
         x *= 0.25;
         quarterings += 1;
     }
-    // The next terms are 0.1^7 / 16! and smaller.
+    // The first omitted term is at most 0.1^8 / 18!, below rounding.
     let series = |first: f64| {
         (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + first + 1.0) * (2.0 * f64::from(n) + first + 2.0)) * sum)
     };
@@ -44,7 +44,7 @@ pub struct ConicState {
 
 impl ConicState {
     /// GM over the semi-major axis: positive for an ellipse, 0 for a parabola, negative for a hyperbola.
-    pub fn inverse_axis_gm(&self, gm: f64) -> f64 {
+    pub fn gm_over_semi_major_axis(&self, gm: f64) -> f64 {
         2.0 * gm / self.position.length() - self.velocity.length_squared()
     }
 
@@ -53,7 +53,7 @@ impl ConicState {
     pub fn after(&self, gm: f64, span: f64) -> Self {
         // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal variable.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
-        let alpha = self.inverse_axis_gm(gm);
+        let alpha = self.gm_over_semi_major_axis(gm);
         let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
         // Full revolutions are removed.
         let span = if period.is_finite() { span - period * (span / period).round() } else { span };

@@ -45,7 +45,7 @@ impl Ephemeris {
         }
     }
 
-    /// The widest span in which `source` covers a target; `None` if it never does.
+    /// The first and the last time that `source` (`None`: any) covers a target, TDB seconds past J2000, gaps between them ignored; `None` if it never does.
     fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {

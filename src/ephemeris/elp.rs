@@ -52,11 +52,15 @@ const ECLIPTIC_Q: [f64; 5] = [-0.113_469_002e-3, 0.123_726_74e-6, 0.126_541_7e-8
 
 #[derive(Clone, Copy, Debug)]
 struct Term {
-    /// 0 longitude, 1 latitude (arcsec), 2 distance (km).
+    /// 0 longitude, 1 latitude, 2 distance.
     quantity: usize,
+    /// Exponent of the time in Julian centuries past J2000, a factor of the term.
     power: i32,
+    /// Arcseconds, or kilometres of distance.
     amplitude: f64,
+    /// Radians.
     phase: f64,
+    /// Multiples of [`ARGUMENTS`].
     multipliers: [i8; 13],
 }
 

@@ -1,9 +1,9 @@
 //! The Moon's limb profile from a height map, as seen from a place.
 //!
-//! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle. All
-//! ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration is part of the
-//! place. Always: a height is the distance of the grazing view ray from the Moon's centre, minus the sphere's radius, so that it hardly depends on the
-//! viewer's distance.
+//! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle.
+//! All ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration enters by
+//! the direction to the place. Always: a height is the distance of the grazing view ray from the Moon's centre, minus the sphere's radius, so that it
+//! hardly depends on the viewer's distance.
 //!
 //! The ground is sampled at half the map's steps along the line of sight, then the summit is searched between the neighbours of the highest sample. A
 //! higher summit elsewhere can be missed, but only if it is higher by less than the ground rises over half a step. Positions are relative to the Moon's

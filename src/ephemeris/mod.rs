@@ -237,7 +237,7 @@ impl Ephemeris {
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
         let unknown = |why: &str| EphemerisError::other(format!("the orientation of {} is unknown: {why}", self.name_of(body)));
         if !in_years(t, ORBIT_YEARS) {
-            return Err(unknown("the time is more than 20000 years away"));
+            return Err(unknown("the time is outside the years -20000 to 20000"));
         }
         match self.rotations.get(&body).ok_or_else(|| unknown("the catalog has no such body"))? {
             Rotation::EarthIau2006 => Ok(self.earth_rotation.itrs_from_gcrs(t)),

@@ -2,7 +2,7 @@
 //!
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
-//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
+//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings at the equator by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
 //! of the ellipsoid.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
@@ -12,11 +12,11 @@ use glam::DVec3;
 
 /// Refraction at the horizon, degrees.
 const REFRACTION_DEG: f64 = 34.0 / 60.0;
-/// Seconds between samples of a day; a body that is above the horizon for less time is missed.
+/// Seconds between samples of altitude and hour angle; a body that is above the horizon for less time is missed.
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Contacts are not searched farther than this from the greatest obscuration, nor that farther from the span, seconds.
+/// Seconds by which the greatest obscuration may lie outside the span, and a contact before or after the greatest obscuration.
 const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
@@ -51,14 +51,14 @@ pub struct Horizontal {
     pub direction: DVec3,
 }
 
-/// Rising, transit and setting of a target in one day.
+/// The first rising, transit and setting of a target in a span, usually a day.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
-    /// `None`: it does not rise within the day.
+    /// `None`: it does not rise within the span.
     pub rise: Option<Instant>,
-    /// `None`: it does not set within the day.
+    /// `None`: it does not set within the span.
     pub set: Option<Instant>,
-    /// Upper transit and its altitude, degrees; `None` if there is none within the day, as for the Moon once a month.
+    /// Upper transit and its altitude, degrees; `None` if there is none within the span, as for the Moon on one day of a month.
     pub transit: Option<(Instant, f64)>,
     /// Whether it is above the horizon at the start.
     pub up_at_start: bool,
@@ -153,7 +153,7 @@ impl ObserverSky<'_> {
     ///
     /// # Errors
     /// As [`Self::topocentric`].
-    pub fn day(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
+    pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let altitude = |s: f64| self.upper_limb_altitude_deg(target, start.plus_seconds(s));
         let (rises, sets) = first_crossings(length_s, altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
@@ -213,33 +213,33 @@ impl ObserverSky<'_> {
             Ok(overlap(s)? + near.semidiameter_deg * (penumbral_ratio - 1.0))
         };
         let steps = (length_s / CONTACT_STEP_S).ceil().max(1.0) as usize;
-        // Time and overlap of the deepest sample.
+        // Time and overlap of the sample with the largest overlap.
         let mut best: Option<(f64, f64)> = None;
         for i in 0..=steps {
             let s = i as f64 * CONTACT_STEP_S;
             let sampled = overlap(s)?;
             match best {
-                Some((_, deepest)) if sampled > deepest => best = Some((s, sampled)),
+                Some((_, largest)) if sampled > largest => best = Some((s, sampled)),
                 // The passage is over; later overlaps belong to another one.
-                Some((_, deepest)) if deepest > 0.0 && sampled <= 0.0 => break,
+                Some((_, largest)) if largest > 0.0 && sampled <= 0.0 => break,
                 None => best = Some((s, sampled)),
                 _ => {}
             }
         }
-        let Some((mut sampled_s, mut deepest)) = best else { return Ok(None) };
-        // A passage that is in progress at the start or at the end of the span may be deepest outside of it.
+        let Some((mut sampled_s, mut largest)) = best else { return Ok(None) };
+        // A passage that is in progress at the start or at the end of the span may have its largest overlap outside of it.
         for step in [-CONTACT_STEP_S, CONTACT_STEP_S] {
-            while deepest > 0.0 && (-LONGEST_PASSAGE_S..=length_s + LONGEST_PASSAGE_S).contains(&sampled_s) {
+            while largest > 0.0 && (-LONGEST_PASSAGE_S..=length_s + LONGEST_PASSAGE_S).contains(&sampled_s) {
                 let next = overlap(sampled_s + step)?;
-                if next <= deepest {
+                if next <= largest {
                     break;
                 }
-                (sampled_s, deepest) = (sampled_s + step, next);
+                (sampled_s, largest) = (sampled_s + step, next);
             }
         }
         let greatest_s = time_of_maximum(sampled_s - CONTACT_STEP_S, sampled_s + CONTACT_STEP_S, overlap)?;
-        let deepest = overlap(greatest_s)?;
-        if deepest <= 0.0 {
+        let largest = overlap(greatest_s)?;
+        if largest <= 0.0 {
             return Ok(None);
         }
         // The contact before (-1) or after (1) the greatest obscuration.
@@ -260,7 +260,7 @@ impl ObserverSky<'_> {
         };
         let t = start.plus_seconds(greatest_s);
         let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
-        // Overlap at which the smaller disc is internally tangent to the larger.
+        // How far the smaller disc lies inside the larger, degrees: 0 at internal tangency, negative if it protrudes.
         let inner_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(occulting, t)?.semidiameter_deg))
@@ -275,7 +275,7 @@ impl ObserverSky<'_> {
             ends: start.plus_seconds(contact(1.0, &outer_overlap)?),
             inner,
             greatest: t,
-            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { deepest / (2.0 * far.semidiameter_deg) },
+            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },
             altitude_deg: far.altitude_deg,
         }))
     }

@@ -32,17 +32,18 @@ impl Spheroid {
         self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.support_km(direction)
     }
 
-    /// How deep the line through `point_km` along the unit vector `direction` passes below its surface, in squared Earth radii; negative outside.
-    pub(crate) fn depth_of_line(&self, point_km: DVec3, direction: DVec3) -> f64 {
+    /// Square of half the chord of the line through `point_km` along the unit vector `direction`, in the frame in which the spheroid is the unit sphere;
+    /// negative if the line misses.
+    pub(crate) fn half_chord_sq(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         nearest_point_and_half_chord_sq(p, d).1
     }
 
-    /// Where that line meets the surface: of the two points the one farther along `direction`.
+    /// Where such a line meets the surface: of the two points the one farther along `direction`.
     pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        let (foot, half_squared) = nearest_point_and_half_chord_sq(p, d);
-        (half_squared >= 0.0).then(|| self.scaled(foot + d * half_squared.sqrt(), self.equatorial_km, self.polar_km))
+        let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
+        (half_chord_sq >= 0.0).then(|| self.scaled(foot + d * half_chord_sq.sqrt(), self.equatorial_km, self.polar_km))
     }
 
     /// The line in the frame in which the spheroid is the unit sphere.
@@ -70,7 +71,7 @@ impl Cone {
         Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), axis_direction: -to_sun, sin_half }
     }
 
-    /// The umbra or antumbra: of the two nappes the one that passes the Earth's limb.
+    /// The umbra if the apex is beyond the Earth's centre, else the antumbra: the nappe from the apex towards the Sun, or away from it.
     pub(crate) fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = axis(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
@@ -126,7 +127,7 @@ mod tests {
             assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
             assert!(towards.dot(-perpendicular) > 0.999);
             let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
-            assert!(gap > 0.0 && EARTH.depth_of_line(moon, to_sun) < 0.0 && EARTH.meets_line_km(moon, to_sun).is_none());
+            assert!(gap > 0.0 && EARTH.half_chord_sq(moon, to_sun) < 0.0 && EARTH.meets_line_km(moon, to_sun).is_none());
         }
     }
 

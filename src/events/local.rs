@@ -145,7 +145,7 @@ impl Discs {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanContacts {
     /// When the separation is least.
-    pub deepest_s: f64,
+    pub maximum_s: f64,
     /// First and last contact.
     pub outer: (f64, f64),
     /// Second and third contact; `None` if no disc comes to lie within the other.
@@ -212,7 +212,7 @@ impl<'a> Station<'a> {
     }
 
     /// When the discs are nearest to each other, searched around `near_s`.
-    fn deepest(&self, near_s: f64) -> f64 {
+    fn instant_of_maximum(&self, near_s: f64) -> f64 {
         let steps = (2.0 * SEARCH_S / SEARCH_STEP_S) as i32;
         let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
         let separation = |s: f64| self.discs(s).separation;
@@ -221,34 +221,34 @@ impl<'a> Station<'a> {
     }
 
     /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
-    pub(crate) fn central_span(&self, near_s: f64) -> Option<(f64, f64)> {
-        let deepest_s = self.deepest(near_s);
+    pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
+        let maximum_s = self.instant_of_maximum(near_s);
         let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
-        (outside(deepest_s) < 0.0)
-            .then(|| (zero_crossing(deepest_s, deepest_s - SEARCH_S, outside), zero_crossing(deepest_s, deepest_s + SEARCH_S, outside)))
+        (outside(maximum_s) < 0.0)
+            .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, outside), zero_crossing(maximum_s, maximum_s + SEARCH_S, outside)))
     }
 
     /// The instant of the least separation, which must be within [`CENTRAL_SEARCH_S`] of `near_s`, if one disc lies within the other then.
     pub(crate) fn central_instant_near(&self, near_s: f64) -> Option<f64> {
-        let deepest_s = time_of_minimum(near_s - CENTRAL_SEARCH_S, near_s + CENTRAL_SEARCH_S, |s| self.discs(s).separation);
-        (self.discs(deepest_s).distance_from_internal_tangency() < 0.0).then_some(deepest_s)
+        let maximum_s = time_of_minimum(near_s - CENTRAL_SEARCH_S, near_s + CENTRAL_SEARCH_S, |s| self.discs(s).separation);
+        (self.discs(maximum_s).distance_from_internal_tangency() < 0.0).then_some(maximum_s)
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
-        let deepest_s = self.deepest(near_s);
+        let maximum_s = self.instant_of_maximum(near_s);
         let limb_gap = |s: f64| self.discs(s).limb_gap();
-        (limb_gap(deepest_s) < 0.0).then(|| {
-            let discs = self.discs(deepest_s);
+        (limb_gap(maximum_s) < 0.0).then(|| {
+            let discs = self.discs(maximum_s);
             let outer =
-                (zero_crossing(deepest_s, deepest_s - SEARCH_S, limb_gap), zero_crossing(deepest_s, deepest_s + SEARCH_S, limb_gap));
-            MeanContacts { deepest_s, outer, inner: self.central_span(near_s), is_annular: discs.moon < discs.sun }
+                (zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap), zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap));
+            MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon < discs.sun }
         })
     }
 
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
     pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
-        let MeanContacts { deepest_s, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
+        let MeanContacts { maximum_s, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
         if let Some((second, third)) = central {
@@ -258,14 +258,14 @@ impl<'a> Station<'a> {
         let magnitude = |s: f64| self.discs(s).magnitude();
         // The separation increases monotonically on either side of the maximum; if the maximum is below the horizon, the best instant is a rising
         // or a setting.
-        let best = above_horizon.best(deepest_s, magnitude);
+        let best = above_horizon.best(maximum_s, magnitude);
         Some(LocalCircumstances {
             visible: best.is_some(),
             contacts,
-            maximum: self.contact("maximum", best.unwrap_or(deepest_s), sun),
-            magnitude: magnitude(best.unwrap_or(deepest_s)),
+            maximum: self.contact("maximum", best.unwrap_or(maximum_s), sun),
+            magnitude: magnitude(best.unwrap_or(maximum_s)),
             penumbral_magnitude: None,
-            obscuration: Some(self.discs(best.unwrap_or(deepest_s)).obscuration()),
+            obscuration: Some(self.discs(best.unwrap_or(maximum_s)).obscuration()),
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
             central_s: central.map(|(a, b)| b - a),
@@ -333,9 +333,9 @@ struct AboveHorizon {
 }
 
 impl AboveHorizon {
-    /// The instant of the largest magnitude above the horizon.
-    fn best(&self, deepest_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
-        let nearest = self.spans.iter().map(|(from, to)| deepest_s.clamp(*from, *to));
+    /// The instant of the largest magnitude above the horizon; `maximum_s`: that of the geometric maximum.
+    fn best(&self, maximum_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
+        let nearest = self.spans.iter().map(|(from, to)| maximum_s.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))
     }
 }

@@ -55,8 +55,8 @@ pub struct MoonEvent {
     pub planet: NaifId,
     /// The occulting or eclipsing moon of a mutual event.
     pub by: Option<NaifId>,
-    /// When the moon or its shadow is nearest to the middle of the planet, or the moon to the middle of the shadow around it. In mutual events,
-    /// when the centres of the two moons are nearest.
+    /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
+    /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
     /// Contacts by time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the
     /// limbs touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is entirely inside the umbra. U1 and U4:
@@ -107,7 +107,7 @@ impl MoonAndPlanet<'_> {
         Ok((state.pos_km, state.vel_km_s))
     }
 
-    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to some seconds), and whether it is then in front of the
+    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
     /// planet.
     fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
         let system = NaifId(self.planet.id.0 / 100);
@@ -163,13 +163,14 @@ struct MoonConjunction {
     pole: DVec3,
 }
 
-/// The planes that bound a region. They touch the planet, and pass through the observer's centre or touch its disc on the same or the opposite side.
+/// The planes that bound a region. Each touches the planet; the variant tells how it meets the observer.
 #[derive(Clone, Copy)]
 enum BoundingPlanes {
+    /// It passes through the observer's centre.
     Centre,
-    /// The boundary of the umbra, and of the region of all lines between planet and Sun.
+    /// It has planet and Sun on the same side: the boundary of the umbra, and of the convex hull of planet and Sun.
     ExternalTangent,
-    /// The boundary of the penumbra.
+    /// It passes between planet and Sun: the boundary of the penumbra.
     InternalTangent,
 }
 

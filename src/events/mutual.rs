@@ -17,7 +17,7 @@ use glam::DVec3;
 const JUPITER: NaifId = NaifId(599);
 /// Time between samples: two moons pass each other at 32 km/s at most.
 const STEP_S: f64 = 600.0;
-/// Two moons do not meet if their centres are farther apart than this at the sample nearest to their passage.
+/// Two moons do not meet if their centres are farther apart than this, across the line of sight, at the sample nearest to their passage.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
 /// Largest sine of the elevation of the Earth or the Sun above Jupiter's equator, that of 4 degrees. Two moons in line on one side of Jupiter are at least
 /// 249 000 km apart in depth (Io and Europa). Seen 3 degrees (one less, for the inclinations of the orbits) from the plane, they pass at a distance of

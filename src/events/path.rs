@@ -1,7 +1,7 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is where the umbra's edge just touches a place, so it follows from
-//! the greatest phase of the places on a line across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is the last place whose greatest phase is central (total or annular) on the
+//! great circle across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
 //! shadow meets the ground.
 
 use super::local::GeodeticPosition;

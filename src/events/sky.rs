@@ -35,6 +35,7 @@ pub(super) struct EclipseBodies {
     /// The Moon's radius for the penumbra, for which almanacs use a larger one.
     pub penumbral_moon_radius_km: f64,
     pub earth_radii_km: DVec3,
+    /// The convention that these radii follow; it also sets the enlargement of the Earth's shadow.
     pub radii: EclipseRadii,
 }
 
@@ -69,8 +70,8 @@ pub(super) struct EarthSky {
 }
 
 impl EarthSky {
-    /// The sky from `half_s` before to `half_s` after `middle`; for the Moon a day at most. `near_body`: the Moon, or a planet that passes in front of the
-    /// Sun.
+    /// The sky from `half_s` before to `half_s` after `middle`. `near_body`: the Moon, for which `half_s` may be a day at most, or a planet that passes in
+    /// front of the Sun.
     ///
     /// # Errors
     /// The theories do not cover the span.

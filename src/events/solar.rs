@@ -118,7 +118,7 @@ impl SolarEclipseGeometry {
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
         let distance_outside =
-            |s: f64| -earth.depth_of_line(self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
+            |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
         let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, distance_outside);
         (distance_outside(middle) < 0.0).then(|| {
             (
@@ -197,7 +197,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon:
         magnitude: if centre.is_some() { discs.ratio() } else { discs.covered_diameter() },
         place,
         sun_altitude_deg: station.sun_altitude_deg(greatest_s),
-        duration_s: station.central_span(greatest_s).map(|(second, third)| third - second),
+        duration_s: station.inner_contacts(greatest_s).map(|(second, third)| third - second),
         contacts,
         saros: new_moon.saros(),
         saros_member: None,

@@ -14,7 +14,7 @@ use crate::units::RAD_PER_ARCSEC;
 
 /// The planets between the Earth and the Sun.
 const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
-/// Time between samples of the elongation; an inferior conjunction of either planet takes longer, more than a week.
+/// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
 const STEP_S: f64 = 2.0 * 86_400.0;
 /// Within a step of a transit the planet is nearer to the Sun than this, radians: it moves by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;

@@ -22,7 +22,7 @@ const URANUS: NaifId = NaifId(799);
 /// One sample per pixel and eight taps for all options, so that only the choice differs.
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
-const MOON_IN_PENUMBRA_JD_TDB: f64 = 2_459_891.907_1;
+const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 /// 2017-05-17: the Sun 26 degrees above Saturn's rings.
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
@@ -105,7 +105,7 @@ fn candidate<'a>(
 /// The eclipse models.
 pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
-    let request = view_from_direction(NaifId::MOON, MOON_IN_PENUMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
+    let request = view_from_direction(NaifId::MOON, MOON_HALF_IN_UMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
     let with_model = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
     let reference = renderers.light(&renderers.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;

@@ -1,6 +1,6 @@
 //! Error bounds of an image relative to reference quality, computed without drawing the reference.
 //!
-//! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of the difference
+//! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of 1.25 times the difference
 //! from the same image with the reference's models and taps, of the stated errors of those models ([`stated_errors`](crate::scene::stated_errors)), of
 //! rounding (twice the difference of f32 and f64), of sampling (a fraction of the difference from the neighbouring pixels), and of features
 //! left out. The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.

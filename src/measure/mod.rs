@@ -103,8 +103,8 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. It runs twice in each
-/// round, and its own ratio is that of the second run to the first: a measure of the noise.
+/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. That one runs twice in
+/// each round, and its own ratio is that of the second run to the first: a measure of the noise.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,

@@ -1,7 +1,7 @@
 //! Queries that the emitted shaders answer, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`. Out: one JSON value, or one line that states what is wrong with the query. Each kind of query has
-//! its own file. The file lists the query's fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the
+//! In: one JSON object with a field `q`. Out: one JSON value, or one line that states what is wrong with the query. The file of a
+//! kind of query lists its fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the
 //! fields, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers into named
 //! results. Always: no formula of a shader is duplicated here.
 

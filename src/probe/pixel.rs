@@ -148,7 +148,7 @@ pub(crate) fn inspect_pixel(
     // The plan keeps the order of the scene's draws.
     let plan_draws: Vec<_> = all_draws.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
     let mut draws = Vec::new();
-    // The nearest draw is last in the plan; points follow all bodies.
+    // Bodies are drawn from far to near, so that the nearest draw is the last.
     for (plan_draw, scene_draw) in plan_draws.into_iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(plan_draw, prober.library(), size, [x, y])?;
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|values| PixelDraw {

@@ -2,8 +2,8 @@
 //!
 //! `view`, `time` and `size` are those of the query `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
 //! and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no
-//! parallax. Pixels count from the upper left corner of the image. Positions behind the camera are not in the frame; the pixel returned for
-//! them is that of the opposite direction.
+//! parallax. Pixels count from the upper left corner of the image. In a perspective image, positions behind the camera
+//! are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions outside the image have none.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};

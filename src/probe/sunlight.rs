@@ -2,7 +2,7 @@
 //!
 //! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It
 //! is the green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the
-//! fraction that each body alone blocks, in green. The models `linear` and `uniform-disc` ignore every law, so `u1` and `u2`, too. The time is
+//! fraction that each body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`. The time is
 //! that at which the light arrives at the ground.
 
 use super::batch::{ProbeBatch, ProbeInputs};

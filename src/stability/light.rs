@@ -34,8 +34,8 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 /// certain: exactly 0 or 1.
 const MARGIN: f64 = 5e-3;
 
-/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation; `None` within the penumbra and the
-/// margin.
+/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation: 0 in the umbra, 1 in full light, `None`
+/// elsewhere and within [`MARGIN`].
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun_radius = (SUN_RADIUS_KM / sun_km.length()).asin();
     let occluder_radius = |km: f64| (km / occluder_km.length()).asin();
@@ -142,6 +142,22 @@ fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -
     Ok(best)
 }
 
+/// Greatest absolute radiance of any channel; NaN counts as the greatest.
+fn greatest_radiance(hdr: &[[f32; 4]]) -> f64 {
+    hdr.iter().flat_map(|p| p[..3].iter()).map(|v| f64::from(v.abs())).fold(0.0, larger_or_nan)
+}
+
+/// The brightest byte of an image whose greatest radiance is `light`: at least 1 if there is any light, even too faint for a display level, and infinite
+/// if the light is not finite.
+fn brightness(light: f64, display: &[[u8; 4]]) -> f64 {
+    let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
+    match light {
+        0.0 => f64::from(brightest),
+        _ if light.is_finite() => f64::from(brightest.max(1)),
+        _ => f64::INFINITY,
+    }
+}
+
 /// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
 pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
@@ -170,11 +186,8 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = bench.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
-                let brightest = frame.display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
-                // Radiance too faint for a display level counts as well.
-                let light = frame.hdr.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(b.abs()));
-                let result = if light > 0.0 { f64::from(brightest.max(1)) } else { f64::from(brightest) };
-                found.add(result, || {
+                let light = greatest_radiance(&frame.hdr);
+                found.add(brightness(light, &frame.display), || {
                     let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
                     (location, format!("{precision:?}: radiance {light:e} where none is"))
                 });
@@ -182,4 +195,15 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
         }
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_that_is_too_faint_or_not_a_number_is_not_black() {
+        let of = |radiance: f32| brightness(greatest_radiance(&[[0.0, radiance, 0.0, 1.0]]), &[[0, 0, 0, 255]]);
+        assert_eq!([of(0.0), of(1e-30), of(f32::NAN)], [0.0, 1.0, f64::INFINITY]);
+    }
 }

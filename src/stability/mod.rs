@@ -107,14 +107,14 @@ pub struct InjectedFaults {
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies.
     pub place: Option<ApparentDirection>,
-    /// Replaces the purpose of the frames with the effects that the scene chooses.
+    /// Replaces the purpose for which the scene chooses effects in `omitted_effects`; the frames with every effect keep theirs.
     pub purpose: Option<Purpose>,
 }
 
 /// What a sweep runs with: renderers, effort, seed and injected faults.
 pub struct SweepBench<'a> {
     renderers: PrecisionRenderers<'a>,
-    /// Where the GPU draws the images: f64 with vertices on the grid of GPUs.
+    /// A renderer in f64 that snaps vertices to the grid of GPUs; `None` unless the GPU draws the images.
     on_gpu_grid: Option<SoftwareRenderer>,
     effort: Effort,
     seed: u64,
@@ -176,8 +176,8 @@ impl<'a> SweepBench<'a> {
         Ok(self.session().draw_plan(&view.plan, FrameImages::Display)?.display)
     }
 
-    /// Frames in f64, of which a pixel of a view with meshes or lines must match one. On a GPU there are two: an edge through a pixel's centre
-    /// covers the pixel or not, depending on the grid to which the GPU snaps vertices.
+    /// Frames in f64 of a view with meshes or lines: each pixel must match one of them. There are two if the GPU draws the images, because an edge through
+    /// a pixel's centre covers the pixel or not, depending on the grid to which the GPU snaps vertices.
     fn exact_frames(&self, view: &PlannedView) -> Result<Vec<Frame>, SessionError> {
         let renderers = [Some(self.renderers.renderer(Precision::F64)), self.on_gpu_grid.as_ref()];
         let frame_of =

@@ -39,6 +39,10 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
+        // `f64::max` ignores NaN, so that a broken pixel would pass as unchanged.
+        if !old.is_finite() || !new.is_finite() {
+            return (f64::INFINITY, [x, y]);
+        }
         let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
         let unexplained = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
         let levels = level(old.max(new)) - level(old.max(new) - unexplained.max(0.0));
@@ -203,5 +207,10 @@ mod tests {
         let mut with_new_light = edge(7.0);
         with_new_light.light[8 * 16 + 12] = [1.0, 1.0, 1.0, 1.0];
         assert!(unexplained_change(&edge(7.0), &with_new_light).0 > 50.0);
+        for broken in [f32::NAN, f32::INFINITY] {
+            let mut with_broken_pixel = edge(7.0);
+            with_broken_pixel.light[8 * 16 + 3][1] = broken;
+            assert_eq!(unexplained_change(&edge(7.0), &with_broken_pixel).0, f64::INFINITY, "{broken}");
+        }
     }
 }

@@ -79,8 +79,8 @@ struct FramePair {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the frame with `effects` switched on. Both use the models of the first, because the difference of two models
-/// is not due to an omitted effect.
+/// The frame that the scene chooses, and the frame with `effects` switched on. The second takes the first's models of ring and body shadows, because
+/// the difference of two models is not due to an omitted effect.
 fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
@@ -253,11 +253,35 @@ pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
-        let relative_difference = |a: &[f32; 4], b: &[f32; 4]| {
-            let radiance = b[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
-            let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-            if radiance > 1e-6 * brightest { f64::from(difference / radiance) } else { 0.0 }
-        };
-        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b))))
+        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b, brightest))))
     })
+}
+
+/// Greatest difference of any channel, relative to the pixel's radiance in the frame with every effect; 0 below a millionth of `brightest`, infinite
+/// if a value of either frame is not finite, which `f32::max` would ignore.
+fn relative_difference(chosen: &[f32; 4], all: &[f32; 4], brightest: f32) -> f64 {
+    if chosen[..3].iter().chain(&all[..3]).any(|v| !v.is_finite()) {
+        return f64::INFINITY;
+    }
+    let radiance = all[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
+    let difference = (0..3).map(|c| (chosen[c] - all[c]).abs()).fold(0.0, f32::max);
+    if radiance > 1e-6 * brightest { f64::from(difference / radiance) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_that_is_not_finite_differs() {
+        let grey = [0.5, 0.5, 0.5, 1.0];
+        assert_eq!(relative_difference(&grey, &grey, 1.0), 0.0);
+        assert_eq!(relative_difference(&[0.5, 0.25, 0.5, 1.0], &grey, 1.0), 0.5);
+        assert_eq!(relative_difference(&[0.0, 0.0, 0.0, 1.0], &grey, 1e9), 0.0, "too faint beside the brightest pixel");
+        for broken in [f32::NAN, f32::INFINITY] {
+            let broken = [0.5, broken, 0.5, 1.0];
+            assert_eq!(relative_difference(&broken, &grey, 1.0), f64::INFINITY);
+            assert_eq!(relative_difference(&grey, &broken, 1.0), f64::INFINITY);
+        }
+    }
 }

@@ -10,7 +10,7 @@ use crate::units::{RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 use serde_json::json;
 
-/// The apparent direction of a body in the scene of a view from the Earth's centre.
+/// The apparent direction of a body in the scene of a view from the Earth's centre; zero if the scene lacks the body.
 fn by_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
     let (scene, _) = session.plan(&request, super::SINGLE_SAMPLE)?;
@@ -47,7 +47,8 @@ pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
         for k in 0..bench.pick(2, 20) {
             let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(bench.pick(2, 20)));
             let (Ok(drawn), Ok(expected)) = (direction_of(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
-            let separation = angle_rad(drawn, expected) / RAD_PER_ARCSEC;
+            // A zero vector, such as that of a body that the scene lacks, has no direction, and `angle_rad` would return 0.
+            let separation = if drawn == DVec3::ZERO { f64::INFINITY } else { angle_rad(drawn, expected) / RAD_PER_ARCSEC };
             found.add(separation, || {
                 (
                     json!({ "body": body.name, "time": time.to_utc_iso() }),

@@ -117,8 +117,8 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. The leap second in which
-    /// the span begins takes its time: a second after 23:59:60 is midnight.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. Only a leap second in
+    /// which the span begins is counted: a second after 23:59:60 is midnight.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         if s == 0.0 {
             return self;

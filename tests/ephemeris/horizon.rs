@@ -56,7 +56,7 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
     let place = Observer { body: NaifId::EARTH, lat_graphic_deg: 51.4769, lon_east_deg: 0.0, height_km: 0.0 };
     let sky = ObserverSky { catalog: &catalog, ephemeris: &ephemeris, place };
-    let sun_times = sky.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
+    let sun_times = sky.rise_set_times(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert!(seconds_apart(sun_times.rise.expect("a sunrise"), "2024-06-20T03:43:00Z").abs() < 60.0);
     assert!(seconds_apart(sun_times.set.expect("a sunset"), "2024-06-20T20:21:00Z").abs() < 75.0);
     let (noon, altitude_deg) = sun_times.transit.expect("noon");
@@ -66,7 +66,7 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     assert!(!sun_times.up_at_start);
     // Beyond the polar circle the Sun does not set.
     let arctic = ObserverSky { place: Observer { lat_graphic_deg: 78.0, ..place }, ..sky };
-    let polar_day = arctic.day(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
+    let polar_day = arctic.rise_set_times(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
     assert_eq!((polar_day.rise, polar_day.set, polar_day.up_at_start), (None, None, true));
 }
 

@@ -88,7 +88,8 @@ fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
     let circumstances = e.seen_from(new_york).expect("an eclipse");
     let rise = circumstances.rise.expect("a sunrise");
     // The search for risings leaves out aberration.
-    let by_search = sky(new_york).day(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
+    let by_search =
+        sky(new_york).rise_set_times(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
     assert!(seconds_after(rise, by_search).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "only first contact must be before sunrise");
     assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.visible);
@@ -109,8 +110,11 @@ fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
     let berlin = e.seen_from(place(52.52, 13.4));
     // The Moon rises in the partial phase. The search for risings uses its true semidiameter, the events use 16 arcmin.
     let rise = berlin.rise.expect("a moonrise");
-    let by_search =
-        sky(place(52.52, 13.4)).day(NaifId::MOON, parse_time("2018-07-27T12:00:00Z"), 43_200.0).expect("a day").rise.expect("a moonrise");
+    let by_search = sky(place(52.52, 13.4))
+        .rise_set_times(NaifId::MOON, parse_time("2018-07-27T12:00:00Z"), 43_200.0)
+        .expect("a day")
+        .rise
+        .expect("a moonrise");
     assert!(seconds_after(rise, by_search).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(seconds_after(rise, e.contacts[1].1) > 0.0 && seconds_after(rise, e.contacts[2].1) < 0.0);
     assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);

@@ -88,6 +88,14 @@ fn missing_light_time_is_detected() {
 }
 
 #[test]
+fn a_body_without_a_direction_is_detected() {
+    fn nowhere(_: &Session, _: NaifId, _: Instant) -> Result<glam::DVec3, SessionError> {
+        Ok(glam::DVec3::ZERO)
+    }
+    assert!(swept(&SESSION, "light-time", InjectedFaults { place: Some(nowhere), ..InjectedFaults::default() }).has_failed());
+}
+
+#[test]
 fn clouds_with_depth_conflicts_are_detected() {
     fn write_depth(plan: &mut Plan) {
         for draw in plan.passes.iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.label.ends_with("clouds")) {

@@ -58,8 +58,8 @@ fn celestial_pole(t: Instant) -> [[f64; 3]; 3] {
 fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     let days_tt = t.jd_tt() - JD_J2000;
     let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
-    let pole = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
-    DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &pole)).transpose()
+    let polar_motion = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
+    DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }
 
 /// Spacing of the instants at which nutation's 1400 terms are summed, seconds. Between them the pole's matrix is interpolated linearly. The fortnightly

@@ -76,7 +76,7 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
 /// The sums of a moon's series at an instant.
 #[derive(Clone, Copy, Debug)]
 struct Sums {
-    /// Semi-major axis in au, or the relative variation of the mean motion.
+    /// Semi-major axis in au (L1.2), or the relative variation of the mean motion (TASS 1.7).
     size: Derivatives<f64>,
     /// Radians, without the secular part of the mean longitude.
     longitude: Derivatives<f64>,

@@ -317,7 +317,7 @@ fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
         altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(text_of)),
-        day: observed.map(|body| sky.day(body, midnight, SECONDS_PER_DAY).map_err(text_of)),
+        day: observed.map(|body| sky.rise_set_times(body, midnight, SECONDS_PER_DAY).map_err(text_of)),
         passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(text_of),
         radii: session.catalog().eclipse_radii_text(),
     }
