@@ -88,7 +88,7 @@ struct FindArgs {
 
 pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
-    // A search of centuries takes minutes.
+    // Checked before the search, which takes minutes for a span of centuries.
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;

@@ -53,7 +53,7 @@ fn encode(v: f32, srgb: bool) -> u8 {
 /// Steps of the table that encodes opacities.
 const OPACITY_STEPS: usize = 4096;
 
-/// Between the bytes of a map's colour channels and the quantity of which texels have means: linear light, or opacity.
+/// Converts between the bytes of a map's colour channels and the quantity that is averaged: linear light, or opacity.
 enum Codec {
     Light { srgb: bool },
     Opacity { opacity_of_byte: Box<[f32; 256]>, byte_of_opacity: Vec<u8> },
@@ -138,7 +138,7 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level, each texel's source texels from left to right.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The source texels of each texel are added from left to right.
 /// `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
