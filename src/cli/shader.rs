@@ -194,7 +194,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
         let operations: usize = tape.operations.values().sum();
         let _ = writeln!(
             text,
-            "{:<8} tape  {operations} lane operations, {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
+            "{:<8} tape  {operations} operations per lane, {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
             tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
         );
         let mut kinds: Vec<_> = tape.operations.iter().collect();
