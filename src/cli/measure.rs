@@ -25,9 +25,9 @@ quartiles of rounds in which all options take turns), and the qualities that use
 An option is dominated if another one is clearly better in time or error, and not worse
 in the other. A quality uses the cheapest option within its bound: for draft 1 arcsec,
 15.9 % of light (a quarter of a stop), 32 levels of 255 in 99.9 % of the pixels; for
-standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option. With
---body, the qualities in one view, and the first one that keeps 99.9 % of the pixels
-within 1 level of the reference.";
+standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
+With --body, the qualities in one view, and the first one that keeps 99.9 % of the
+pixels within 1 level of the reference.";
 
 /// The options of a view, with which `--choice` and `-o` conflict. `body` alone is not enough: clap does not enforce that the others require it where it
 /// conflicts with a given option.
