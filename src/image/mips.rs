@@ -348,7 +348,7 @@ mod tests {
         let (w, h) = (300_u32, 150_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
-        for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
+        for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Normals] {
             let levels_by = |order| chain(w, h, rgba.clone(), MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) }, order);
             let parallel = levels_by(RowOrder::Parallel);
             let working = Mutex::new(None);

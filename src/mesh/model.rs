@@ -20,8 +20,8 @@ pub struct ShapeFrame {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factor on z, in the unit-sphere frame, that gives a direction whose latitude is of the kind in which the rows of the body's map are
-    /// evenly spaced.
+    /// Factor on z in the unit-sphere frame. It turns a point into a direction with the latitude, planetocentric or planetographic, in which the
+    /// rows of the body's map are evenly spaced.
     pub latitude_stretch: f64,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -53,7 +53,7 @@ pub enum ShapeError {
     NoArea,
 }
 
-/// Allowed distance of the farthest vertex from the centre, in the body's largest semi-axis; outside this range the file is in another unit.
+/// Allowed distance of the farthest vertex from the centre, in units of the body's largest semi-axis; outside this range the file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
