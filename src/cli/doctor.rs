@@ -22,7 +22,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
     let embedded = Catalog::embedded();
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
-            let overridden_by = folder.map_or(String::new(), |f| format!(" under the files of {f}"));
+            let overridden_by = folder.map_or(String::new(), |f| format!(", overridden by the files of {f}"));
             push_line!(out, "catalogs  embedded{overridden_by}, {} bodies", catalog.bodies().len());
             catalog
         }

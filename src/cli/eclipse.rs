@@ -58,7 +58,8 @@ begin and end, when the centre of the moon or of its shadow passes the planet's 
 Longitudes and circumstances at a place have the error of Delta T (TT - UT1), and so
 have instants before 1972. It is printed where it exceeds half a second.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
-the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra.
+the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra; in
+a transit the planet's diameter over the Sun's.
 With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
 Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
 your own; none is included) those of its real limb are added: its C2 is the last bead
@@ -88,7 +89,7 @@ struct FindArgs {
 
 pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
-    // A search of centuries takes minutes.
+    // Checked before the search, which takes minutes for a span of centuries.
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;

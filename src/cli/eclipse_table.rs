@@ -153,7 +153,7 @@ fn local_text(local: &Value) -> String {
         }
     }
     if !local["duration_s"].is_null() {
-        parts.push(format!("for {}", duration(&local["duration_s"])));
+        parts.push(format!("C2 to C3 {}", duration(&local["duration_s"])));
     }
     let limb = &local["limb"];
     format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })

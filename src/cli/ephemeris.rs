@@ -41,7 +41,8 @@ pub(crate) struct EphemerisArgs {
     /// Start of a table
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
     from: Option<String>,
-    // An option that requires another one also names what excludes that one: clap demands no option that is excluded.
+    // clap does not enforce `requires` where the required option conflicts with a given one. So an option that requires `from` also lists the conflicts of
+    // `from`.
     /// End of a table, included if a step falls on it
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,

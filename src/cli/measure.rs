@@ -22,13 +22,15 @@ const AFTER_HELP: &str = "Examples:
 Each line is an option of a choice: its error against the best that the program can do,
 its CPU time as a ratio to that of the choice's most accurate option (median and
 quartiles of rounds in which all options take turns), and the qualities that use it.
-An option is dominated if another one is better in both. A quality uses the cheapest
-option within its bound: for draft 1 arcsec, 15.9 % of light (a quarter of a stop), 32
-levels of 255 in 99.9 % of the pixels; for standard 0.1 arcsec, 0.5 %, 3 levels.
-Reference uses the most accurate option. With --body, the qualities in one view, and
-the first one that keeps 99.9 % of the pixels within 1 level of the reference.";
+An option is dominated if another one is clearly better in time or error, and not worse
+in the other. A quality uses the cheapest option within its bound: for draft 1 arcsec,
+15.9 % of light (a quarter of a stop), 32 levels of 255 in 99.9 % of the pixels; for
+standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
+With --body, the qualities in one view, and the first one that keeps 99.9 % of the
+pixels within 1 level of the reference.";
 
-/// The options of a view, for those that have no effect beside one. The body alone is not enough: clap demands no option that is excluded.
+/// The options of a view, with which `--choice` and `-o` conflict. `body` alone is not enough: clap does not enforce that the others require it where it
+/// conflicts with a given option.
 const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
 
 #[derive(clap::Args, Debug, Default)]

@@ -122,7 +122,7 @@ pub(crate) struct Common {
     /// Folder of catalog files that override or add bodies
     #[arg(long, global = true, value_name = "DIR")]
     pub catalogs: Option<PathBuf>,
-    /// Folder of maps that replace the embedded ones
+    /// Folder of maps, which replace embedded ones of the same name, and of shape models
     #[arg(long, global = true, value_name = "DIR")]
     pub textures: Option<PathBuf>,
     /// Largest image that is read, in millions of pixels
@@ -155,7 +155,7 @@ pub(crate) struct Common {
     /// Number of worker threads [default: one per core]
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
-    /// Print more messages
+    /// Accepted for consistency; no command prints more messages
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }

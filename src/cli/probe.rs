@@ -19,7 +19,7 @@ pub(crate) struct ProbeArgs {
     /// One query, a JSON object
     #[arg(value_name = "QUERY", required_unless_present_any = ["stdin", "questions"])]
     question: Option<String>,
-    /// Read queries as JSON lines and print one line for each (also if the query is -)
+    /// Read queries as JSON lines and print one line for each; the query - does the same
     #[arg(long, conflicts_with = "question")]
     stdin: bool,
     /// List all queries with their fields and an example (with --json as one JSON value)

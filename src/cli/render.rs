@@ -79,7 +79,7 @@ pub(crate) struct RenderArgs {
     /// Render every n-th frame starting at i (0 to n-1), to share a sequence between machines
     #[arg(long, value_name = "I/N", help_heading = OUTPUT_HEADING)]
     shard: Option<String>,
-    /// Replace files of other requests; files of the same request are kept
+    /// Replace files of other requests; of a sequence, files of the same request are kept
     #[arg(long, help_heading = OUTPUT_HEADING)]
     overwrite: bool,
     /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both

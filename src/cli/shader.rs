@@ -36,8 +36,8 @@ pub(crate) struct ShaderArgs {
 enum ShaderVerb {
     /// List all keys reachable with this catalog, one per line
     Keys {
-        /// List keys that cover every combination of this many dimension values instead
-        #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
+        /// List a set of keys in which every combination of the values of any N dimensions occurs (N is 2 or 3) instead
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=3))]
         covering: Option<u8>,
         /// List the keys of the default view of this body instead
         #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]
@@ -88,7 +88,7 @@ enum ShaderVerb {
         #[arg(long)]
         json: bool,
     },
-    /// Compile the modules of all reachable keys and covering sets, translate them to all languages and compare them with the recorded digests
+    /// Compile the modules of all reachable keys and covering sets, translate those of the covering sets to all languages, and compare all with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
         /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder, a folder of library files, a folder of shader sources, or `built-in`
@@ -194,7 +194,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
         let operations: usize = tape.operations.values().sum();
         let _ = writeln!(
             text,
-            "{:<8} tape  {operations} lane operations, {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
+            "{:<8} tape  {operations} operations per lane, {} per draw, {} texture reads, {} jumps, {} slots, {} registers",
             tape.stage, tape.uniform_operations, tape.texture_reads, tape.jumps, tape.slots, tape.registers
         );
         let mut kinds: Vec<_> = tape.operations.iter().collect();
@@ -302,7 +302,7 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
 }
 
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
-    // The files first: the modules take minutes.
+    // The files are checked first, because compiling the modules takes minutes.
     if update {
         check_output_path(path)?;
     }

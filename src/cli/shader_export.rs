@@ -25,8 +25,8 @@ pub(crate) fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<Sh
 /// The keys to export.
 #[derive(clap::Args, Debug)]
 pub(crate) struct KeySelection {
-    /// Keys that cover every combination of this many dimension values [default: for an atlas all keys that views can need, for a corpus 2]
-    #[arg(long, value_parser = clap::value_parser!(u8).range(2..=3))]
+    /// A set of keys in which every combination of the values of any N dimensions occurs (N is 2 or 3) [default: for an atlas all keys that views can need, for a corpus 2]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=3))]
     covering: Option<u8>,
     /// Only the keys of the default view of this body
     #[arg(long = "for", value_name = "BODY", conflicts_with = "covering")]

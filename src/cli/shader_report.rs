@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Number of keys of a group that the text lists; `--json` lists all.
 const MAX_LISTED: usize = 3;
 
-/// The modules that are compiled to compare folders of fragments: a covering set of keys for pairs of dimension values, simple shaders and probes.
+/// The modules that are compiled to compare folders of fragments: keys among which every pair of values of two dimensions occurs, simple shaders and probes.
 fn default_modules() -> Vec<ModuleId> {
     let keys = covering(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()

@@ -58,7 +58,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Image")]
     pub size: String,
     /// Exposure in stops (at 0 a white surface facing the Sun at 1 au is white), or auto
-    #[arg(long, value_name = "EV", default_value = "auto", allow_hyphen_values = true, help_heading = "Image")]
+    #[arg(long, value_name = "STOPS", default_value = "auto", allow_hyphen_values = true, help_heading = "Image")]
     pub exposure: String,
     /// Tone mapping of highlights: filmic (linear to 0.8, then a shoulder) or clipped (linear to white)
     #[arg(long, value_name = "HOW", default_value = "filmic", help_heading = "Image")]
@@ -100,7 +100,7 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour limit their size to it without an error.
+/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour are clamped to it without an error.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     let (width, height): (u32, u32) = sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))?;

@@ -30,8 +30,8 @@ const CASES_PER_CHUNK: usize = 64;
 pub const MANIFEST: &str = "corpus.json";
 /// Version of the format, incremented on incompatible changes.
 pub(crate) const FORMAT: u32 = 1;
-/// Maximum absolute error of a channel, where white is 1: half of 1/256, below the resolution of a display. The software renderer in f32 is
-/// within this tolerance for each key of the covering sets (tests/render/permutations.rs).
+/// Maximum absolute error of a channel of linear light, where white is 1. After sRGB encoding it is a fifth of a level of 255 at white, but 6 levels near
+/// black. The software renderer in f32 is within this tolerance for each key of the covering sets (tests/render/permutations.rs).
 pub(crate) const TOLERANCE: f64 = 1.0 / 512.0;
 
 /// Why a corpus was not written.

@@ -2,7 +2,7 @@
 //! implementations of WGSL.
 //!
 //! In: modules of a [`Revision`]. Out: files or a [`report::Report`]. Always: the software renderer draws the sample body of
-//! [`crate::session::sample_body_plan_of`] with one thread per key, so that the same modules give the same bytes. Not here: images of views
+//! [`crate::session::sample_body_plan_of`] with its portable kernels, so that the same modules give the same bytes on every machine. Not here: images of views
 //! (`session`), and the wording of results (`cli`).
 
 pub mod atlas;

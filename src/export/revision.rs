@@ -47,7 +47,7 @@ pub struct Revision {
     /// Name in a report: the folder.
     pub name: String,
     modules: Modules,
-    /// Names of entries that are no module of this program, because another revision had other words.
+    /// Names of entries that this program cannot parse, because the keys of another revision had other words.
     unknown: BTreeSet<String>,
 }
 

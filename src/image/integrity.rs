@@ -1,7 +1,7 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
 //! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: any changed or missing byte is detected. A PNG has
-//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores a SHA-256 of the file before the text. Not here: the meaning of the text.
+//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file, in front of the text. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};

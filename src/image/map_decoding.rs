@@ -1,4 +1,4 @@
-//! How a map's file is decoded: its colour space, the filter of its polar rows, and the quantity of which its coarser levels have means.
+//! How a map's file is decoded: its colour space, the filter of its polar rows, and the quantity that is averaged for its coarser levels.
 //!
 //! In: the role of the map. Out: values to compare and hash, which identify a decoded map. Not here: decoding.
 

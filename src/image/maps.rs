@@ -49,7 +49,7 @@ fn bytes_in_memory(texture: &Texture) -> usize {
     texture.levels.iter().map(Level::bytes_in_memory).sum()
 }
 
-/// Drops the least recently used maps until the rest fits into the budget.
+/// Drops maps that were not used for [`MIN_IDLE`], the least recently used first, until the rest fits into the budget.
 fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) {
     let mut total: usize = decoded.values().map(|map| bytes_in_memory(&map.texture)).sum();
     if total <= BUDGET_BYTES {
@@ -108,7 +108,7 @@ impl MapStore {
         if MAPS.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
     }
 
-    /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and water maps [`TexelFormat::Rgba8Unorm`].
+    /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and specular maps [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
         self.get_decoded(name, MapDecoding::plain(format))
     }

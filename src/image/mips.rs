@@ -53,7 +53,7 @@ fn encode(v: f32, srgb: bool) -> u8 {
 /// Steps of the table that encodes opacities.
 const OPACITY_STEPS: usize = 4096;
 
-/// Between the bytes of a map's colour channels and the quantity of which texels have means: linear light, or opacity.
+/// Converts between the bytes of a map's colour channels and the quantity that is averaged: linear light, or opacity.
 enum Codec {
     Light { srgb: bool },
     Opacity { opacity_of_byte: Box<[f32; 256]>, byte_of_opacity: Vec<u8> },
@@ -138,7 +138,7 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level, each texel's source texels from left to right.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The source texels of each texel are added from left to right.
 /// `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
@@ -348,7 +348,7 @@ mod tests {
         let (w, h) = (300_u32, 150_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
-        for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Slopes] {
+        for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Normals] {
             let levels_by = |order| chain(w, h, rgba.clone(), MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) }, order);
             let parallel = levels_by(RowOrder::Parallel);
             let working = Mutex::new(None);

@@ -20,7 +20,7 @@ const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFor
 /// Usual file extensions of these formats.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
-/// Largest width, texels around the equator.
+/// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH: usize = 8192;
 /// Fraction of an EXR's pixels that may be brighter than the texture's value 1.
 const CLIPPED_FRACTION: f64 = 1e-4;

@@ -11,8 +11,8 @@
 //! their texels. In the rows at the poles half of the first harmonic is left and little of the higher ones. Detail below that scale is lost;
 //! streaks that are long on the sphere itself remain.
 //!
-//! The directions east and north rotate with the meridian, so slopes are averaged as vectors in one frame at the pole: a row that slopes away
-//! from the pole all round, like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in
+//! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
+//! frame at the pole: a row that slopes away from the pole all round, like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in
 //! longitude.
 
 use std::f64::consts::{PI, TAU};
@@ -25,8 +25,8 @@ pub enum PoleFilter {
     None,
     /// Colours or scalars.
     Values,
-    /// Slopes to the east (red) and north (green), and upwards (blue), with 0.5 for zero.
-    Slopes,
+    /// Normals: their components to the east (red), to the north (green) and outward (blue), -1 to 1 stored as 0 to 1.
+    Normals,
 }
 
 /// Value of a slope channel for zero slope: byte value 127.5.
@@ -52,7 +52,7 @@ pub(super) struct PoleRowFilter {
     height: usize,
     /// Whether the level was computed from a filtered finer level.
     finer_is_filtered: bool,
-    /// Sine and cosine of each column's longitude from the map's left edge; empty unless slopes are filtered.
+    /// Sine and cosine of each column's longitude from the map's left edge; empty unless normals are filtered.
     columns: Vec<[f32; 2]>,
 }
 
@@ -60,7 +60,7 @@ impl PoleRowFilter {
     pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, finer_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, finer_is_filtered, columns: if poles == PoleFilter::Slopes { columns.collect() } else { Vec::new() } }
+        Self { poles, height, finer_is_filtered, columns: if poles == PoleFilter::Normals { columns.collect() } else { Vec::new() } }
     }
 
     fn sigma(&self, row: usize) -> f64 {
@@ -255,9 +255,9 @@ mod tests {
         };
         // A cone around the pole.
         let cone = level(|_, _| [NO_SLOPE, NO_SLOPE + 0.3, 0.8, 1.0]);
-        let cone = smoothed(cone, PoleFilter::Slopes);
+        let cone = smoothed(cone, PoleFilter::Normals);
         for (y, north) in [(0, -1.0), (HEIGHT - 1, 1.0)] {
-            let slope = smoothed(level(uniform_slope(north)), PoleFilter::Slopes);
+            let slope = smoothed(level(uniform_slope(north)), PoleFilter::Normals);
             let difference = slope[y].iter().enumerate().map(|(x, t)| (t[1] - uniform_slope(north)(x, y)[1]).abs()).fold(0.0, f32::max);
             assert!(difference < 1e-5, "row {y}: {difference}");
             let remaining = cone[y].iter().map(|t| (t[1] - NO_SLOPE).abs()).fold(0.0, f32::max);
@@ -278,7 +278,7 @@ mod tests {
             assert!((moment(2).sqrt() / sigma - 1.0).abs() < 1e-3, "{sigma}: {}", moment(2).sqrt());
         }
         for (w, h) in [(1, 1), (2, 1), (1, 2), (3, 2), (4, 3)] {
-            let pole_filter = PoleRowFilter::of(PoleFilter::Slopes, w, h, true);
+            let pole_filter = PoleRowFilter::of(PoleFilter::Normals, w, h, true);
             for y in 0..h {
                 let mut row = vec![[0.25; 4]; w];
                 pole_filter.smooth(y, &mut row, &mut PrefixSums::new());

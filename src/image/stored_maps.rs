@@ -72,7 +72,7 @@ fn key_of(map: &EncodedMap) -> Key {
     let poles = match map.decoding.poles {
         PoleFilter::None => 0,
         PoleFilter::Values => 1,
-        PoleFilter::Slopes => 2,
+        PoleFilter::Normals => 2,
     };
     let mut hash = XxHash3_128::new();
     hash.write(&*CODE);
@@ -269,7 +269,7 @@ mod tests {
     use crate::image::{MapDecoding, MapStore, SharedTexture};
 
     const COLOUR: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
-    const SLOPES: MapDecoding = MapDecoding { poles: PoleFilter::Slopes, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
+    const NORMALS: MapDecoding = MapDecoding { poles: PoleFilter::Normals, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
 
     /// A map as a new run of the program reads it.
     fn read(cache: &Path, (name, decoding): (&str, MapDecoding)) -> SharedTexture {
@@ -287,11 +287,11 @@ mod tests {
         (0..texture.levels.len()).filter(|level| texture.levels[*level].bytes_in_memory() > 0).collect()
     }
 
-    /// Maps of colours and of slopes, a grey one, and one with odd sides: the levels are those of the decoder; a second run reads only the levels
+    /// Maps of colours and of normals, a grey one, and one with odd sides: the levels are those of the decoder; a second run reads only the levels
     /// that are used.
     #[test]
     fn levels_are_those_of_the_decoder_and_are_read_one_by_one() {
-        for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", SLOPES), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
+        for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", NORMALS), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
             let cache = tempfile::tempdir().expect("a folder");
             let decoded = MapStore::new(None).get_decoded(map.0, map.1).expect("a map");
             let first = read(cache.path(), map);
@@ -356,7 +356,7 @@ mod tests {
     fn another_file_or_decoding_has_its_own_entry() {
         let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
         let shipped = read(cache.path(), ("ceres.jpg", COLOUR));
-        assert!(*read(cache.path(), ("ceres.jpg", SLOPES)) != *shipped);
+        assert!(*read(cache.path(), ("ceres.jpg", NORMALS)) != *shipped);
         assert_eq!(files(cache.path()).len(), 2);
         let vesta = orrery_textures::MAPS.iter().find(|(name, _)| *name == "vesta.jpg").expect("shipped").1;
         std::fs::write(folder.path().join("ceres.jpg"), vesta).expect("written");

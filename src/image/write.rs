@@ -25,7 +25,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    // A twentieth of the default's time for files 4 to 24 % larger (docs/measurements.md).
+    // It takes a twentieth of the default's time, for files that are 4 to 24 % larger.
     encoder.set_compression(png::Compression::Fast);
     for (key, value) in text {
         encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(failed)?;

@@ -20,8 +20,8 @@ pub struct ShapeFrame {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factor on z, in the unit-sphere frame, that gives a direction whose latitude is of the kind in which the rows of the body's map are
-    /// evenly spaced.
+    /// Factor on z in the unit-sphere frame. It turns a point into a direction with the latitude, planetocentric or planetographic, in which the
+    /// rows of the body's map are evenly spaced.
     pub latitude_stretch: f64,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -53,7 +53,7 @@ pub enum ShapeError {
     NoArea,
 }
 
-/// Allowed distance of the farthest vertex from the centre, in the body's largest semi-axis; outside this range the file is in another unit.
+/// Allowed distance of the farthest vertex from the centre, in units of the body's largest semi-axis; outside this range the file is in another unit.
 pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
@@ -215,6 +215,7 @@ impl Mesh {
     }
 
     /// The height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    /// `radius_rad`: the Sun's angular radius.
     pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         self.solid.sun_heights(towards_sun, radius_rad)
     }
@@ -222,7 +223,7 @@ impl Mesh {
     /// Builds the model of a body from a file.
     ///
     /// # Errors
-    /// A size that cannot be the body's, or no triangle with an area: one line.
+    /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area: one line.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
         let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
         let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
@@ -235,13 +236,13 @@ impl Mesh {
         let mut normals = vec![DVec3::ZERO; positions_km.len()];
         let at = |c: &Corner| positions_km[c.position as usize];
         let area = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
-        let solid_triangles: Vec<&[Corner; 3]> =
+        let triangles_with_area: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area(t).length() > 1e-18 * largest_km * largest_km).collect();
-        for t in &solid_triangles {
+        for t in &triangles_with_area {
             t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area(t));
         }
         let mut builder = MeshBuilder::default();
-        for t in &solid_triangles {
+        for t in &triangles_with_area {
             let face_normal = area(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
             let point = |c: &Corner| {

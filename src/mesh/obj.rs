@@ -1,9 +1,9 @@
 //! Reading a Wavefront OBJ file.
 //!
 //! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
-//! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v`, `vn x y z` and `f`. Groups, materials,
-//! smoothing, lines and points are ignored; any other keyword is an error, so that a truncated or foreign file is not mistaken for a small shape. Not
-//! supported: curves, `v` with a weight, lines continued by a backslash.
+//! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v` (a third number is ignored), `vn x y z`
+//! and `f`. Groups, materials, smoothing, lines and points are ignored; any other keyword is an error, so that a truncated or foreign file is not
+//! mistaken for a small shape. Not supported: curves, `v` with a weight, lines continued by a backslash.
 
 use glam::{DVec2, DVec3};
 

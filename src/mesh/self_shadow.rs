@@ -4,9 +4,10 @@
 //! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the vertex's normal
 //! and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is that of the nearest edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
-//! more. Between vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller
-//! or farther than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
+//! Error: the height is that of an edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is more. It
+//! is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
+//! vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or farther
+//! than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -183,7 +184,8 @@ impl Solid {
         -sign * 0.5 * (last_same + first_changed) / radius_rad
     }
 
-    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `radius_rad`: the Sun's
+    /// angular radius.
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);

@@ -1,4 +1,4 @@
-# The English texts of messages that layers below the window make. Reasons of scenes for drawing something or not; semicolons separate several.
+# The English texts of messages that layers below the window make. First the reasons of a scene for drawing something or not; semicolons separate several.
 reason-set-by-you = set by you
 reason-not-available = not available for this body
 reason-unreadable = { $file } could not be read: drawn without it
@@ -10,13 +10,13 @@ reason-map-invented = the map is invented: { $how }
 reason-shape-invented = the shape is invented: { $how }
 # Light and its thresholds; also parts of other reasons.
 reason-of-white = { $light } of white (threshold { $threshold })
-reason-of-linear-light = { $light } of linear light (no threshold)
+reason-of-linear-light = { $light } of sunlit white at 1 au (no threshold)
 reason-of-the-light = { $part } of the light (threshold { $threshold })
 reason-purpose-display = a display at this exposure: what adds less than { $threshold } of white to a pixel (half a level of 255 on black) is left out
 reason-purpose-linear = linear light: what changes no pixel by more than { $floor } of its light is left out
 # Exposure.
 reason-exposure-metered = { $subject } metered at { $luminance } cd/m2, shown at { $level } of white
-reason-exposure-second = { $part } % of the choice for { $subject } at { $luminance } cd/m2
+reason-exposure-second = { $subject } at { $luminance } cd/m2 contributes { $part } %
 reason-exposure-glare = limited by the Sun's glare, shown as white at { $luminance } cd/m2
 reason-exposure-night = limited to a night-sky photograph, EV { $ev }
 reason-exposure-nothing = nothing in the frame
@@ -48,7 +48,7 @@ reason-clouds-off = the clouds are switched off
 reason-no-lit-ground = no sunlit ground is in sight
 reason-glint-of-others = the glint of light from other bodies is at most { $light }
 reason-sun-from-zenith = the Sun is { $degrees } degrees from the camera's zenith
-reason-lit-ground-up-to = sunlit ground is in sight up to { $degrees }
+reason-lit-ground-up-to = sunlit ground is in sight up to { $degrees } degrees
 reason-detail-none = nothing finer than the map
 reason-detail-craters = craters finer than the map, by the law N(>D) ~ D^-2
 reason-detail-hills = hills finer than the map, as steep at all sizes
@@ -61,7 +61,7 @@ reason-mesh-shadow = at each vertex, of a Sun of { $degrees } degrees across
 reason-mesh-shadow-sharp = accurate to the length of an edge
 reason-overlay-size = { $overlay } is { $size } px across (threshold 0.5), opacity { $opacity }
 reason-crescent-width = the crescent is { $width } px wide (threshold { $threshold }): pixels in which sunlight ends show the mean of their lit part
-reason-limb-heights = its limb by { $count } points reaches from { $lowest } to { $highest } km: { $size } px (threshold { $limit })
+reason-limb-heights = its limb, given by { $count } points, reaches from { $lowest } to { $highest } km: { $size } px (threshold { $limit })
 # Light of the Sun and of other bodies.
 reason-irradiance = irradiance { $irradiance } of that at 1 au
 reason-shine-strongest = the strongest, from { $body }, gives { $light }
@@ -79,7 +79,7 @@ reason-inside-sun = it is inside the Sun
 reason-eclipse-penumbra-of = penumbra of { $bodies } on its lit side
 reason-eclipse-takes = { $body } blocks up to { $part } of the light
 reason-eclipse-omitted = { $count } weaker ones omitted
-reason-eclipse-nearest = the nearest penumbra, of { $body }, is { $share } of its radius away
+reason-eclipse-nearest = the nearest penumbra, of { $body }, misses by { $share } times its own radius
 reason-eclipse-none = no occluder blocks more than { $part } of the sunlight in view
 reason-eclipse-switched-off = switched off with the eclipse
 reason-eclipse-no-bending = how its air bends light is not known
@@ -103,7 +103,7 @@ reason-air-samples-table = { $few } or { $many } samples along each ray, and a t
 reason-air-camera-inside = the camera is in it, below { $height } km
 reason-air-rim = its rim is { $height } px high (threshold { $threshold }); seen straight down it removes { $light }
 reason-air-rim-light = the rim, { $height } px high, has about { $part } of the body's light at this phase (threshold { $threshold })
-reason-air-no-spread = left out without the table of multiple scattering: overhead an umbra's air is as dark as at night
+reason-air-no-spread = left out without the table of multiple scattering: the air over an umbra is as dark as at night
 reason-air-spread = scattered from the sunlit air and ground around it; error below 40 % where a thousandth of the light is left
 reason-air-in-colours = the colours of its disc already include the air
 reason-air-where-brighter = where it is brighter than the disc, whose colours already include the air
@@ -179,7 +179,7 @@ reason-lines-borders = borders of B1875 in the frame
 reason-lines-no-border = no border in the frame
 reason-lines-no-figure = no figure in the frame
 reason-lines-figures = in the frame: { $names }
-reason-lines-no-sun = it has no Sun
+reason-lines-no-sun = no Sun shines on it
 reason-lines-shadow-path = path of { $body }'s shadow, in its middle at { $time }
 reason-lines-penumbra = { $body }'s penumbra
 reason-lines-umbra = { $body }'s umbra

@@ -36,6 +36,30 @@ fn german_has_its_own_numbers_names_and_times() {
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 
+/// After each argument that is a quantity, both languages have its unit; both call the same numbers thresholds.
+#[test]
+fn quantities_have_the_same_units_in_both_languages() {
+    let units = [
+        ("} degrees", "} Grad"),
+        ("} px", "} px"),
+        ("} km", "} km"),
+        ("} %", "} %"),
+        ("} cd/m2", "} cd/m2"),
+        ("} radii", "} Radien"),
+        ("} au", "} AE"),
+        ("(threshold ", "(Schwelle "),
+    ];
+    let mut compared = 0;
+    for (id, english) in ENGLISH_FILE.lines().filter_map(|line| line.split_once(" = ")) {
+        let german = GERMAN_FILE.lines().find_map(|line| line.strip_prefix(id)?.strip_prefix(" = ")).unwrap_or_default();
+        for (unit, german_unit) in units {
+            assert_eq!(english.matches(unit).count(), german.matches(german_unit).count(), "{id}: {english} | {german}");
+            compared += english.matches(unit).count();
+        }
+    }
+    assert!(compared > 50, "{compared}");
+}
+
 /// Every text that is drawn into an image exists in both languages. No line of either file chooses between plural forms, because this module cannot evaluate
 /// Fluent's selectors (` ->`).
 #[test]

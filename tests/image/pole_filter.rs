@@ -83,7 +83,7 @@ fn no_map_has_streaks_around_its_poles() {
             let unfiltered = raw.get(&map.file, decoding.format).expect("a map");
             let mut worst: f64 = 0.0;
             for is_north in [true, false] {
-                let hemisphere = |t: &Texture| rows(t, is_north, decoding.poles == PoleFilter::Slopes);
+                let hemisphere = |t: &Texture| rows(t, is_north, decoding.poles == PoleFilter::Normals);
                 let (drawn, unfiltered) = (hemisphere(&drawn), hemisphere(&unfiltered));
                 for (from, to) in BANDS {
                     let ratio = along_over_across(&drawn, from, to);
@@ -102,7 +102,7 @@ fn no_map_has_streaks_around_its_poles() {
 fn no_relief_has_a_cone_at_its_pole() {
     for body in Catalog::embedded().bodies() {
         let Some(map) = &body.maps.normal else { continue };
-        for poles in [PoleFilter::Slopes, PoleFilter::None] {
+        for poles in [PoleFilter::Normals, PoleFilter::None] {
             let texture = SESSION.map(&map.file, MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) }).expect("a map");
             let level = &texture.levels[0];
             let (w, h) = (level.width as usize, level.height as usize);

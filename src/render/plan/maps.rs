@@ -50,7 +50,7 @@ pub fn map_format(role: MapRole) -> TexelFormat {
 pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecoding {
     let poles = match (shape, role) {
         (Shape::Mesh, _) => PoleFilter::None,
-        (_, MapRole::Normal) => PoleFilter::Slopes,
+        (_, MapRole::Normal) => PoleFilter::Normals,
         _ => PoleFilter::Values,
     };
     let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);

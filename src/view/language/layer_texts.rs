@@ -114,7 +114,7 @@ mod tests {
         set(Language::German);
         assert_eq!(
             reason_text(&both),
-            "nächster Halbschatten: Mond, er geht 1,50 seines Radius entfernt vorbei; höchstens 2 von Weiß gegen 1; von Hand gesetzt"
+            "nächster Halbschatten: Mond, er geht um das 1,50-fache seines Radius vorbei; höchstens 2 von Weiß (Schwelle 1); von Hand gesetzt"
         );
         let time = Argument::Time("2024-04-08T18:17:16Z".into());
         let path = reason!("lines-shadow-path", body = "Moon", time = time);
@@ -124,7 +124,10 @@ mod tests {
         assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
         assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
         set(Language::Marked);
-        assert_eq!(reason_text(&both.messages()[0].clone().into()), "«the nearest penumbra, of ‹«Moon»›, is ‹1«.»50› of its radius away»");
+        assert_eq!(
+            reason_text(&both.messages()[0].clone().into()),
+            "«the nearest penumbra, of ‹«Moon»›, misses by ‹1«.»50› times its own radius»"
+        );
         set(Language::English);
     }
 
