@@ -239,9 +239,9 @@ fn a_tour_plays_at_once_after_another_tour() {
     }
 }
 
-/// The key that pauses time pauses a tour, and time does not start to run.
+/// The key that pauses time pauses a tour and continues it, and time does not start to run.
 #[test]
-fn space_pauses_a_tour() {
+fn space_pauses_and_continues_a_tour() {
     let mut window = window_without_images(NaifId(699));
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(2);
@@ -254,7 +254,12 @@ fn space_pauses_a_tour() {
     let paused_s = window.state().viewer.view.tdb_s;
     window.run_steps(5);
     assert!(window.state().viewer.time_rate.is_paused() && window.state().viewer.view.tdb_s == paused_s, "time runs");
-    // Now the key is about time again.
+    type_text(&mut window, " ");
+    window.run_steps(2);
+    assert!(window.query_by_label("Pause tour").is_some() && window.state().viewer.time_rate.is_paused(), "the tour does not continue");
+    // After a change of the view the key is about time: a tour that continues would undo the change.
+    window.get_by_label("+d").click();
+    window.run_steps(2);
     type_text(&mut window, " ");
     assert!(!window.state().viewer.time_rate.is_paused());
 }

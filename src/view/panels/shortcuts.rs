@@ -104,9 +104,12 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "l" => actions.push(Action::Forward),
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
-            // While a tour plays, it alone sets the time, and the time rate is paused; ending that pause would make time run as well.
-            " " if interface.tour.is_playing() => interface.tour.pause(),
-            " " => actions.push(Action::TogglePause),
+            " " => {
+                // While a tour plays, it alone sets the time, and the time rate is paused; ending that pause would make time run as well.
+                if !interface.tour.toggle() {
+                    actions.push(Action::TogglePause);
+                }
+            }
             typed => {
                 if let Some(tab) = Tab::of_digit(typed) {
                     interface.toggle(ctx, tab);

@@ -35,6 +35,8 @@ struct TourPlayback {
     /// Position in the tour, real seconds from its start.
     elapsed_s: f64,
     is_paused: bool,
+    /// Whether the user has changed the view since the tour was paused.
+    is_view_changed: bool,
 }
 
 /// Interval between frames while nothing moves, so that the progress bar advances.
@@ -57,7 +59,19 @@ impl TourPlayer {
     pub(crate) fn pause(&mut self) {
         if let Some(playback) = &mut self.playback {
             playback.is_paused = true;
+            playback.is_view_changed = true;
         }
+    }
+
+    /// Pauses a playing tour, or continues one that was paused and whose view the user has not changed since. Returns false if there is none.
+    pub(crate) fn toggle(&mut self) -> bool {
+        let Some(playback) = &mut self.playback else { return false };
+        if playback.is_paused && (playback.is_view_changed || playback.elapsed_s >= playback.tour.length_s()) {
+            return false;
+        }
+        playback.is_paused = !playback.is_paused;
+        playback.is_view_changed = false;
+        true
     }
 
     /// The current tour.
@@ -77,7 +91,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
         Ok(tour) => {
             let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
             actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
-            interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false });
+            interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false, is_view_changed: false });
             interface.tour.has_started = true;
         }
         Err(e) => interface.reply(error_text(&e)),
@@ -158,6 +172,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 };
                 if button(ui, true, name, hover) {
                     playback.is_paused = !playback.is_paused;
+                    playback.is_view_changed = false;
                     if playback.elapsed_s >= playback.tour.length_s() {
                         playback.elapsed_s = 0.0;
                     }
