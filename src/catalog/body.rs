@@ -4,7 +4,7 @@
 
 use super::species::Species;
 use crate::message::{Argument, Message, message};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::collections::BTreeMap;
 
 /// A NAIF integer code: a body (`399` the Earth), a system barycentre (`1`..`9`), or `0`, the solar system barycentre.
@@ -388,16 +388,16 @@ impl Body {
         self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * albedo)
     }
 
-    /// Factor on z that turns a point of the unit-sphere frame into a direction whose latitude is of the kind in which the rows of the body's
-    /// maps are evenly spaced.
-    pub fn map_latitude_stretch(&self) -> f64 {
+    /// Factors on y and z that turn a point of the unit-sphere frame into a direction whose longitude and latitude are of the kind in which the columns and rows
+    /// of the body's maps are evenly spaced.
+    pub fn map_stretch(&self) -> DVec2 {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
-        let polar_ratio = self.radii_km.z / self.radii_km.x;
+        let ratios = DVec2::new(self.radii_km.y, self.radii_km.z) / self.radii_km.x;
         // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes.
         // Planetocentric latitude is that of the position: the point times the semi-axes.
         match latitude {
-            MapLatitude::Planetocentric => polar_ratio,
-            MapLatitude::Planetographic => 1.0 / polar_ratio,
+            MapLatitude::Planetocentric => ratios,
+            MapLatitude::Planetographic => ratios.recip(),
         }
     }
 }

@@ -20,9 +20,9 @@ pub struct ShapeFrame {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factor on z in the unit-sphere frame. It turns a point into a direction with the latitude, planetocentric or planetographic, in which the
-    /// rows of the body's map are evenly spaced.
-    pub latitude_stretch: f64,
+    /// Factors on y and z in the unit-sphere frame. They turn a point into a direction with the longitude and latitude, planetocentric or planetographic, in
+    /// which the columns and rows of the body's map are evenly spaced.
+    pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
 }
@@ -122,7 +122,7 @@ fn welded(positions: &[DVec3]) -> Vec<u32> {
 
 impl ShapeFrame {
     fn map_coordinates(&self, position_km: DVec3) -> DVec2 {
-        let direction = position_km / self.radii_km * DVec3::new(1.0, 1.0, self.latitude_stretch);
+        let direction = position_km / self.radii_km * DVec3::new(1.0, self.map_stretch.x, self.map_stretch.y);
         DVec2::new(0.5 + direction.y.atan2(direction.x) / TAU, 0.5 - direction.z.atan2(direction.truncate().length()) / PI)
     }
 
@@ -319,7 +319,7 @@ mod tests {
     use super::super::obj::parse;
     use super::*;
 
-    const ROUND: ShapeFrame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+    const ROUND: ShapeFrame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
 
     fn vertex(values: &[f32], size: usize, k: u32) -> &[f32] {
         &values[k as usize * size..][..size]

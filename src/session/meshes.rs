@@ -8,7 +8,7 @@ use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
 use crate::memo::Memo;
 use crate::mesh::{Mesh, ShapeFrame, obj};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -78,7 +78,7 @@ impl Meshes {
         let frame = ShapeFrame {
             radii_km: body.radii_km,
             scale_km: mesh.scale_km,
-            latitude_stretch: body.map_latitude_stretch(),
+            map_stretch: body.map_stretch(),
             two_sided: mesh.two_sided,
         };
         Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
@@ -98,7 +98,7 @@ mod tests {
 
     fn model() -> Arc<Mesh> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
         Arc::new(Mesh::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
     }
 

@@ -207,7 +207,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),
-        map_latitude_stretch: 1.0,
+        map_stretch: Vec2::ONE,
         night_radiance: Vec3::splat(0.2),
         specular_strength: 1.0,
         wave_slope_sq: 0.03,

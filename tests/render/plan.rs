@@ -42,7 +42,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         photometric_parameter: 17.0,
         limb_darkening_u1: Vec3::splat(18.0),
         limb_darkening_u2: Vec3::splat(19.0),
-        map_latitude_stretch: 20.0,
+        map_stretch: Vec2::splat(20.0),
         detail: Default::default(),
         night_radiance: Vec3::splat(21.0),
         specular_strength: 22.0,

@@ -109,6 +109,26 @@ fn the_middle_of_the_moon_has_known_values_in_the_views() {
     assert_near(&draw_view(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
 }
 
+/// Maps and names of bodies with three different semi-axes have planetocentric longitudes.
+#[test]
+fn map_coordinates_of_triaxial_bodies_are_planetocentric() {
+    let mut greatest_parametric_error: f64 = 0.0;
+    for (target, time) in [(401, DAY), (401, "2024-04-08T20:10:00Z"), (607, DAY), (607, "2024-04-13T00:00:00Z"), (610, DAY), (2_000_004, DAY)] {
+        let image = drawn(target, 6.0, time, PixelView::Uv);
+        let middle = image.scene.body(NaifId(target)).expect("the body").sub_observer;
+        let (u, v) = (0.5 + middle.lon_east_deg / 360.0, 0.5 - middle.lat_centric_deg / 180.0);
+        let [drawn_u, drawn_v, _] = image.middle();
+        let turns = (drawn_u - u + 0.5).rem_euclid(1.0) - 0.5;
+        assert!(turns.abs() < 5e-4 && (drawn_v - v).abs() < 5e-4, "{target} at {time}: {drawn_u} {drawn_v}, {u} {v} expected");
+        // The angle in the unit-sphere frame is another one.
+        let radii_km = SESSION.catalog().body(NaifId(target)).expect("in the catalog").radii_km;
+        let (sin, cos) = middle.lon_east_deg.to_radians().sin_cos();
+        let parametric = (sin / radii_km.y).atan2(cos / radii_km.x).to_degrees() - middle.lon_east_deg;
+        greatest_parametric_error = greatest_parametric_error.max(((parametric / 360.0 + 0.5).rem_euclid(1.0) - 0.5).abs());
+    }
+    assert!(greatest_parametric_error > 4e-3, "{greatest_parametric_error} turns");
+}
+
 #[test]
 fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
     let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);

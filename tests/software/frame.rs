@@ -68,7 +68,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         photometric_parameter: 0.0,
         limb_darkening_u1: Vec3::ZERO,
         limb_darkening_u2: Vec3::ZERO,
-        map_latitude_stretch: 1.0,
+        map_stretch: Vec2::ONE,
         night_radiance: Vec3::ZERO,
         specular_strength: 0.0,
         wave_slope_sq: 1.0,

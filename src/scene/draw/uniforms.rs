@@ -124,9 +124,9 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Factor on z that turns a unit-sphere point into a direction whose angle to the equatorial plane is the latitude by which the map's rows are spaced
-        /// (planetocentric or planetographic).
-        pub map_latitude_stretch: f32 = "map_latitude_stretch",
+        /// Factors on y and z that turn a unit-sphere point into a direction whose longitude and whose angle to the equatorial plane are those by which the map's
+        /// columns and rows are spaced (planetocentric or planetographic).
+        pub map_stretch: Vec2 = "map_stretch",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
         /// Strength of the ocean glint.

@@ -74,7 +74,7 @@ pub(crate) fn uniforms_of_fraction(
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_darkening_u1: camera::narrow(u1),
         limb_darkening_u2: camera::narrow(u2),
-        map_latitude_stretch: camera::narrow_scalar(body.map_latitude_stretch()),
+        map_stretch: camera::narrow2(body.map_stretch()),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),

@@ -7,7 +7,7 @@ use crate::catalog::Body;
 use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::CIVIL_TWILIGHT_SINE;
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 /// The radiance of a body's city lights on the grid of its night map.
@@ -16,8 +16,8 @@ pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
-    /// Factor on the z of a unit-sphere point that gives the direction whose latitude is that of the map.
-    latitude_stretch: f64,
+    /// Factors on y and z of a unit-sphere point that give the direction whose longitude and latitude are those of the map.
+    stretch: DVec2,
 }
 
 /// Radiance of a white texel of the body's night map; 0 without a night map.
@@ -38,12 +38,12 @@ impl NightLights {
         let white = brightest(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
         let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
-        is_complete.then(|| Self { width, height, radiance, latitude_stretch: body.map_latitude_stretch() })
+        is_complete.then(|| Self { width, height, radiance, stretch: body.map_stretch() })
     }
 
     /// Radiance at a point of the unit-sphere frame, bilinearly interpolated.
     pub(crate) fn at(&self, point: DVec3) -> f64 {
-        let direction = (point * DVec3::new(1.0, 1.0, self.latitude_stretch)).normalize();
+        let direction = (point * DVec3::new(1.0, self.stretch.x, self.stretch.y)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;
         let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
         let (x, y) = (u * self.width as f64 - 0.5, (v * self.height as f64 - 0.5).clamp(0.0, self.height as f64 - 1.0));
