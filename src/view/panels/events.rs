@@ -31,8 +31,10 @@ const YEAR_RANGE: usize = 1;
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Least height of the table of an event's contacts, points: five rows, and the line above the table. A total lunar eclipse has seven rows.
-const CONTACTS_HEIGHT: f32 = 146.0;
+/// Height of a row of the table of an event's contacts, and of the line above the table, points.
+const CONTACT_ROW_HEIGHT: f32 = 24.5;
+/// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
+const MIN_CONTACT_ROWS: usize = 5;
 /// A smaller error of Delta T is not shown, because contact times are shown in seconds.
 const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 /// Largest number of rows.
@@ -382,8 +384,11 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     });
     information::place_fields(ui, &mut interface.information);
     // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
-    ui.allocate_ui(vec2(ui.available_width(), CONTACTS_HEIGHT), |ui| {
-        ui.set_min_height(CONTACTS_HEIGHT);
+    // A lunar eclipse has the same contacts everywhere, and a maximum.
+    let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
+    let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
+    ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
+        ui.set_min_height(height);
         contacts(interface, ui, worker, event);
     });
     ui.add_space(4.0);
