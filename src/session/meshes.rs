@@ -75,12 +75,8 @@ impl Meshes {
         let name = path.display();
         let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{name}: {e}"))?;
         let obj = obj::parse(&text).map_err(|e| format!("{name}:{e}"))?;
-        let frame = ShapeFrame {
-            radii_km: body.radii_km,
-            scale_km: mesh.scale_km,
-            map_stretch: body.map_stretch(),
-            two_sided: mesh.two_sided,
-        };
+        let frame =
+            ShapeFrame { radii_km: body.radii_km, scale_km: mesh.scale_km, map_stretch: body.map_stretch(), two_sided: mesh.two_sided };
         Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 

@@ -113,7 +113,9 @@ fn the_middle_of_the_moon_has_known_values_in_the_views() {
 #[test]
 fn map_coordinates_of_triaxial_bodies_are_planetocentric() {
     let mut greatest_parametric_error: f64 = 0.0;
-    for (target, time) in [(401, DAY), (401, "2024-04-08T20:10:00Z"), (607, DAY), (607, "2024-04-13T00:00:00Z"), (610, DAY), (2_000_004, DAY)] {
+    for (target, time) in
+        [(401, DAY), (401, "2024-04-08T20:10:00Z"), (607, DAY), (607, "2024-04-13T00:00:00Z"), (610, DAY), (2_000_004, DAY)]
+    {
         let image = drawn(target, 6.0, time, PixelView::Uv);
         let middle = image.scene.body(NaifId(target)).expect("the body").sub_observer;
         let (u, v) = (0.5 + middle.lon_east_deg / 360.0, 0.5 - middle.lat_centric_deg / 180.0);
