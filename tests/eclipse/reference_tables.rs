@@ -66,9 +66,9 @@ fn instant(text: &str) -> Instant {
 #[test]
 fn light_blocked_by_circles_and_ellipses_agrees_with_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
-    // Bounds for circles and ellipses. Measured with limb darkening: 3e-7 and 1.3e-4 in f32, 1.8e-7 and 1.3e-4 in f64.
+    // Bounds for circles and ellipses. Measured in f32 and f64: at most 5e-7 for circles, 2.1e-4 for ellipses.
     let stated = stated_errors::of_eclipse(EclipseModel::LimbDarkened).expect("a stated error").max_error;
-    for (prober, max_of_circles, max_of_ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
+    for (prober, max_of_circles, max_of_ellipses) in [(single(), 2e-6, stated), (double(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
             let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
             for row in list(&table, "circles") {
