@@ -48,7 +48,7 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 
 #[test]
 fn linear_light_is_complete_at_any_exposure() {
-    let mut displays_without_features = 0;
+    let mut displays_without_effects = 0;
     for (name, request) in views() {
         for stops in [-10.0, 5.0] {
             let all = pixels(&request, Purpose::LINEAR, ALL_EFFECTS, stops);
@@ -57,10 +57,10 @@ fn linear_light_is_complete_at_any_exposure() {
             assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
             // An image for display at this exposure leaves out effects that it would not show; otherwise the comparison would prove
             // nothing.
-            displays_without_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+            displays_without_effects += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
     }
-    assert!(displays_without_features > 8, "{displays_without_features}");
+    assert!(displays_without_effects > 8, "{displays_without_effects}");
 }
 
 /// In an EXR written by the program, the Moon's night side is lit by the Earth.
