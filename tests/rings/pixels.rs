@@ -123,7 +123,7 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
         let at_middle: Vec<f64> = (0..SIDE * SIDE).map(|k| fine_pixel(k, FINER * FINER / 2 + FINER / 2)).collect();
         let (mean_of_points, worst_of_points) = mean_and_worst_difference(&at_middle);
         println!("view {k}: mean {mean:.2e}, worst {worst:.3}; of points {mean_of_points:.2e}, {worst_of_points:.3}");
-        assert!(mean < 3e-3 && worst < 0.2, "view {k}: {mean} in the mean, {worst} of the brightest pixel");
+        assert!(mean < 4e-3 && worst < 0.2, "view {k}: {mean} in the mean, {worst} of the brightest pixel");
         assert!(mean_of_points > 5e-3 && worst_of_points > 0.25, "view {k}: points would pass: {mean_of_points}, {worst_of_points}");
     }
 }
