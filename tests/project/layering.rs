@@ -158,8 +158,11 @@ fn violations(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
         }
     }
     let code = code_of(&file.text);
-    found
-        .extend(forbidden.iter().filter(|n| code.contains(&format!("{n}::"))).map(|n| format!("src/{module}: {prefix} may not use `{n}`")));
+    let uses = |name: &str| {
+        let is_below = |path: &String| path.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+        code.contains(&format!("{name}::")) || file.external_paths.iter().any(is_below)
+    };
+    found.extend(forbidden.iter().filter(|name| uses(name)).map(|name| format!("src/{module}: {prefix} may not use `{name}`")));
     found
 }
 
@@ -253,6 +256,10 @@ fn a_layering_violation_is_found() {
     assert_eq!(count("ephemeris/kernel.rs", "use crate::{catalog::NaifId, render::plan};"), 1);
     assert_eq!(count("scene/build.rs", "use crate::{\n    catalog::{Body, NaifId},\n    render::{plan, frame},\n};"), 2);
     assert_eq!(count("scene/build.rs", "let m = naga::Module::default();"), 1);
+    assert_eq!(count("scene/build.rs", "use std::{fs, io};"), 1);
+    assert_eq!(count("scene/build.rs", "use std::fs as files;\nuse wgpu;"), 2);
+    assert_eq!(count("shader/emit.rs", "fn emit() { rayon::spawn(|| ()); }"), 1);
+    assert_eq!(count("shader/emit.rs", "use std::fs;\nfn emit() { rayon::spawn_fifo(|| ()); }"), 0);
     assert_eq!(count("shader/key/text.rs", "use crate::shader::emit::emit;"), 1);
     assert_eq!(count("cli/render.rs", "let w = winit::EventLoop::new();"), 1);
     assert_eq!(count("view/app.rs", "use crate::cli::run;"), 1);
