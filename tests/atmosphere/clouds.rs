@@ -5,6 +5,7 @@ use glam::DVec3;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
+use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::session::DrawnFrame;
@@ -105,14 +106,19 @@ fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
 
 #[test]
 fn below_the_clouds_none_are_drawn() {
-    let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km: 0.002 };
-    let mut request = earth("+clouds");
-    request.position = ground;
+    let at_height = |height_km: f64| ViewRequest {
+        position: Position::Ground { body: NaifId::EARTH, latitude_deg: 20.0, longitude_deg: 60.0, height_km },
+        ..earth("+clouds")
+    };
+    let shows_clouds = |scene: &Scene| scene.draws.iter().any(|d| d.name.contains("clouds"));
+    let mut request = at_height(0.002);
     request.target = None;
     request.look = orrery::scene::request::Look::Along { direction: DVec3::X, axes: orrery::scene::request::Axes::BodyFixed };
     let scene = SESSION.scene(&request).expect("a scene");
     let earth = scene.body(NaifId::EARTH).expect("the Earth");
     let clouds = earth.decisions.iter().rfind(|d| d.effect == "clouds");
     assert!(clouds.is_none_or(|d| !d.on), "{clouds:?}");
-    assert!(scene.draws.iter().all(|d| !d.name.contains("clouds")));
+    assert!(!shows_clouds(&scene));
+    // Straight down from above them.
+    assert!(shows_clouds(&SESSION.scene(&at_height(20.0)).expect("a scene")));
 }

@@ -124,14 +124,14 @@ const FAMILIES: [&str; 9] = [
     "tangent",
 ];
 
-/// Lowest elevation of the Sun, in degrees: the end of astronomical twilight.
+/// Lowest altitude of the Sun, in degrees, where a family limits it: the end of astronomical twilight.
 const NIGHT_DEG: f64 = -18.0;
 
 fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
     let (up, side) = random.direction().any_orthonormal_pair();
     let (azimuth, top) = (random.between(0.0, TAU), air_case.air.top);
     let sun_side = side * azimuth.cos() + up.cross(side) * azimuth.sin();
-    let at_elevation = |horizontal: DVec3, deg: f64| up * deg.to_radians().sin() + horizontal * deg.to_radians().cos();
+    let at_altitude = |horizontal: DVec3, deg: f64| up * deg.to_radians().sin() + horizontal * deg.to_radians().cos();
     // Heights from a metre to the top of the air.
     let lowest = 1e-3 / air_case.radius_km;
     let height = lowest * (top / lowest).powf(random.uniform());
@@ -159,36 +159,36 @@ fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
             let offset_deg = 3.0 * random.between(-1.0, 1.0) * random.uniform();
             Ray {
                 camera: inside,
-                direction: at_elevation(side, offset_deg - dip_deg),
-                sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
+                direction: at_altitude(side, offset_deg - dip_deg),
+                sun: at_altitude(sun_side, random.between(NIGHT_DEG, 90.0)),
             }
         }
         4 => {
             let direction = if random.uniform() < 0.7 { up } else { -up };
-            Ray { camera: inside, direction, sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)) }
+            Ray { camera: inside, direction, sun: at_altitude(sun_side, random.between(NIGHT_DEG, 90.0)) }
         }
         5 => {
             let deg = 100.0 * random.uniform() * random.uniform() - 10.0;
-            Ray { camera: inside, direction: at_elevation(side, deg), sun: at_elevation(sun_side, random.between(-12.0, 2.0)) }
+            Ray { camera: inside, direction: at_altitude(side, deg), sun: at_altitude(sun_side, random.between(-12.0, 2.0)) }
         }
         6 => {
             let knot = if knots.is_empty() { top * random.uniform() } else { knots[(random.uniform() * knots.len() as f64) as usize] };
-            let perigee_radius = 1.0 + knot + 0.02 * top * random.between(-1.0, 1.0) * random.uniform();
+            let closest_radius = 1.0 + knot + 0.02 * top * random.between(-1.0, 1.0) * random.uniform();
             Ray {
-                camera: up * perigee_radius.max(1.0 + lowest) + side * random.between(-0.3, 0.3),
+                camera: up * closest_radius.max(1.0 + lowest) + side * random.between(-0.3, 0.3),
                 direction: side,
-                sun: at_elevation(sun_side, random.between(-12.0, 18.0)),
+                sun: at_altitude(sun_side, random.between(-12.0, 18.0)),
             }
         }
-        7 => Ray { camera: inside, direction: random.direction(), sun: at_elevation(sun_side, random.between(NIGHT_DEG, -6.0)) },
+        7 => Ray { camera: inside, direction: random.direction(), sun: at_altitude(sun_side, random.between(NIGHT_DEG, -6.0)) },
         _ => {
             // Just above or below the ground, from nearby and from far away.
-            let perigee_radius = 1.0 + 1e-3 * top * random.between(-1.0, 1.0) * random.uniform();
+            let closest_radius = 1.0 + 1e-3 * top * random.between(-1.0, 1.0) * random.uniform();
             let start_distance = (2.0 * top).sqrt() * 10f64.powf(random.between(-1.0, 1.0));
             Ray {
-                camera: up * perigee_radius - side * start_distance,
+                camera: up * closest_radius - side * start_distance,
                 direction: side,
-                sun: at_elevation(sun_side, random.between(NIGHT_DEG, 90.0)),
+                sun: at_altitude(sun_side, random.between(NIGHT_DEG, 90.0)),
             }
         }
     }

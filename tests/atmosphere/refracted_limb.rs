@@ -329,6 +329,7 @@ fn single_precision_suffices_at_every_distance() {
         let brightest = in_double.iter().map(|p| p[0]).fold(0.0, f64::max);
         let worst = in_single.iter().zip(&in_double).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, f64::max) / brightest;
         println!("{behind} {fov_deg}: {worst:e} of {brightest:e}");
+        assert!(worst > 0.0, "{behind} radii, {fov_deg} degrees: both images have the same bits, so both were computed in f32");
         assert!(brightest > 1e-3 && worst < 0.5 / 256.0, "{behind} radii, {fov_deg} degrees: off by {worst} of the brightest, {brightest}");
     }
 }

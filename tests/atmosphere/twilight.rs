@@ -78,7 +78,7 @@ impl Gas {
         let mut sky = Sky { once: 0.0, all: 0.0 };
         for _ in 0..paths {
             // Importance sampling of the horizon and the Sun's azimuth, from where most light comes: the zenith cosine is the square of a
-            // random number, and seven of ten azimuths are within 0.8 rad of the Sun's.
+            // random number; seven of ten azimuths are drawn within 0.8 rad of the Sun's, the others from the whole circle.
             let cosine_root = random.uniform();
             let cosine = cosine_root * cosine_root;
             let azimuth = if random.uniform() < 0.7 { 0.8 } else { PI } * (2.0 * random.uniform() - 1.0);

@@ -141,7 +141,7 @@ fn the_suns_light_in_an_image_equals_its_visible_fraction() {
     assert!(dark > 20 && partial > 300, "{dark} dark, {partial} partial");
 }
 
-/// The eclipse of 8 April 2024 from Dallas, in fields of view from 0.7 to 120 degrees: no sunlight in totality, some half an hour before.
+/// The eclipse of 8 April 2024 from Dallas, in fields of view from 0.7 to 120 degrees: no sunlight in totality, but some of it half an hour before.
 #[test]
 fn totality_is_dark_at_any_field_of_view() {
     for (time, is_total) in [("2024-04-08T18:42:38Z", true), ("2024-04-08T18:10:00Z", false)] {
@@ -157,7 +157,7 @@ fn totality_is_dark_at_any_field_of_view() {
                     ..ViewRequest::of(NaifId::SUN, Instant::parse(time).expect("a time"))
                 };
                 let (_, hdr) = light(&SESSION, &request, samples);
-                let in_middle_rows = |k: usize| (k % 160).abs_diff(80) < 80 && (k / 160).abs_diff(80) < 30;
+                let in_middle_rows = |k: usize| (k / 160).abs_diff(80) < 30;
                 let brightest = hdr.iter().enumerate().filter(|(k, _)| in_middle_rows(*k)).map(|(_, p)| p[1]).fold(0.0, f32::max);
                 assert_eq!(brightest < 0.01, is_total, "{time}, {fov_deg} degrees, {samples} samples: {brightest}");
             }

@@ -66,9 +66,9 @@ fn instant(text: &str) -> Instant {
 #[test]
 fn light_blocked_by_circles_and_ellipses_agrees_with_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
-    // Bounds for circles and ellipses. Measured with limb darkening: 3e-7 and 1.3e-4 in f32, 1.8e-7 and 1.3e-4 in f64.
+    // Bounds for circles and ellipses. Measured in f32 and f64: at most 5e-7 for circles, 2.1e-4 for ellipses.
     let stated = stated_errors::of_eclipse(EclipseModel::LimbDarkened).expect("a stated error").max_error;
-    for (prober, max_of_circles, max_of_ellipses) in [(single(), 1e-5, stated), (double(), 1e-6, stated)] {
+    for (prober, max_of_circles, max_of_ellipses) in [(single(), 2e-6, stated), (double(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
             let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
             for row in list(&table, "circles") {
@@ -316,14 +316,14 @@ fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
 #[test]
 fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     // Greatest eclipse and umbral magnitude U. H. de Carvalho Vital's fit to eclipses without volcanic ash (r2 = 0.998): the Moon's magnitude
-    // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a particular day change it by half a magnitude.
+    // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a day change it by half a magnitude. Measured: 0.32.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
         let rgb = light_on_near_side(&single(), time);
         let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
         let magnitude = -12.7 - 2.5 * luminance.log10();
         let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
         println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
-        assert!((magnitude - observed).abs() < 1.0, "{time}: magnitude {magnitude}, observers give {observed}");
+        assert!((magnitude - observed).abs() < 0.5, "{time}: magnitude {magnitude}, observers give {observed}");
         assert!(umbral_magnitude < 1.0 || rgb[0] > 2.0 * rgb[1] && rgb[1] > rgb[2], "{time}: {rgb:?}");
     }
     // Without the air no light reaches the middle of the umbra.
@@ -446,7 +446,7 @@ fn f32_suffices_out_to_neptune() {
         }
     }
     println!("worst {:e} at {} radii from the Sun", worst.0, worst.1);
-    assert!(worst.0 < 5e-4, "{worst:?}");
+    assert!(worst.0 < 5e-4 && worst.0 > 0.0, "{worst:?}");
 }
 
 fn view(target: NaifId, time: &str, effects: &str, quality: Quality) -> ViewRequest {

@@ -375,5 +375,6 @@ fn single_precision_is_enough_for_totality() {
         let percentile_98 = differences[differences.len() * 98 / 100];
         assert!(percentile_98 < 0.5, "{fov_deg} degrees: {percentile_98} levels");
         assert!(single.frame.hdr.iter().any(|p| p[1] > 0.0));
+        assert!(single.frame.hdr != exact.frame.hdr, "{fov_deg} degrees: both images have the same bits, so both were computed in f32");
     }
 }

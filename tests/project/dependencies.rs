@@ -7,15 +7,13 @@ fn read(path: &str) -> String {
     std::fs::read_to_string(root.join(path)).expect(path)
 }
 
-/// Names in the dependency tables of a manifest.
+/// Names in the dependency tables of a manifest, for all targets and for each.
 fn direct_dependencies(manifest: &str) -> BTreeSet<String> {
     let manifest: toml::Table = manifest.parse().expect("TOML");
-    let names = |table: Option<&toml::Value>| -> Vec<String> {
-        table.and_then(toml::Value::as_table).map_or(Vec::new(), |t| t.keys().cloned().collect())
-    };
     let targets = manifest.get("target").and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::values);
-    let of_targets = targets.flat_map(|target| names(target.get("dependencies")));
-    names(manifest.get("dependencies")).into_iter().chain(names(manifest.get("dev-dependencies"))).chain(of_targets).collect()
+    let sections = targets.filter_map(toml::Value::as_table).chain([&manifest]);
+    let tables = sections.flat_map(|section| ["dependencies", "dev-dependencies", "build-dependencies"].map(|kind| section.get(kind)));
+    tables.flatten().filter_map(toml::Value::as_table).flat_map(toml::Table::keys).cloned().collect()
 }
 
 /// Names in the first column of the document's tables, if the second column has a reason.
@@ -33,7 +31,8 @@ fn each_direct_dependency_has_its_reason() {
 
 #[test]
 fn a_dependency_without_a_reason_is_detected() {
-    let manifest = "[dependencies]\na = \"1\"\n[dev-dependencies]\nb = \"1\"\n[target.'cfg(unix)'.dependencies]\nc = \"1\"\n";
-    assert_eq!(direct_dependencies(manifest), ["a", "b", "c"].map(str::to_owned).into());
+    let tables = ["dependencies", "dev-dependencies", "build-dependencies", "target.'cfg(unix)'.dependencies", "target.x.dev-dependencies"];
+    let manifest: String = tables.into_iter().zip('a'..).map(|(table, name)| format!("[{table}]\n{name} = \"1\"\n")).collect();
+    assert_eq!(direct_dependencies(&manifest), ["a", "b", "c", "d", "e"].map(str::to_owned).into());
     assert_eq!(dependencies_with_reason("| `a` | why it is there |\n| `b` |  |\n| library | what |\n"), ["a"].map(str::to_owned).into());
 }

@@ -3,6 +3,8 @@
 
 use super::assert_only_tolerated;
 use super::source_tree::{NamedPath, SourceFile, SourceTree, code_of};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// (module path prefix, modules of this crate that it may name, crates and library modules that it may not name).
 const TABLE: &[(&str, &[&str], &[&str])] = &[
@@ -156,8 +158,11 @@ fn violations(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
         }
     }
     let code = code_of(&file.text);
-    found
-        .extend(forbidden.iter().filter(|n| code.contains(&format!("{n}::"))).map(|n| format!("src/{module}: {prefix} may not use `{n}`")));
+    let uses = |name: &str| {
+        let is_below = |path: &String| path.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
+        code.contains(&format!("{name}::")) || file.external_paths.iter().any(is_below)
+    };
+    found.extend(forbidden.iter().filter(|name| uses(name)).map(|name| format!("src/{module}: {prefix} may not use `{name}`")));
     found
 }
 
@@ -166,6 +171,53 @@ fn re_exports(tree: &SourceTree, file: &SourceFile) -> Vec<String> {
     let foreign = |path: &&NamedPath| tree.file_of(&path.segments).is_some_and(|n| tree.files[n].layer() != file.layer());
     let public = file.paths.iter().filter(|p| p.is_public_use && file.module() != "lib").filter(foreign);
     public.map(|p| format!("{}: {}", file.path, p.segments.join("::"))).collect()
+}
+
+/// The modules that each module may use by ARCHITECTURE.md's table: those that its second cell names before a semicolon, after which crates
+/// follow. `plan` and `frame` are those of `render`. Of "every module above except" a list, the top-level modules of the rows before.
+fn documented_table(text: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let module_of = |word: &str| match word.trim_end_matches(':') {
+        "plan" => "render::plan".to_owned(),
+        "frame" => "render::frame".to_owned(),
+        word => word.to_owned(),
+    };
+    let is_module = |name: &String| name == "scene::draw" || TABLE.iter().any(|(prefix, _, _)| prefix.replace('/', "::") == *name);
+    let rows = text.lines().skip_while(|l| !l.starts_with("| module | may use")).skip(2).take_while(|l| l.starts_with('|'));
+    let mut table = BTreeMap::new();
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let [_, modules, may_use, ..] = cells[..] else { panic!("{row}") };
+        let before_crates = may_use.split(';').next().unwrap_or_default();
+        let words = before_crates.split(|c: char| !c.is_ascii_lowercase() && !matches!(c, '_' | ':'));
+        let named: BTreeSet<String> = words.map(module_of).filter(is_module).collect();
+        let allowed = if may_use.starts_with("every module above except") {
+            table.keys().filter(|m: &&String| !m.contains("::") && !named.contains(*m)).cloned().collect()
+        } else {
+            named
+        };
+        for module in modules.split(", ") {
+            table.insert(module.trim_end_matches(" (`mod.rs`)").to_owned(), allowed.clone());
+        }
+    }
+    table
+}
+
+#[test]
+fn the_table_allows_the_modules_that_architecture_names() {
+    let architecture = Path::new(env!("CARGO_MANIFEST_DIR")).join("ARCHITECTURE.md");
+    let own: BTreeMap<String, BTreeSet<String>> = TABLE
+        .iter()
+        .map(|(prefix, allowed, _)| {
+            let module = prefix.replace('/', "::");
+            let others = allowed.iter().filter(|a| **a != module).map(|a| (*a).to_owned()).collect();
+            (module, others)
+        })
+        .collect();
+    assert_eq!(documented_table(&std::fs::read_to_string(architecture).expect("the document")), own);
+    let head = "| module | may use | may not use |\n|---|---|---|\n";
+    let found = documented_table(&format!("{head}| time, render (`mod.rs`) | units, and plan: more; naga | scene |\n"));
+    let of_both: BTreeSet<String> = ["units", "render::plan"].map(str::to_owned).into();
+    assert_eq!(found, ["time", "render"].map(|module| (module.to_owned(), of_both.clone())).into());
 }
 
 #[test]
@@ -204,6 +256,10 @@ fn a_layering_violation_is_found() {
     assert_eq!(count("ephemeris/kernel.rs", "use crate::{catalog::NaifId, render::plan};"), 1);
     assert_eq!(count("scene/build.rs", "use crate::{\n    catalog::{Body, NaifId},\n    render::{plan, frame},\n};"), 2);
     assert_eq!(count("scene/build.rs", "let m = naga::Module::default();"), 1);
+    assert_eq!(count("scene/build.rs", "use std::{fs, io};"), 1);
+    assert_eq!(count("scene/build.rs", "use std::fs as files;\nuse wgpu;"), 2);
+    assert_eq!(count("shader/emit.rs", "fn emit() { rayon::spawn(|| ()); }"), 1);
+    assert_eq!(count("shader/emit.rs", "use std::fs;\nfn emit() { rayon::spawn_fifo(|| ()); }"), 0);
     assert_eq!(count("shader/key/text.rs", "use crate::shader::emit::emit;"), 1);
     assert_eq!(count("cli/render.rs", "let w = winit::EventLoop::new();"), 1);
     assert_eq!(count("view/app.rs", "use crate::cli::run;"), 1);

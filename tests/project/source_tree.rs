@@ -15,6 +15,8 @@ pub struct SourceFile {
     module: Vec<String>,
     /// The paths in its code.
     pub paths: Vec<NamedPath>,
+    /// Its paths that lead out of the crate, such as `std::fs`, and those that start with a name that a `use` brought in.
+    pub external_paths: Vec<String>,
 }
 
 /// A path in code, from the crate root.
@@ -28,10 +30,10 @@ pub struct NamedPath {
 }
 
 impl SourceFile {
-    /// A file with this path and text. [`SourceTree::new`] fills `paths`, once all modules are known.
+    /// A file with this path and text. [`SourceTree::new`] fills the lists of paths, once all modules are known.
     fn new(path: &str, text: &str) -> Self {
         let module = path.trim_end_matches(".rs").split('/').filter(|s| !matches!(*s, "mod" | "lib")).map(str::to_owned).collect();
-        Self { path: path.into(), text: text.into(), module, paths: Vec::new() }
+        Self { path: path.into(), text: text.into(), module, paths: Vec::new(), external_paths: Vec::new() }
     }
 
     /// The module's path with `/`: `scene/draw`.
@@ -71,7 +73,7 @@ impl SourceTree {
         let mut files: Vec<_> = sources.iter().map(|(path, text)| SourceFile::new(path, text)).collect();
         let by_module: BTreeMap<_, _> = files.iter().enumerate().map(|(n, f)| (f.module.clone(), n)).collect();
         for file in &mut files {
-            file.paths = PathReader::new(&file.text, &file.module, &by_module).paths();
+            (file.paths, file.external_paths) = PathReader::new(&file.text, &file.module, &by_module).paths();
         }
         Self { files, by_module }
     }
@@ -233,8 +235,9 @@ impl<'a> PathReader<'a> {
         self.tokens.get(at) == Some(&Token::Other(c))
     }
 
-    fn paths(&self) -> Vec<NamedPath> {
-        let mut paths = Vec::new();
+    /// The paths from the crate root, and the others as they are written.
+    fn paths(&self) -> (Vec<NamedPath>, Vec<String>) {
+        let (mut paths, mut external_paths) = (Vec::new(), Vec::new());
         // Inline modules, each with the depth of its braces.
         let mut inline: Vec<(String, i32)> = Vec::new();
         let (mut depth, mut at) = (0, 0);
@@ -259,11 +262,10 @@ impl<'a> PathReader<'a> {
                     at = self.leaves(at + 1, &mut Vec::new(), &mut leaves);
                     for (path, alias) in leaves {
                         let used_as = alias.or_else(|| path.last().cloned());
-                        paths.extend(self.absolute(&path, &module()).map(|segments| NamedPath {
-                            segments,
-                            used_as,
-                            is_public_use: is_public,
-                        }));
+                        match self.absolute(&path, &module()) {
+                            Some(segments) => paths.push(NamedPath { segments, used_as, is_public_use: is_public }),
+                            None => external_paths.push(path.join("::")),
+                        }
                     }
                     continue;
                 }
@@ -275,17 +277,16 @@ impl<'a> PathReader<'a> {
                         path.push(next.to_owned());
                         at += 2;
                     }
-                    paths.extend(self.absolute(&path, &module()).map(|segments| NamedPath {
-                        segments,
-                        used_as: None,
-                        is_public_use: false,
-                    }));
+                    match self.absolute(&path, &module()) {
+                        Some(segments) => paths.push(NamedPath { segments, used_as: None, is_public_use: false }),
+                        None => external_paths.push(path.join("::")),
+                    }
                 }
                 _ => {}
             }
             at += 1;
         }
-        paths
+        (paths, external_paths)
     }
 
     /// Whether `pub(...)` ends right before `at`. Looks back at most 6 tokens for its parenthesis.

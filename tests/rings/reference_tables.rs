@@ -41,7 +41,8 @@ fn list<'a>(v: &'a Value, name: &str) -> &'a [Value] {
 
 #[test]
 fn light_through_the_ring_follows_the_closed_form() {
-    const MAX_ERROR: f64 = 1e-3;
+    // Measured: 3e-8.
+    const MAX_ERROR: f64 = 1e-6;
     let table = table();
     let ring_step = |p: &Value| json!({"r_in": p["r_in"], "r_out": p["r_out"], "tau_normal": p["tau_normal"]});
     let profile: Vec<_> = list(&table, "ring_profile").iter().map(ring_step).collect();
@@ -187,7 +188,8 @@ fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     let slant_factor = 2.0_f64.sqrt();
     for (radius, tau) in [(1.49999, 0.0), (1.5001, 0.5), (1.54999, 0.5), (1.550025, 3.0), (1.5501, 0.5), (1.5999, 0.5), (1.6001, 0.0)] {
         let (found, expected) = (transmission_at(radius), (-tau * slant_factor).exp());
-        assert!((found - expected).abs() < 1e-3, "{radius}: {found}, not {expected}");
+        // Measured: 1.1e-8.
+        assert!((found - expected).abs() < 1e-6, "{radius}: {found}, not {expected}");
     }
 }
 
@@ -375,8 +377,8 @@ fn ansa_radiance(phase_angle_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     radii_km.iter().map(|r| r / distance_km / pixel_tangent).map(|px| green_at(middle - px).min(green_at(middle + px))).collect()
 }
 
-/// Cassini's image of 2013-07-19: seen against the Sun the E and G rings are bright; at the same exposure they are invisible from the Sun's
-/// side.
+/// As in Cassini's image of 2013-07-19, the E and G rings are bright against the Sun. From the Sun's side they are fainter: 86 and 67 times
+/// (measured).
 #[test]
 fn dusty_rings_are_bright_only_in_forward_scattering() {
     // E, G, the gap between F and G, and B.
@@ -386,9 +388,8 @@ fn dusty_rings_are_bright_only_in_forward_scattering() {
         <[f64; 4]>::try_from(ansa_radiance(175.0, &radii_km)).expect("four"),
     );
     println!("E {e_back:.2e} {e:.2e}, G {g_back:.2e} {g:.2e}, B {b_back:.2e} {b:.2e}");
-    // At an exposure for which E is a tenth of white against the Sun, it is below two levels of 255 from the Sun's side.
-    assert!(e > 25.0 * e_back && 0.1 * e_back / e < 0.5 / 255.0 * 4.0, "E: {e_back} becomes {e}");
-    assert!(g > 10.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
+    assert!(e > 60.0 * e_back, "E: {e_back} becomes {e}");
+    assert!(g > 45.0 * g_back && g > 1e-7, "G: {g_back} becomes {g}");
     assert!(between < 0.02 * e, "nothing lies between F and G: {between}");
     // The B ring consists of large bodies: it is brighter from the Sun's side.
     assert!(b < 0.1 * b_back, "B: {b_back} becomes {b}");

@@ -38,14 +38,17 @@ fn dots(session: &Session, request: &ViewRequest) -> (Scene, Vec<Dot>) {
     (scene, dots)
 }
 
-/// A point appears at its time where the camera sees its ground, fades over the given days, and is never visible on the far side.
+/// Two points at opposite places appear at their time where the camera sees their ground, fade over the given days, and are never visible on
+/// the far side.
 #[test]
 fn points_appear_at_their_time_and_place_and_fade() {
     let folder = tempfile::tempdir().expect("a folder");
-    write_layer(folder.path(), LAYER, "time,lat_deg,lon_deg\n2024-03-11T03:00:00Z,38.3,142.4\n2024-03-11T03:00:00Z,-38.3,-37.6\n");
+    let places = [(38.3, 142.4), (-38.3, -37.6)];
+    let rows = places.map(|(lat, lon)| format!("2024-03-11T03:00:00Z,{lat},{lon}\n"));
+    write_layer(folder.path(), LAYER, &format!("time,lat_deg,lon_deg\n{}", rows.concat()));
     let (session, messages) = session_over(folder.path());
     assert!(dots(&session, &view("2024-03-11T02:59:00Z")).1.is_empty(), "the point is visible before its time");
-    let mut previous_opacity = 1.0;
+    let mut visible_at = [0; 2];
     for hours in [0, 6, 12, 24, 36] {
         let request = ViewRequest {
             time: Instant::parse("2024-03-11T03:00:00Z").expect("a time").plus_seconds(3600.0 * f64::from(hours)),
@@ -53,23 +56,22 @@ fn points_appear_at_their_time_and_place_and_fade() {
         };
         let (scene, dots) = dots(&session, &request);
         let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
-        let ground = ground_point_km(earth.radii_km, 38.3, 142.4, 0.0).0 / earth.radii_km;
-        match scene.camera.pixel_of_surface(&earth, ground) {
-            Some(expected) => {
-                assert_eq!(dots.len(), 1, "{hours} h: only one point is on the near side");
-                assert!(dots[0].centre_px.distance(expected) < 0.01, "{hours} h: {:?} for {expected}", dots[0]);
-                // A new point has the opacity 0.9.
-                let expected_opacity = 0.9 * (1.0 - f64::from(hours) / 48.0);
-                assert!(
-                    (dots[0].opacity - expected_opacity).abs() < 1e-6 && dots[0].opacity < previous_opacity,
-                    "{hours} h: {}",
-                    dots[0].opacity
-                );
-                previous_opacity = dots[0].opacity;
-            }
-            None => assert!(dots.iter().all(|d| d.centre_px.distance(DVec2::splat(512.0)) < 512.0)),
+        let pixels = places.map(|(lat, lon)| {
+            let ground = ground_point_km(earth.radii_km, lat, lon, 0.0).0 / earth.radii_km;
+            scene.camera.pixel_of_surface(&earth, ground)
+        });
+        assert_eq!(dots.len(), pixels.iter().flatten().count(), "{hours} h: {dots:?} for {pixels:?}");
+        for (dot, expected) in dots.iter().zip(pixels.iter().flatten()) {
+            assert!(dot.centre_px.distance(*expected) < 0.01, "{hours} h: {dot:?} for {expected}");
+            // A new point has the opacity 0.9.
+            let expected_opacity = 0.9 * (1.0 - f64::from(hours) / 48.0);
+            assert!((dot.opacity - expected_opacity).abs() < 1e-6, "{hours} h: {}", dot.opacity);
+        }
+        for (count, pixel) in visible_at.iter_mut().zip(&pixels) {
+            *count += usize::from(pixel.is_some());
         }
     }
+    assert!(visible_at.iter().all(|count| *count > 0), "both points must be seen: {visible_at:?}");
     let much_later = dots(&session, &view("2024-03-13T03:00:01Z")).1;
     assert!(much_later.is_empty(), "{much_later:?}");
     let without_layer = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };

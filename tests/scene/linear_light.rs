@@ -48,7 +48,7 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
 
 #[test]
 fn linear_light_is_complete_at_any_exposure() {
-    let mut displays_without_features = 0;
+    let mut displays_without_effects = 0;
     for (name, request) in views() {
         for stops in [-10.0, 5.0] {
             let all = pixels(&request, Purpose::LINEAR, ALL_EFFECTS, stops);
@@ -57,44 +57,39 @@ fn linear_light_is_complete_at_any_exposure() {
             assert!(difference <= FLOOR, "{name} at {stops} stops: {difference:e} against {FLOOR:e}");
             // An image for display at this exposure leaves out effects that it would not show; otherwise the comparison would prove
             // nothing.
-            displays_without_features += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
+            displays_without_effects += usize::from(relative_difference(&pixels(&request, Purpose::Display, "", stops), &all) > FLOOR);
         }
     }
-    assert!(displays_without_features > 8, "{displays_without_features}");
+    assert!(displays_without_effects > 8, "{displays_without_effects}");
 }
 
-/// In an EXR written by the program, the Moon's night side is lit by the Earth.
+/// In an EXR written by the program, the Moon's night side is lit by the Earth; without planet-shine it is black.
 #[test]
 fn earthshine_is_in_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path = folder.path().join("e.exr");
-    let args = [
-        "render",
-        "--target",
-        "moon",
-        "--from",
-        "earth",
-        "--time",
-        "2024-04-10T18:21:00Z",
-        "--size",
-        "64x64",
-        "--renderer",
-        "software",
-        "-o",
-    ];
-    let done = std::process::Command::new(crate::support::program::path()).args(args).arg(&path).output().expect("runs");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    let image = image::open(&path).expect("an EXR").into_rgb32f();
-    let on_disc = (0..64u32).flat_map(|y| (0..64u32).map(move |x| (x, y))).filter(|(x, y)| {
-        let (dx, dy) = (f64::from(*x) - 31.5, f64::from(*y) - 31.5);
-        dx.hypot(dy) < 22.0
-    });
-    let (mut dark, mut pixels) = (0, 0);
-    for (x, y) in on_disc {
-        dark += usize::from(image.get_pixel(x, y).0.iter().all(|v| *v == 0.0));
-        pixels += 1;
-    }
+    // The numbers of the disc's pixels that are exactly 0, and of all.
+    let dark_and_all = |effects: &[&str]| {
+        let path = folder.path().join(format!("{}.exr", effects.len()));
+        let view = ["render", "--target", "moon", "--from", "earth", "--time", "2024-04-10T18:21:00Z", "--size", "64x64"];
+        let mut program = std::process::Command::new(crate::support::program::path());
+        let done = program.args(view).args(effects).args(["--renderer", "software", "-o"]).arg(&path).output().expect("runs");
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let image = image::open(&path).expect("an EXR").into_rgb32f();
+        let on_disc = (0..64u32).flat_map(|y| (0..64u32).map(move |x| (x, y))).filter(|(x, y)| {
+            let (dx, dy) = (f64::from(*x) - 31.5, f64::from(*y) - 31.5);
+            dx.hypot(dy) < 22.0
+        });
+        let (mut dark, mut pixels) = (0, 0);
+        for (x, y) in on_disc {
+            dark += usize::from(image.get_pixel(x, y).0.iter().all(|v| *v == 0.0));
+            pixels += 1;
+        }
+        (dark, pixels)
+    };
+    let (dark, pixels) = dark_and_all(&[]);
     assert!(pixels > 1000 && dark == 0, "{dark} of {pixels} pixels of the disc are exactly 0");
+    let (dark, _) = dark_and_all(&["--effects=-planet-shine"]);
+    assert!(dark > pixels / 2, "without planet-shine only {dark} of {pixels} pixels of the disc are exactly 0");
 }
 
 /// The GPU stores linear light as half floats, which end at 65,504. The brightest granules of the Sun's disc exceed it in blue; with the glare, every value must fit.

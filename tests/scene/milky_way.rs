@@ -73,9 +73,9 @@ fn the_milky_way_is_at_its_charted_position() {
     assert!(mean_around(2.0, -4.0, 3.0) > 3.0 * mean_around(180.0, 0.0, 8.0));
 }
 
-/// Published values: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles no more than 100 stars of
-/// tenth magnitude per square degree (22.8); all starlight and diffuse light there counts as 20 to 60 (Leinert et al. 1998, A&AS 127, 1,
-/// section 10).
+/// Published values: 20 to 21 magnitudes per square arc second in the brightest clouds. At the Galactic poles all starlight and diffuse light
+/// counts as 20 to 60 stars of tenth magnitude per square degree, 23.3 to 24.5 (Leinert et al. 1998, A&AS 127, 1, section 10). The map, from
+/// which stars are taken out, must be fainter than that, by a magnitude at most. Measured: 24.9 and 25.0.
 #[test]
 fn the_milky_way_is_as_bright_as_published() {
     let cloud = surface_magnitude(mean_around(2.0, -4.0, 3.0));
@@ -83,7 +83,7 @@ fn the_milky_way_is_as_bright_as_published() {
     for pole in [90.0, -90.0] {
         let at_pole = surface_magnitude(mean_around(0.0, pole, 20.0));
         println!("pole {pole}: {at_pole:.2}");
-        assert!((22.8..25.5).contains(&at_pole), "{pole}: {at_pole}");
+        assert!((24.5..25.5).contains(&at_pole), "{pole}: {at_pole}");
     }
     // Check of the scale: one square arc second with the flux of a star of that magnitude.
     let radiance = irradiance_of_magnitude(21.0) * PI / (PI / 180.0 / 3600.0_f64).powi(2);

@@ -157,9 +157,11 @@ fn the_check_detects_the_cancellation_of_a_difference_of_squares() {
 
 #[test]
 fn the_bounding_rectangle_touches_the_outline() {
+    let mut ellipses = 0;
     for (name, radii_km, distance_km, off_axis_rad, fov_deg) in cases() {
         let (camera, placement) = set_up(radii_km, distance_km, off_axis_rad * 0.5, fov_deg, 800, 600);
         let Outline::Ellipse { bounds, area_px } = Outline::of(&camera, &placement) else { continue };
+        ellipses += 1;
         // A much wider frame contains the entire outline; its points are scaled back by the ratio of the tangents.
         let mut wide = camera.clone();
         wide.tan_half_fov *= 1e3;
@@ -182,6 +184,7 @@ fn the_bounding_rectangle_touches_the_outline() {
         let shoelace: f64 = px.iter().zip(px.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>().abs() / 2.0;
         assert!((shoelace / area_px - 1.0).abs() < 1e-4, "{name}: area {area_px}, outline {shoelace}");
     }
+    assert!(ellipses > 10, "{ellipses} outlines");
 }
 
 #[test]

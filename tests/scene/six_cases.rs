@@ -90,13 +90,12 @@ fn the_sun_emits_light() {
     assert_contains(&code, &["limb_darkening("]);
     assert_lacks(&code, &["light_direction", "light_irradiance", "irradiance_on(", "reflected("]);
     assert_lacks(&code, &EFFECT_FUNCTIONS);
-    // Limb darkening: the catalog's quadratic law leaves 0.61 of the central green light at 0.93 of the radius; 0.2 to 0.8 is accepted. The
-    // disc's radius in half sizes of the image: tangent of its angular radius, whose sine is 1 / distance, over that of half the field of
-    // view.
+    // Limb darkening: the centre of the pixel at 0.93 of the radius is at 0.92, where the catalog's quadratic law leaves 0.63 of the central
+    // green light. With the map it is 0.66 (measured); without limb darkening it would be nearly 1. The disc's radius in half sizes of the
+    // image: tangent of its angular radius, whose sine is 1 / distance, over that of half the field of view.
     let radius = 1.0 / (distance_radii.powi(2) - 1.0).sqrt() / (FOV_DEG / 2.0).to_radians().tan();
-    assert!(
-        sun.light_at(0.93 * radius, 0.0) < 0.8 * sun.light_at(0.0, 0.0) && sun.light_at(0.93 * radius, 0.0) > 0.2 * sun.light_at(0.0, 0.0)
-    );
+    let near_limb = sun.light_at(0.93 * radius, 0.0) / sun.light_at(0.0, 0.0);
+    assert!((0.58..0.72).contains(&near_limb), "{near_limb}");
 }
 
 #[test]

@@ -226,7 +226,7 @@ fn flux_is_kept_over_twenty_magnitudes_at_several_subpixel_positions() {
     }
     let (session, _folder) = session_of(&table);
     let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
-    let (mut worst, mut widest): (f64, f32) = (0.0, 0.0);
+    let (mut worst, mut worst_without_glare, mut widest): (f64, f64, f32) = (0.0, 0.0, 0.0);
     for shift in 0..4 {
         let ra = (100.0 + 0.0031 * f64::from(shift)).to_radians();
         let look = DVec3::new(ra.cos(), ra.sin(), 0.0017 * f64::from(shift) / 57.3);
@@ -243,18 +243,18 @@ fn flux_is_kept_over_twenty_magnitudes_at_several_subpixel_positions() {
                 let at = pixel(session.catalog(), &viewer, &request, star).expect("in front");
                 let (sum, centroid) = light_around(&drawn, at, 65.0);
                 let cos = viewer.camera.ray(viewer.camera.clip_from_pixel(at)).normalize().dot(viewer.camera.forward);
-                let measured = sum.y * viewer.camera.pixel_tangent().powi(2) * cos.powi(3) / PI;
-                let error = measured / irradiance_of_magnitude(f64::from(star.v_magnitude)) - 1.0;
-                worst = worst.max(error.abs());
+                let pixel_sr = viewer.camera.pixel_tangent().powi(2) * cos.powi(3);
+                let error_of = |light: DVec3| light.y * pixel_sr / PI / irradiance_of_magnitude(f64::from(star.v_magnitude)) - 1.0;
+                let (error, error_without_glare) = (error_of(sum), error_of(light_around(&drawn, at, 5.0).0));
+                (worst, worst_without_glare) = (worst.max(error.abs()), worst_without_glare.max(error_without_glare.abs()));
                 assert!(error.abs() < 0.02, "V {}, shift {shift}, {samples} samples: {error:.4}", star.v_magnitude);
                 assert!(centroid.distance(at) < TOLERANCE_PX, "V {}: {centroid} {at}", star.v_magnitude);
             }
         }
     }
     println!("worst {:.2} %, widest sprite {widest} pixels", 100.0 * worst);
-    assert!(widest > 20.0, "{widest}");
-    // The comparison must be able to fail: a twentieth of a magnitude is 4.7 %.
-    assert!((irradiance_of_magnitude(5.05) / irradiance_of_magnitude(5.0) - 1.0).abs() > 0.02);
+    // The comparison must be able to fail: a tenth of a bright star's light is glare beyond 5 pixels.
+    assert!(widest > 20.0 && worst_without_glare > 0.05, "{widest} pixels, {worst_without_glare}");
 }
 
 /// A body that is drawn as a point has the flux of a star of its magnitude.
@@ -495,6 +495,6 @@ fn brightness_is_continuous_in_exposure_and_field_of_view() {
         last = now;
     }
     println!("field of view: worst step {worst} levels");
-    // A change of the field by a hundredth is 2 % of the light: 0.03 stops.
-    assert!(worst <= 6, "{worst} levels in a hundredth of the field");
+    // A change of the field by a hundredth is 2 % of the light, or 0.03 stops: 2.3 levels, and rounding may add one. Measured: 3.
+    assert!(worst <= 4, "{worst} levels in a hundredth of the field");
 }

@@ -92,7 +92,7 @@ fn a_thin_rim_of_air_has_the_same_light_at_every_size() {
     // One evaluation for each pixel shows a rim of 0.07 pixels as if it were a pixel high.
     let found = light(&without_averages(&scene)) / light(&scene);
     assert!(found.min_element() > 1.5, "{found}");
-    // The rim has a third or more of the light, so a scene without it would not have the same light at every size.
+    // The rim has more than a quarter of the light in each channel, so a scene without it would not have the same light at every size.
     let mut bare = scene.clone();
     bare.draws.retain(|d| d.part != BodyPart::Sky);
     let found = light(&bare) / light(&scene);

@@ -9,4 +9,5 @@ pub mod program;
 pub mod scratch;
 pub mod session;
 pub mod sweep;
+pub mod switch;
 pub mod views;

@@ -1,8 +1,10 @@
 //! How much of a long sweep a run does: all of it with `ORRERY_FULL_SWEEPS=1`, which `.ci/run` sets; otherwise a part, chosen by the process id.
 
+use super::switch;
+
 /// Whether every sweep runs in full.
 pub fn in_full() -> bool {
-    std::env::var_os("ORRERY_FULL_SWEEPS").is_some()
+    switch::is_on("ORRERY_FULL_SWEEPS")
 }
 
 /// Whether this case of a sweep runs: every case in a full run, otherwise one case in `parts`, chosen by the process id.
