@@ -65,7 +65,8 @@ fn scatter_query(more: &str, species: &str, cam: [f64; 3], dir: [f64; 3]) -> Str
     )
 }
 
-/// A ray through the air is the same from every distance: 1.001 radii from the centre it passes through the air, half a radius from it it hits the ground.
+/// The answer about a ray does not depend on the camera's distance. The ray whose line passes the centre at 1.001 radii crosses only air; that at half a radius
+/// hits the ground.
 #[test]
 fn a_distant_camera_sees_the_same_air() {
     let renderer = renderer(Precision::F64);
