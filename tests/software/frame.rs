@@ -189,7 +189,8 @@ fn points_keep_their_flux() {
     let frame = render(&plan, Options::default());
     for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
         let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();
-        assert!((sum / flux - 1.0).abs() < 0.02, "channel {k}: {sum} against {flux}");
+        // The error that shaders/entry/point.wesl states.
+        assert!((sum / flux - 1.0).abs() < 0.003, "channel {k}: {sum} against {flux}");
     }
 }
 
