@@ -242,7 +242,8 @@ fn stars_and_directions_are_projected_to_the_reference_pixels() {
             format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
         prober.answer(&format!(r#"{{"q":"project","view":{view},"time":"2000-01-01T00:00:00Z","size":[900,900],{more}}}"#))
     };
-    let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
+    // The numbers below are rounded to a thousandth of a pixel; aberration displaces a star by up to 0.15 pixels.
+    let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.002;
     let aldebaran = answer(r#""star":"HIP 21421""#).expect("a star");
     assert!(is_near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
     // Antares is behind the camera.
