@@ -2,8 +2,8 @@
 //!
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
-//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec and risings at the equator by up to 1.4 s, and shifts two neighbouring discs together. The horizon is that
-//! of the ellipsoid.
+//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere, and shifts two
+//! neighbouring discs together. The horizon is that of the ellipsoid.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};

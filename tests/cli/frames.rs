@@ -244,7 +244,7 @@ fn a_shared_sequence_needs_a_time() {
     assert_eq!(files(folder.path()).len(), 2);
 }
 
-/// Otherwise all frames before it would be drawn first, and those of an animation or a stream would be lost.
+/// A later refusal would come after all frames before it are drawn, and those of an animation or a stream would be lost.
 #[test]
 fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -48,15 +48,20 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
         let limb = &rows[0]["local"]["limb"];
         for name in ["C1", "C2", "C3", "C4"] {
             let later_s = limb["contacts"][name]["later_s"].as_f64().unwrap_or_else(|| panic!("{heights}: {limb}"));
-            assert!(later_s.abs() < 0.05, "{heights} {name}: {later_s}");
+            assert!(later_s.abs() < 0.005, "{heights} {name}: {later_s}");
         }
         assert_eq!(limb["last_bead"], limb["contacts"]["C2"]["time"]);
         assert_eq!(limb["first_bead"], limb["contacts"]["C3"]["time"]);
         assert!(limb["heights"].as_str().is_some_and(|h| h.starts_with("0.2000 heights a degree (151.62 km")), "{limb}");
     }
-    let out = find(folder.path(), &format!("{eight},-1,9"), false);
+    // Heights of 1 km, which are 0.5 arcsec: totality begins and ends more than a second from the contacts of the mean limb.
+    let a_kilometre = format!("{eight},-1,9");
+    let rows: Value = serde_json::from_slice(&find(folder.path(), &a_kilometre, true).stdout).expect("JSON");
+    let later_s = |name: &str| rows[0]["local"]["limb"]["contacts"][name]["later_s"].as_f64().expect("seconds");
+    assert!(later_s("C2") < -1.0 && later_s("C3") > 1.0, "{} {}", later_s("C2"), later_s("C3"));
+    // The text lists contacts, beads and the range of heights.
+    let out = find(folder.path(), &a_kilometre, false);
     let text = String::from_utf8_lossy(&out.stdout).into_owned();
-    // Now all heights are 1 km. The text lists contacts, beads and the range of heights.
     assert!(
         text.contains("by the Moon's own limb: C1 ") && text.contains("C2, last bead, ") && text.contains("from 1.00 to 1.00 km"),
         "{text}"

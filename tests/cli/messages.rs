@@ -272,11 +272,11 @@ fn errors_in_camera_files_name_the_line_in_plain_words() {
 
 #[test]
 fn arguments_without_a_verb_belong_to_view() {
+    let no_window = if crate::support::program::has_view() { "no window can be opened here" } else { "this build has no window" };
     for (args, code, message_part) in [
-        // Valid arguments: the error is that there is no display.
-        (&["--target", "saturn", "--time", "2024-04-08"][..], 1, ""),
-        (&["--time", "2024-04-08"], 1, ""),
-        (&["orrery://view?target=599&time=2015-01-24T06:45:00Z"], 1, ""),
+        (&["--target", "saturn", "--time", "2024-04-08"][..], 1, no_window),
+        (&["--time", "2024-04-08"], 1, no_window),
+        (&["orrery://view?target=599&time=2015-01-24T06:45:00Z"], 1, no_window),
         (&["--time", "someday"], 1, "someday"),
         (&["--target", "nibiru"], 1, "nibiru"),
         (&["paint"], 2, "paint"),

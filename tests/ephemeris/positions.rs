@@ -129,7 +129,7 @@ fn velocities_are_slopes_of_positions() {
     let ephemeris = ephemeris();
     let t = Instant::parse("1969-07-20T20:17:40Z").expect("a time");
     for id in [10, 199, 299, 399, 301, 4, 5, 9, 401] {
-        let Ok(now) = ephemeris.state(NaifId(id), NaifId(0), t, None) else { continue };
+        let now = ephemeris.state(NaifId(id), NaifId(0), t, None).expect("a place");
         let position_at = |s: f64| ephemeris.state(NaifId(id), NaifId(0), t.plus_seconds(s), None).expect("a place").state.pos_km;
         let slope = (position_at(16.0) - position_at(-16.0)) / 32.0;
         assert!((slope - now.state.vel_km_s).length() < 2e-4, "{id}: {slope} {}", now.state.vel_km_s);

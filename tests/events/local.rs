@@ -64,18 +64,18 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
     let names: Vec<_> = circumstances.contacts.iter().map(|c| c.name).collect();
     assert_eq!(names, ["C1", "C2", "C3", "C4"]);
     assert!(
-        seconds_after(circumstances.contacts[1].time, parse_time("2015-03-20T10:10:43Z")).abs() < 5.0,
+        seconds_after(circumstances.contacts[1].time, parse_time("2015-03-20T10:10:42.8Z")).abs() < 3.0,
         "{}",
         circumstances.contacts[1].time.to_utc_iso()
     );
     assert!(
-        seconds_after(circumstances.contacts[2].time, parse_time("2015-03-20T10:13:10Z")).abs() < 5.0,
+        seconds_after(circumstances.contacts[2].time, parse_time("2015-03-20T10:13:10.2Z")).abs() < 3.0,
         "{}",
         circumstances.contacts[2].time.to_utc_iso()
     );
     assert!(circumstances.visible && circumstances.magnitude > 1.0 && circumstances.obscuration == Some(1.0));
-    assert!((circumstances.maximum.altitude_deg - 11.2).abs() < 0.3, "{}", circumstances.maximum.altitude_deg);
-    assert!((circumstances.central_s.expect("totality") - 147.0).abs() < 3.0);
+    assert!((circumstances.maximum.altitude_deg - 11.25).abs() < 0.1, "{}", circumstances.maximum.altitude_deg);
+    assert!((circumstances.central_s.expect("totality") - 147.4).abs() < 1.0);
     // In Tromsø, 950 km to the south, a sliver of the Sun remains.
     let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
     assert!(tromso.central_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
@@ -93,7 +93,7 @@ fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
     assert!(seconds_after(rise, by_search).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "only first contact must be before sunrise");
     assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.visible);
-    assert!((circumstances.magnitude - 0.80).abs() < 0.01, "{}", circumstances.magnitude);
+    assert!((circumstances.magnitude - 0.80).abs() < 0.005, "{}", circumstances.magnitude);
     // Further west the greatest phase is before sunrise, so the greatest visible phase is at sunrise.
     let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
     assert!(west.visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
@@ -142,7 +142,7 @@ fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {
 
 #[test]
 fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
-    // Widths at greatest eclipse from the canon, with its radii.
+    // Widths at greatest eclipse from the canon, in whole kilometres, with its radii.
     for (day, width_km) in [("2024-04-08", 198.0), ("2017-08-21", 115.0)] {
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
@@ -160,7 +160,7 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
         // The width across the path at greatest eclipse.
         let nearest = |limit: &[GeodeticPosition]| limit.iter().map(|p| km_between(*p, e.place)).fold(f64::MAX, f64::min);
         let across_km = nearest(&path.northern_limit) + nearest(&path.southern_limit);
-        assert!((across_km - width_km).abs() < 8.0, "{day}: {across_km} km");
+        assert!((across_km - width_km).abs() < 1.0, "{day}: {across_km} km");
     }
     assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
 }

@@ -220,9 +220,13 @@ fn standard_scenes_in_f32_agree_with_those_in_f64() {
             let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
         };
-        let difference = |k: usize| (0..3).map(|c| (shown(single[k][c]) - shown(double[k][c])).abs()).fold(0.0, f64::max);
+        // In this order NaN is greater than any number, whereas `f64::max` and `>` ignore it.
+        let difference = |k: usize| {
+            let of_channels = [0, 1, 2].map(|c: usize| (shown(single[k][c]) - shown(double[k][c])).abs());
+            of_channels.into_iter().max_by(f64::total_cmp).expect("three channels")
+        };
         let mut beyond_bound: Vec<(f64, usize)> =
-            (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| *d > f64::from(MAX_DIFFERENCE)).collect();
+            (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| d.total_cmp(&f64::from(MAX_DIFFERENCE)).is_gt()).collect();
         beyond_bound.sort_by(|a, b| b.0.total_cmp(&a.0));
         let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
         println!("{}: at most {greatest:.2e} of the display's range, {} pixels beyond the bound", standard.name, beyond_bound.len());

@@ -286,7 +286,8 @@ impl Case {
     /// Number of pixels with a channel that is off by more than the tolerance.
     fn pixels_off(&self, light: &[[f32; 4]]) -> usize {
         assert_eq!(light.len(), self.expected.len());
-        let is_off = |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(|(x, y)| f64::from((x - y).abs()) > self.tolerance);
+        let differs = |(x, y): (&f32, &f32)| x.is_nan() || f64::from((x - y).abs()) > self.tolerance;
+        let is_off = |(a, b): (&[f32; 4], &[f32; 4])| a.iter().zip(b).any(differs);
         light.iter().zip(&self.expected).filter(|(a, b)| is_off((a, b))).count()
     }
 }

@@ -50,23 +50,27 @@ fn hostile_cases() -> Vec<(String, String, &'static str)> {
         "for (var i = 0u; i < 4000000000u; i++) { for (var j = 0u; j < 4000000000u; j++) { k += i ^ j ^ u32(position.x); } }";
     let deep_loops = format!("{}k += 1u;{}", "for (var i = k; i < 4000000000u; i++) { ".repeat(40), " }".repeat(40));
     let all: [(&str, &str, &'static str); 15] = [
-        ("", "loop { }", "end"),
-        ("", "while true { let a = 1; }", "end"),
+        ("", "loop { }", "this loop never ends"),
+        ("", "while true { let a = 1; }", "this loop never ends"),
         // It cannot be decided in advance whether these loops end.
-        ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "end"),
-        ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "end"),
-        ("", &format!("var k = 0u; {endless_loops} if k == 7u {{ discard; }}"), "end"),
-        ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), ""),
-        ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", ""),
-        ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", ""),
+        ("", "var x = radiance.x; while x > -1.0 { x += 1e-9; }", "a loop of the fragment stage was stopped"),
+        ("", "var k = 0u; loop { k += u32(position.x) * 0u; if k > 0u { break; } }", "a loop of the fragment stage was stopped"),
+        ("", &format!("var k = 0u; {endless_loops} if k == 7u {{ discard; }}"), "a loop of the fragment stage was stopped"),
+        ("", &format!("var k = 0u; {deep_loops} if k == 7u {{ discard; }}"), "too many statements"),
+        ("fn again(x: f32) -> f32 { return again(x + 1.0); }", "let y = again(radiance.x);", "`again` is recursive"),
+        ("fn ping(x: f32) -> f32 { return pong(x); }\nfn pong(x: f32) -> f32 { return ping(x); }", "let y = ping(1.0);", "is cyclic"),
         // 2^40 calls when inlined.
         (&functions(40, |k| format!("g{k}(x) + g{k}(x + 1.0)")), "if g40(radiance.x) > 1e30 { discard; }", "too many"),
         (&functions(300, |k| format!("g{k}(x)")), "if g300(radiance.x) > 1e30 { discard; }", "nested in each other"),
-        ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", ""),
-        ("", "var a: array<array<f32, 65536>, 65536>; a[u32(position.x)][1] = 1.0;", ""),
-        ("", "var a: array<f32, 30000000>; a[u32(position.x)] = radiance.x; if a[u32(position.y)] > 1e30 { discard; }", "array"),
-        ("", "var a = array<f32, 2>(1.0, 2.0); a[7] = 1.0;", ""),
-        ("var<private> big: array<f32, 1000000000>;", "big[u32(position.x)] = 1.0; if big[3] > 1.0 { discard; }", ""),
+        ("", "var a: array<f32, 4294967295>; a[u32(position.x)] = 1.0;", "Size exceeds limit"),
+        ("", "var a: array<array<f32, 65536>, 65536>; a[u32(position.x)][1] = 1.0;", "Size exceeds limit"),
+        (
+            "",
+            "var a: array<f32, 30000000>; a[u32(position.x)] = radiance.x; if a[u32(position.y)] > 1e30 { discard; }",
+            "an array of more than 16384 numbers",
+        ),
+        ("", "var a = array<f32, 2>(1.0, 2.0); a[7] = 1.0;", "index 7 is out of"),
+        ("var<private> big: array<f32, 1000000000>;", "big[u32(position.x)] = 1.0; if big[3] > 1.0 { discard; }", "Size exceeds limit"),
     ];
     all.into_iter().map(|(declarations, statements, word)| (declarations.to_owned(), statements.to_owned(), word)).collect()
 }

@@ -65,7 +65,8 @@ fn scatter_query(more: &str, species: &str, cam: [f64; 3], dir: [f64; 3]) -> Str
     )
 }
 
-/// A ray through the air is the same from every distance: 1.001 radii from the centre it passes through the air, half a radius from it it hits the ground.
+/// The answer about a ray does not depend on the camera's distance. The ray whose line passes the centre at 1.001 radii crosses only air; that at half a radius
+/// hits the ground.
 #[test]
 fn a_distant_camera_sees_the_same_air() {
     let renderer = renderer(Precision::F64);
@@ -221,8 +222,8 @@ fn a_pixel_reports_the_values_of_its_draws() {
     // are 3396.19 and 3376.20 km.
     let middle = pixel(Precision::F64, 32, 32);
     let planetographic_deg = (mars.sub_observer.lat_centric_deg.to_radians().tan() * (3396.19f64 / 3376.20).powi(2)).atan().to_degrees();
-    assert!((middle["lat"].as_f64().expect("lat") - planetographic_deg).abs() < 0.05, "{} {planetographic_deg}", middle["lat"]);
-    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_observer.lon_east_deg).abs() < 0.05, "{}", middle["lon"]);
+    assert!((middle["lat"].as_f64().expect("lat") - planetographic_deg).abs() < 1e-4, "{} {planetographic_deg}", middle["lat"]);
+    assert!((middle["lon"].as_f64().expect("lon") - mars.sub_observer.lon_east_deg).abs() < 1e-4, "{}", middle["lon"]);
     // Outside the disc only stars are drawn.
     let beside = pixel(Precision::F32, 0, 0);
     let light = beside["radiance"][0].as_f64().expect("a number");
@@ -241,7 +242,8 @@ fn stars_and_directions_are_projected_to_the_reference_pixels() {
             format!(r#"{{"position":{{"body":"earth","km":[20000,0,0]}},"look":{{"direction":{look}}},"up":"celestial","fov_deg":35}}"#);
         prober.answer(&format!(r#"{{"q":"project","view":{view},"time":"2000-01-01T00:00:00Z","size":[900,900],{more}}}"#))
     };
-    let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.1;
+    // The numbers below are rounded to a thousandth of a pixel; aberration displaces a star by up to 0.15 pixels.
+    let is_near = |v: &serde_json::Value, x: f64, y: f64| (v["x"].as_f64().expect("x") - x).hypot(v["y"].as_f64().expect("y") - y) < 0.002;
     let aldebaran = answer(r#""star":"HIP 21421""#).expect("a star");
     assert!(is_near(&aldebaran, 354.653, 486.187) && aldebaran["in_frame"] == true && aldebaran["hidden"] == false, "{aldebaran}");
     // Antares is behind the camera.

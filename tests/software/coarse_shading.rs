@@ -9,7 +9,7 @@ use orrery::scene::request::{Layers, Position, Purpose, Quality, ViewRequest};
 use orrery::time::Instant;
 use orrery::{Frame, FrameImages};
 
-/// The whole system from 12,000 solar radii, with the Sun's glare over every pixel and orbits before it.
+/// The Sun from a distance in solar radii, with its glare and, in front of it, the orbits of the planets. From 12,000 radii the glare covers every pixel.
 fn request(size: [u32; 2], distance_radii: f64) -> ViewRequest {
     ViewRequest {
         position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
@@ -42,6 +42,8 @@ fn has_interpolated_draws(plan: &Plan) -> bool {
 
 /// The share of pixels whose light differs at all, the greatest relative difference of light, and the greatest difference of display levels.
 fn difference(a: &Frame, b: &Frame) -> (f64, f64, u8) {
+    // `max` would ignore NaN.
+    assert!(a.hdr.iter().chain(&b.hdr).flatten().all(|v| v.is_finite()));
     let (mut differing, mut relative, mut levels) = (0, 0.0_f64, 0);
     for (a, b) in a.hdr.iter().zip(&b.hdr) {
         differing += usize::from(a != b);
@@ -69,9 +71,9 @@ fn interpolated_light_is_within_a_500th() {
         assert!(relative <= 1.0 / 500.0 && levels <= 1, "{size:?}: {relative}, {levels} levels");
         assert!(share >= least_share, "{size:?}: {share} of the pixels");
         assert!(size[0] >= 64 || share == 0.0, "{size:?}: {share} of the pixels");
-        // The comparison sees a thousandth of the light.
+        // The comparison must be able to fail: a tenth more than the bound.
         let mut brighter = frames[1].clone();
-        brighter.hdr.iter_mut().flatten().for_each(|v| *v *= 1.0 + 2.1 / 500.0);
+        brighter.hdr.iter_mut().flatten().for_each(|v| *v *= 1.0 + 1.1 / 500.0);
         assert!(difference(&brighter, &frames[1]).1 > 1.0 / 500.0);
     }
 }

@@ -141,6 +141,11 @@ fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Tex
     Textures::new(uses.collect(), class)
 }
 
+/// The greatest of some numbers, none below 0; NaN, which `f64::max` ignores, if there is one.
+fn greatest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+    numbers.into_iter().max_by(f64::total_cmp).expect("one number at least")
+}
+
 /// Differences between two programs in each lane (the largest of the four channels), in ascending order.
 fn differences<R: Real>(
     native: &Program,
@@ -157,7 +162,7 @@ fn differences<R: Real>(
             let native_values = batch::<R>(native, &native_textures, class, max_taps, footprint);
             native_values.into_iter().zip(batch::<R>(interpreted, &interpreted_textures, class, max_taps, footprint))
         })
-        .map(|(a, b)| a.iter().zip(b).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs())))
+        .map(|(a, b)| greatest([0, 1, 2, 3].map(|k: usize| (a[k] - b[k]).abs())))
         .collect();
     all.sort_by(f64::total_cmp);
     all
@@ -212,8 +217,7 @@ fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: i
     let values: Vec<[f64; 4]> = (0..16_000 / LANES)
         .flat_map(|k| batch::<R>(program, &textures, class, 16.0, |lane| footprint_at((lane + LANES * k) as f64 / 16_000.0)))
         .collect();
-    let step = |pair: &[[f64; 4]]| (0..4).map(|k| (pair[0][k] - pair[1][k]).abs()).fold(0.0, f64::max);
-    values.windows(2).map(step).fold(0.0, f64::max)
+    greatest(values.windows(2).flat_map(|pair| [0, 1, 2, 3].map(|k: usize| (pair[0][k] - pair[1][k]).abs())))
 }
 
 /// A footprint at a fixed position.
@@ -300,8 +304,8 @@ fn the_example_in_the_guide_magnifies_by_a_b_spline_without_a_jump() {
     let finest = &texture.levels[0];
     let greatest_error = |filter: &Program| {
         let values = batch::<f64>(filter, &bound(filter, &texture, class), class, 8.0, magnified);
-        let error = |lane: usize| (0..4).map(|k| (values[lane][k] - b_spline(finest, magnified(lane).uv, k)).abs()).fold(0.0, f64::max);
-        (0..LANES).map(error).fold(0.0, f64::max)
+        let errors = |lane: usize| [0, 1, 2, 3].map(|k: usize| (values[lane][k] - b_spline(finest, magnified(lane).uv, k)).abs());
+        greatest((0..LANES).flat_map(errors))
     };
     let (error, error_of_bilinear) = (greatest_error(&example), greatest_error(&program(&renamed())));
     assert!(error < 1e-9, "{error}");

@@ -118,7 +118,8 @@ pub(super) fn with_threads(threads: usize) -> Options {
 }
 
 fn greatest_difference(a: &Frame, b: &Frame) -> f32 {
-    a.hdr.iter().zip(&b.hdr).flat_map(|(p, q)| p.iter().zip(q)).fold(0.0, |m: f32, (x, y)| m.max((x - y).abs()))
+    // In this order NaN is greater than any number, whereas `f32::max` ignores it.
+    a.hdr.iter().zip(&b.hdr).flat_map(|(p, q)| p.iter().zip(q)).map(|(x, y)| (x - y).abs()).max_by(f32::total_cmp).expect("pixels")
 }
 
 #[test]
@@ -188,7 +189,8 @@ fn points_keep_their_flux() {
     let frame = render(&plan, Options::default());
     for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
         let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();
-        assert!((sum / flux - 1.0).abs() < 0.02, "channel {k}: {sum} against {flux}");
+        // The error that shaders/entry/point.wesl states.
+        assert!((sum / flux - 1.0).abs() < 0.003, "channel {k}: {sum} against {flux}");
     }
 }
 

@@ -86,12 +86,13 @@ pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8]
             }
         }
     };
-    let mut by_fusion: [Option<Vec<Vec<f64>>>; 2] = [None, None];
+    // The lanes without and those with fused multiply-add.
+    let mut by_rounding: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     for class in KernelClass::available() {
         let (lanes, alive) = run_with::<f32>(&program, class, uniform_bytes, ALL, &NoTextures);
         assert_eq!(alive, ALL);
         compare(&lanes, tolerance, class.name());
-        let first = by_fusion[usize::from(class.has_fma())].get_or_insert_with(|| lanes.clone());
+        let first = by_rounding[usize::from(class.has_fma())].get_or_insert_with(|| lanes.clone());
         assert!(same_bits(first, &lanes), "{}: the bits differ from those of another class that rounds alike", class.name());
         let (double, _) = run_with::<f64>(&program, class, uniform_bytes, ALL, &NoTextures);
         compare(&double, tolerance, "f64");

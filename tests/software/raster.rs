@@ -153,6 +153,8 @@ fn worst_ground_error<R: Real>() -> f64 {
             covered += 1;
             // Error in pixels on the screen, where a wrong interpolation is visible.
             let (u, v) = (f64::from(p[0]), f64::from(p[1]));
+            // `max` would ignore NaN.
+            assert!(u.is_finite() && v.is_finite(), "pixel {i}: {p:?}");
             worst = worst.max(((u / v - x).abs()).max((1.0 / v - 1.0 / z).abs()) * 64.0);
         }
     }

@@ -104,7 +104,8 @@ fn trilinear(texture: &Texture, [u, v]: [f64; 2], level: f64, component: usize) 
 /// The greatest difference between sampled values and the definition. `level_of`: the level that a lane reads.
 fn greatest_error(texture: &Texture, uv: &[[f64; 2]], sampled: &[[f64; 4]], level_of: impl Fn(usize) -> f64) -> f64 {
     let error = |lane: usize, c: usize| (sampled[lane][c] - trilinear(texture, uv[lane], level_of(lane), c)).abs();
-    (0..uv.len()).map(|lane| (0..4).map(|c| error(lane, c)).fold(0.0, f64::max)).fold(0.0, f64::max)
+    // In this order NaN is greater than any number, whereas `f64::max` ignores it.
+    (0..uv.len()).flat_map(|lane| [0, 1, 2, 3].map(|c: usize| error(lane, c))).max_by(f64::total_cmp).expect("lanes")
 }
 
 /// The error of sampling by isotropic gradients, for pixels that span this many texels.

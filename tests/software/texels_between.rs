@@ -84,7 +84,9 @@ fn largest_difference<R: Real>(native: &Program, loads: &Program, format: TexelF
     for (positions, batch) in [Positions::Scattered, Positions::Magnified].into_iter().flat_map(|p| (0..6).map(move |k| (p, k))) {
         let at = |lane: usize| position(positions, lane, batch);
         let (a, b) = (run::<R>(native, &texture, class, LaneMask::MAX, at), run::<R>(loads, &texture, class, LaneMask::MAX, at));
-        largest = a.iter().flatten().zip(b.iter().flatten()).fold(largest, |d, (a, b)| d.max((a - b).abs()));
+        let differences = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs());
+        // In this order NaN is greater than any number, whereas `f64::max` ignores it.
+        largest = differences.chain([largest]).max_by(f64::total_cmp).expect("one at least");
     }
     largest
 }

@@ -98,6 +98,8 @@ fn greatest_error(class: KernelClass, exponent: f64) -> f64 {
             for c in 0..3 {
                 worst = worst.max((f64::from(out[c][i]) - exact[c]).abs());
             }
+            // `max` would ignore NaN.
+            assert!((0..3).all(|c| out[c][i].is_finite()), "{radiance:?}", radiance = radiance.map(|channel| channel[i]));
             assert_eq!(out[3][i], 1.0);
         }
     }

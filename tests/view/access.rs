@@ -55,8 +55,8 @@ fn a_screen_reader_is_told_what_the_window_shows() {
         announced.insert(timeline_day(&harness).to_bits());
         assert_eq!(title(&harness), first_title);
     }
-    // Ninety seconds contain the end of one minute or of two.
-    assert!((1..=3).contains(&announced.len()), "{} announced times in 90 seconds", announced.len());
+    // From the first of these times to the last are 88 seconds, which contain the end of one minute or of two.
+    assert!((2..=3).contains(&announced.len()), "{} announced times in 90 seconds", announced.len());
     assert!((timeline_day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
 
@@ -182,14 +182,14 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
         ("orrery://view?target=424242", "424242"),
         ("orrery://view?eye.kind=centre&eye.body=424242&target=399", "424242"),
         ("orrery://view?eye.distance_radii=0.5", "inside Earth"),
-        ("orrery://view?tdb_s=1e300", ""),
+        ("orrery://view?tdb_s=1e300", "more than 20000 years away"),
         ("orrery://view?tone_map=sepia", "sepia"),
         ("orrery://view?target=jupitre&fov_deg=0&tone_map=sepia", "3 errors"),
         ("{\"quality\": \"best\"}", "best"),
-        ("no link", ""),
+        ("no link", "expected ident"),
     ] {
         let why = open(bad).expect_err(bad).to_string();
-        assert!(why.contains(message_part) && !why.is_empty() && !why.contains('\n'), "{bad}: {why}");
+        assert!(why.contains(message_part) && !why.contains('\n'), "{bad}: {why}");
     }
 }
 

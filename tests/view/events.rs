@@ -158,6 +158,7 @@ fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
     open_events(&mut window, "-0584-05-08T00:00:00Z");
     window.get_by_label_contains("Total solar eclipse, -0584-05-22").click();
     window.run_steps(3);
+    // Before 1200 the standard error is 0.8 s times the square of the centuries from 1820 (Morrison and Stephenson 2004).
     window.get_by_label_contains("Delta T is uncertain by 462 s");
     let mut window = window_without_images(NaifId(499));
     open_events(&mut window, "2024-01-01T00:00:00Z");

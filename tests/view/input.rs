@@ -108,7 +108,7 @@ fn click_in_one_frame(window: &mut Window, pos: Pos2) {
 fn the_pressed_row_is_the_selected_row() {
     let count = rows(&window_without_images(NaifId::EARTH)).len();
     assert!(count > 12, "{count} rows");
-    // Each row in a new window, whose list is about to expand another body's moons.
+    // Each row in a new window. The press selects another body, whose moons the list then expands.
     for target in [NaifId::EARTH, SATURN, NaifId::MOON] {
         let visible_rows = rows(&window_without_images(target));
         for (k, (id, name, _)) in visible_rows.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {

@@ -60,7 +60,7 @@ fn messages_do_not_stay_in_the_previous_language() {
     }
 }
 
-/// So is the error below the search field.
+/// The error below the search field is discarded, too.
 #[test]
 fn a_search_error_does_not_stay_in_the_previous_language() {
     let mut harness = harness(interface(SATURN, EQUINOX));

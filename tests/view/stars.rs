@@ -58,7 +58,12 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     ctrl_click(&mut window, star_pos);
     assert!(window.state().message().contains("second place"), "{}", window.state().message());
     ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
-    assert!(window.state().message().starts_with("Angle: "), "{}", window.state().message());
+    let message = window.state().message();
+    let angle_deg: f64 =
+        message.strip_prefix("Angle: ").and_then(|rest| rest.strip_suffix('°')?.parse().ok()).unwrap_or_else(|| panic!("{message}"));
+    // The view is 20 degrees high, with the star in its middle. Near another star a click means that star.
+    let tangent = 200_f64.hypot(150.0) / (0.5 * f64::from(sky.height())) * 10_f64.to_radians().tan();
+    assert!((angle_deg - tangent.atan().to_degrees()).abs() < 0.5, "{message}, and not {} degrees", tangent.atan().to_degrees());
 }
 
 /// The distance of two bodies is that in one image: from itself a body has none, also if the camera has moved between the clicks.

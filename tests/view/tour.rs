@@ -50,12 +50,7 @@ fn built_in_tours_are_smooth_from_end_to_end() {
                 assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             }
             let body = now.view.eye.body();
-            if now.is_changing
-                && previous.is_changing
-                && now.stop == previous.stop
-                && now.view.tracks == previous.view.tracks
-                && !now.view.tracks
-            {
+            if now.is_changing && previous.is_changing && now.stop == previous.stop && !previous.view.tracks && !now.view.tracks {
                 let (offset_before, forward_before) = last
                     .filter(|(of, _)| *of == (k - 1, body))
                     .map_or_else(|| offset_and_forward(&previous.view, body), |(_, camera)| camera);
@@ -97,9 +92,10 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
             );
             // A view that tracks its target looks at the apparent position, a camera path at the one without aberration: 20 arcsec.
             assert!((forward_before - forward_after).length() < 2e-4, "stop {k}, {at_s} s: {forward_before} {forward_after}");
+            // The path to the second stop passes a day in three seconds, at most twice that rate: 0.02 s between these views.
             assert!(
-                (before.view.tdb_s - after.view.tdb_s).abs() < 1e-3 * 86_400.0
-                    && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5
+                (before.view.tdb_s - after.view.tdb_s).abs() < 0.1 && (before.view.fov_deg / after.view.fov_deg - 1.0).abs() < 1e-5,
+                "stop {k}, {at_s} s"
             );
         }
         // Negative control: one second before the arrival the camera is elsewhere.
