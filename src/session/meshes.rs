@@ -8,7 +8,7 @@ use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
 use crate::memo::Memo;
 use crate::mesh::{Mesh, ShapeFrame, obj};
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -94,7 +94,7 @@ mod tests {
 
     fn model() -> Arc<Mesh> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
+        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
         Arc::new(Mesh::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
     }
 
