@@ -15,6 +15,7 @@ mod refracted_limb;
 mod ring_shadow;
 mod rings;
 mod sun_glare;
+mod twilight;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -362,6 +363,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
         let nearer = self.nearer_bodies(p, spacing);
         let ring_shadow = self.ring_shadow_on(p);
+        let twilight_air = self.twilight_air_of(p);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
@@ -376,10 +378,11 @@ impl<'a> MeteredFrame<'_, 'a> {
             let normal = (ray.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(ray.point, spacing));
-            let radiance = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
+            let of_ground = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
+            let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(viewer)));
             tally.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
-                radiance,
+                of_ground + of_air * ground.sun_irradiance,
                 self.foreground_radiance(direction, Some(p.body.id)),
             );
         }
