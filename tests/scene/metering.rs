@@ -123,6 +123,13 @@ fn cases() -> Vec<Case> {
             Some(15.0),
         ),
         case(
+            "the setting Sun",
+            view(NaifId::SUN, "2024-06-21T19:05:00Z", ground(NaifId::EARTH, 45.0, 10.0), Some(60.0)),
+            0.3,
+            0.3,
+            Some(-9.33),
+        ),
+        case(
             "twilight from orbit",
             view(
                 NaifId::EARTH,

@@ -169,7 +169,10 @@ impl Meter<'_, '_> {
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
             let (mut tally, share) = frame.body(p);
             tally.merge(&frame.rings_of(p));
-            covered += share;
+            // The ground below the sky hides none of it.
+            if self.air.is_none_or(|a| a.body.id != p.body.id) {
+                covered += share;
+            }
             if Some(p.body.id) == self.context.request.target {
                 target = LogMean { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
