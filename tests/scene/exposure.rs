@@ -154,6 +154,31 @@ fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     }
 }
 
+/// Twelve seconds after totality the glare surrounds the crescent; it once surrounded the middle of the Moon, whose disc was evenly grey. Before first contact
+/// it surrounds the Sun.
+#[test]
+fn the_glare_of_a_crescent_sun_surrounds_the_crescent() {
+    let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 0.0017 };
+    // The middle of the glare from the Sun's middle, in solar radii: away from the Moon, and across that direction. And the square of its core's radius.
+    let found = |time: &str| {
+        let scene = scene(&request(NaifId::SUN, time, dallas, Some(1.5)));
+        let glare = scene.glare.expect("glare");
+        let across = |id: NaifId| {
+            let towards = scene.body(id).expect("there").placement.centre_km.normalize();
+            DVec2::new(towards.dot(scene.camera.right), towards.dot(scene.camera.up))
+        };
+        let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
+        let radius = sun.radii_km.x / sun.centre_km.length();
+        let offset = (glare.sun_direction.truncate().as_dvec2() - across(NaifId::SUN)) / radius;
+        let away = (across(NaifId::SUN) - across(NaifId::MOON)).normalize();
+        (offset.dot(away), offset.perp_dot(away), f64::from(glare.core_angle_sq) / (radius * radius))
+    };
+    let (away, sideways, core) = found("2024-04-08T18:44:45Z");
+    assert!((0.8..1.0).contains(&away) && sideways.abs() < 0.05 && core < 0.1, "{away} {sideways} {core}");
+    let (away, sideways, core) = found("2024-04-08T17:00:00Z");
+    assert!(away.abs() < 1e-3 && sideways.abs() < 1e-3 && (core - 1.0).abs() < 1e-3, "{away} {sideways} {core}");
+}
+
 /// A view of the whole system shows only the dark sky, which is far fainter than the Sun's glare: the image is nearly black, not grey. The median level is
 /// at most 16 of 255. At 2.7 stops more, as for a subject that the glare does not hide, it is grey.
 #[test]

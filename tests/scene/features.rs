@@ -185,6 +185,22 @@ fn caption_and_compass_describe_the_view() {
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());
 }
 
+/// From the ground a body above the horizon has a label, one below it has none: the Sun before and an hour after sunset, 10 degrees below.
+#[test]
+fn a_body_below_the_horizon_is_not_named() {
+    for (time, is_visible) in [("1997-04-01T17:30:00Z", true), ("1997-04-01T19:30:00Z", false)] {
+        let request = ViewRequest {
+            layers: Layers::parse("+labels").expect("layers"),
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg: 45.0, longitude_deg: 0.0, height_km: 0.0017 },
+            fov_deg: Some(50.0),
+            width: 400,
+            height: 300,
+            ..ViewRequest::of(NaifId::SUN, Instant::parse(time).expect("a time"))
+        };
+        assert_eq!(layer(&scene(&request)).labels.iter().any(|l| l.body == NaifId::SUN), is_visible, "{time}");
+    }
+}
+
 /// A view of a moon along a line that passes Saturn's centre at this many equatorial radii towards the pole; the polar radius is 0.902.
 fn view_past_saturns_pole(moon: NaifId, height_radii: f64, layers: &str, fov_deg: f64) -> ViewRequest {
     let (saturn, time) = (NaifId(699), Instant::parse("2024-04-16T01:00:00Z").expect("a time"));

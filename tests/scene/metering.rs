@@ -122,6 +122,25 @@ fn cases() -> Vec<Case> {
             0.005,
             Some(15.0),
         ),
+        case(
+            "the setting Sun",
+            view(NaifId::SUN, "2024-06-21T19:05:00Z", ground(NaifId::EARTH, 45.0, 10.0), Some(60.0)),
+            0.3,
+            0.3,
+            Some(-9.33),
+        ),
+        case(
+            "twilight from orbit",
+            view(
+                NaifId::EARTH,
+                "2024-03-20T18:24:00Z",
+                Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: 0.0, height_km: 420.0 },
+                Some(45.0),
+            ),
+            0.05,
+            0.5,
+            None,
+        ),
         case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.2, 0.3, Some(12.0)),
     ]
 }

@@ -167,29 +167,32 @@ pub(crate) fn body_labels(
     occupied: &[Rect],
 ) -> Vec<Label> {
     let size = image.size_px();
+    let angular_radius_rad = |b: &BodyInView| (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+    let is_placed = |b: &&BodyInView| b.distance_km.is_finite() && b.distance_km > 0.0;
     let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
         .iter()
-        .filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0)
+        .filter(is_placed)
         .filter_map(|b| {
             let centre = image.pixel_of(b.placement.centre_km)?;
-            let angular_radius_rad = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-            let radius_px = image.disc_radius_px(angular_radius_rad);
+            let radius_px = image.disc_radius_px(angular_radius_rad(b));
             // A body whose centre is outside the image has no label.
             let is_inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
             is_inside.then_some((b, centre, radius_px))
         })
         .collect();
-    // The disc is well inside the outline of a nearer body that is larger than a point. A moon over the pole of an oblate planet is visible.
-    let is_hidden = |b: &BodyInView, others: &[(&BodyInView, DVec2, f64)]| {
-        let angular_radius_rad = (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-        others.iter().any(|(o, _, radius_px)| {
-            let within = Placement { radii_km: 0.97 * o.placement.radii_km, ..o.placement };
-            let is_nearer = o.id != b.id && o.distance_km < b.distance_km && *radius_px > 3.0 && !o.placement.camera_is_inside();
-            is_nearer && within.covers_disc(b.placement.centre_km, angular_radius_rad)
+    // Bodies that are larger than a point hide others, even if their centres are outside the image, as that of the ground on which the camera stands.
+    let is_disc = |o: &&BodyInView| !o.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(o)) > 3.0;
+    let hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
+    // The disc is well inside the outline of the nearer body. A moon over the pole of an oblate planet is visible.
+    let is_hidden = |b: &BodyInView| {
+        hiding.iter().filter(|o| o.id != b.id && o.distance_km < b.distance_km).any(|o| {
+            // On the ground, where the outline is the horizon, what is just below it is hidden.
+            let height_radii = (o.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
+            let within = Placement { radii_km: (1.0 - 0.03 * height_radii) * o.placement.radii_km, ..o.placement };
+            within.covers_disc(b.placement.centre_km, angular_radius_rad(b))
         })
     };
-    let all = visible.clone();
-    visible.retain(|(b, ..)| !is_hidden(b, &all));
+    visible.retain(|(b, ..)| !is_hidden(b));
     visible.sort_by(|a, b| {
         let (x, y) = (rank(a.0, selected, &parent_of), rank(b.0, selected, &parent_of));
         x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))

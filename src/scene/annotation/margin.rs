@@ -2,7 +2,7 @@
 //!
 //! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
 //! target's distance, across the line of sight. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
-//! pole.
+//! pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
@@ -23,6 +23,10 @@ pub struct Margin {
 
 /// Largest length of a scale bar relative to the image's width.
 const MAX_BAR_FRACTION: f64 = 0.22;
+/// Largest height of a caption relative to the image's height.
+const MAX_CAPTION_FRACTION: f64 = 0.5;
+/// Distance between the lines of a caption, in sizes of a glyph.
+const CAPTION_LINE: f64 = 1.3;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const DISC_PX: f64 = 20.0;
 
@@ -104,9 +108,20 @@ impl Margin {
             },
         };
         let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
-        let bottom = image.size_px().y - 0.9 * glyph_px;
-        self.text(first, DVec2::new(0.8 * glyph_px, bottom - 1.3 * glyph_px));
-        self.text(second, DVec2::new(0.8 * glyph_px, bottom));
+        let size = image.size_px();
+        let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
+        let Some((mut lines, rest)) = lines_of(&first, &CAPTION_BREAKS, &fits).zip(lines_of(&second, &CAPTION_BREAKS, &fits)) else {
+            return;
+        };
+        lines.extend(rest);
+        if CAPTION_LINE * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
+            return;
+        }
+        let bottom = size.y - 0.9 * glyph_px;
+        let count = lines.len();
+        for (k, line) in lines.into_iter().enumerate() {
+            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE * glyph_px * (count - 1 - k) as f64));
+        }
     }
 
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
@@ -126,14 +141,29 @@ impl Margin {
         let thickness = (glyph_px / 9.0).round().max(1.0);
         let tick = (0.45 * glyph_px).round();
         let left = (size.x - 0.9 * glyph_px - length).round();
-        let base = (size.y - 0.9 * glyph_px).round();
-        self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
-        self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
-        self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
         let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
-        self.text(text, DVec2::new(text_left, base - 1.1 * glyph_px));
+        let text_at = |base: f64| DVec2::new(text_left, base - 1.1 * glyph_px);
+        let rect_at = |base: f64| {
+            let of_text = metrics.rect(&text, text_at(base));
+            Rect { min: of_text.min.min(DVec2::new(left, base - tick)), max: of_text.max.max(DVec2::new(left + length, base + thickness)) }
+        };
+        let mut base = (size.y - 0.9 * glyph_px).round();
+        let gap = DVec2::new(metrics.glyph_width_px, 0.0);
+        if self.occupied(metrics).any(|o| o.overlaps(&rect_at(base).padded(gap))) {
+            // Above the caption.
+            let top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
+            base = (top - thickness - 0.3 * glyph_px).floor();
+        }
+        if !rect_at(base).is_in_image(size) {
+            return;
+        }
+        self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
+        let text_position = text_at(base);
+        self.text(text, text_position);
     }
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
@@ -148,6 +178,10 @@ impl Margin {
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.
         let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
+        let reach = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
+        if !reach.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&reach)) {
+            return;
+        }
         self.rings.push(middle);
         let thickness = (glyph_px / 9.0).round().max(1.0);
         for k in 0..=10 {
@@ -157,6 +191,30 @@ impl Margin {
         let position = middle + north * 1.9 * glyph_px;
         self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
+}
+
+/// Where a line of the caption may be broken, best first: between name and time, between parts, between words.
+const CAPTION_BREAKS: [&str; 3] = ["   ", ", ", " "];
+
+/// A text in lines that fit. It is broken at the first separators if that is enough, else also at the next. `None`: a word does not fit.
+fn lines_of(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
+    if fits(text) {
+        return Some(vec![text.to_owned()]);
+    }
+    let (separator, finer) = separators.split_first()?;
+    let mut lines: Vec<String> = Vec::new();
+    for part in text.split_inclusive(separator) {
+        let joined = lines.last().map(|last| format!("{last}{}{part}", if last.ends_with(' ') { "" } else { " " }));
+        match joined.filter(|joined| fits(joined.trim_end())) {
+            Some(joined) => {
+                lines.pop();
+                lines.push(joined);
+            }
+            None if fits(part.trim_end()) => lines.push(part.to_owned()),
+            None => lines.extend(lines_of(part.trim_end(), finer, fits)?),
+        }
+    }
+    Some(lines.into_iter().map(|line| line.trim_end().to_owned()).collect())
 }
 
 /// The largest number of the form 1, 2 or 5 times a power of ten that is not above `max`.
@@ -206,6 +264,40 @@ fn angle_below(max_rad: f64) -> (String, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::NaifId;
+    use crate::scene::camera::Camera;
+    use crate::scene::request::Layers;
+    use crate::time::Instant;
+    use glam::DVec3;
+
+    /// The margin of an empty image: caption and scale bar.
+    fn margin_of(width: u32, height: u32) -> (Margin, LabelMetrics) {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 20.0, width, height);
+        let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+        let layers = Layers::parse("+caption,+scale-bar").expect("layers");
+        let request = ViewRequest { width, height, layers, ..ViewRequest::of(NaifId(699), time) };
+        let metrics = LabelMetrics::of_size((f64::from(height) / 70.0).max(13.0).round());
+        (Margin::of(&camera, &request, &Catalog::embedded(), &[], &metrics), metrics)
+    }
+
+    /// The caption once ran out of narrow images, such as the halves of a stereo pair, and through the scale bar.
+    #[test]
+    fn caption_and_scale_bar_fit_into_every_image() {
+        for (width, height) in [(1000, 700), (300, 300), (250, 300), (200, 100), (100, 1000), (48, 48), (16, 16), (1, 1)] {
+            let (margin, metrics) = margin_of(width, height);
+            let texts: Vec<Rect> = margin.texts.iter().map(|t| metrics.rect(&t.text, t.left_px)).collect();
+            let size = DVec2::new(f64::from(width), f64::from(height));
+            assert!(margin.occupied(&metrics).all(|r| r.is_in_image(size)), "{width}x{height}: {margin:?}");
+            for (k, rect) in texts.iter().enumerate() {
+                let mut others = texts[k + 1..].iter().chain(margin.bars.iter().map(|b| &b.rect));
+                assert!(!others.any(|o| o.overlaps(rect)), "{width}x{height}: {margin:?}");
+            }
+            let words: String = margin.texts.iter().map(|t| format!("{} ", t.text)).collect();
+            assert_eq!(words.contains("2017-05-17") && words.contains("20.0°"), width >= 100 && height > 100, "{width}x{height}: {words}");
+            assert_eq!(margin.bars.len(), if width >= 48 { 3 } else { 0 }, "{width}x{height}: {margin:?}");
+        }
+        assert_eq!(margin_of(1000, 700).0.texts.len(), 3, "two lines and the text of the bar");
+    }
 
     #[test]
     fn lengths_are_round_and_fit() {

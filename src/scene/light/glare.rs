@@ -3,7 +3,9 @@
 //! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason. The
 //! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated):
 //! about a tenth of the light is scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on
-//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. It is drawn as far as it can change a display level:
+//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. The glare of a partly hidden Sun surrounds the middle of the
+//! visible part, and is constant over a part of the disc that shrinks with the light: around a last bead it is bright, and the far side of the Moon is dark. It
+//! is drawn as far as it can change a display level:
 //! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun
 //! outside the frame has no glare, as behind a lens hood; light meter and corona therefore do not count any either. Left out: streaks and ghosts, which are
 //! specific to a lens, and the glare of bodies other than the Sun.
@@ -31,9 +33,9 @@ const ENTRY_EXPONENT: i32 = 6;
 pub struct Glare {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of white.
     pub rect_in_clip: Vec4,
-    /// Unit vector towards the Sun, camera axes: right, up, forward.
+    /// Unit vector towards the middle of the visible part of the Sun, camera axes: right, up, forward.
     pub sun_direction: Vec3,
-    /// As in `VeilingGlare`; radians squared.
+    /// Square of the angle within which the glare is constant, radians squared: that of `VeilingGlare`, smaller for a partly hidden Sun.
     pub core_angle_sq: f32,
     /// As in `VeilingGlare`, after the air between camera and Sun.
     pub strength: Vec3,
@@ -49,6 +51,18 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     let visible = crate::scene::visibility::hidden::visible_fraction(placed, sun);
     // An uncovered Sun must give exactly 1, which the rounded sum of the luminance weights does not.
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
+}
+
+/// Where the glare comes from: the unit vector towards the middle of the Sun's visible part, and the factor on the square of the angle within which the glare is
+/// constant. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with it.
+fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>, towards: DVec3) -> (DVec3, f64) {
+    let light = visible_fraction(placed, sun);
+    if light >= 1.0 {
+        return (towards, 1.0);
+    }
+    let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
+    let middle = crate::scene::visibility::hidden::visible_middle(placed, sun);
+    ((towards + middle * sin_radius).normalize(), light.max(0.0).sqrt())
 }
 
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame, and 1 in each face of a
@@ -152,8 +166,11 @@ pub(crate) fn glare(
     threshold: Threshold,
     transmittance: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Glare, bool, Reason)> {
+    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
     let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(towards) * strength;
+    let (towards, core_factor) = source(placed, sun, towards);
+    let core_angle_sq = (core_factor * core_angle_sq).max(camera.pixel_tangent().powi(2));
     let limb_radiance = strength.max_element() / core_angle_sq;
     let on = threshold.is_exceeded_by_radiance(limb_radiance);
     let reason = if visible_fraction > 0.0 {

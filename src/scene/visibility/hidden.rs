@@ -82,6 +82,65 @@ fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
 }
 
+/// Distance of a chord from the middle of the disc, and half its length, in radii of the disc.
+fn chord(k: u32) -> (f64, f64) {
+    (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
+}
+
+/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first one. `None` without bodies.
+fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
+    let first = occluding.first()?;
+    let towards = farther.placement.centre_km / farther.distance_km;
+    let radius = angular_radius(farther).tan();
+    // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
+    let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
+    let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
+    let across = towards.cross(along);
+    let limbs = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    Some((limbs, [along, across]))
+}
+
+/// Calls `visit` for each visible part of each chord: the chord's distance from the middle and half its length, and where the part begins and ends.
+fn visit_visible(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
+    let mut breaks = Vec::new();
+    for k in 0..CHORDS {
+        let (y, h) = chord(k);
+        breaks.clear();
+        breaks.push(-h);
+        breaks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
+        breaks.push(h);
+        breaks.sort_by(f64::total_cmp);
+        // Adjacent visible intervals are one interval.
+        let mut from = -h;
+        for pair in breaks.windows(2) {
+            if limbs.iter().any(|l| l.contains(0.5 * (pair[0] + pair[1]), y)) {
+                if from < pair[0] {
+                    visit(y, h, from, pair[0]);
+                }
+                from = pair[1];
+            }
+        }
+        if from < h {
+            visit(y, h, from, h);
+        }
+    }
+}
+
+/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If the bodies in front leave nothing (light
+/// may remain in the valleys of the Moon's limb), it is on the limb, where they last left light.
+pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
+    let occluding = in_front_of(placed, farther, 0.0);
+    let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
+    let (mut area, mut moment) = (0.0, DVec2::ZERO);
+    visit_visible(&limbs, |y, h, from, to| {
+        let part = (to - from) * h;
+        area += part;
+        moment += part * DVec2::new(0.5 * (from + to), y);
+    });
+    let middle = if area > 0.0 { moment / area } else { DVec2::NEG_X };
+    along * middle.x + across * middle.y
+}
+
 /// Angular radius of a body's bounding sphere.
 fn angular_radius(p: &PlacedBody<'_>) -> f64 {
     (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
@@ -118,37 +177,13 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
-    let towards = farther.placement.centre_km / farther.distance_km;
-    let radius = angular_radius(farther).tan();
-    // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
-    let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
-    let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-    let across = towards.cross(along);
-    let limbs: Vec<Limb> = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    let Some((limbs, _)) = limbs_on_disc(&occluding, farther) else { return DVec3::ONE };
     let (u1, u2) = limb_darkening(farther.body);
-    let (mut total, mut visible) = (DVec3::ZERO, DVec3::ZERO);
-    let mut breaks = Vec::new();
-    for k in 0..CHORDS {
-        let angle = std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5);
-        let (y, h) = angle.sin_cos();
-        breaks.clear();
-        breaks.push(-h);
-        breaks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
-        breaks.push(h);
-        breaks.sort_by(f64::total_cmp);
-        // Chords are evenly spaced in angle, so the distance between them is proportional to h.
-        let light = |from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
-        total += light(-h, h);
-        // Adjacent visible intervals are integrated as one interval.
-        let mut from = -h;
-        for pair in breaks.windows(2) {
-            if limbs.iter().any(|l| l.contains(0.5 * (pair[0] + pair[1]), y)) {
-                visible += if from < pair[0] { light(from, pair[0]) } else { DVec3::ZERO };
-                from = pair[1];
-            }
-        }
-        visible += if from < h { light(from, h) } else { DVec3::ZERO };
-    }
+    // Chords are evenly spaced in angle, so the distance between them is proportional to h.
+    let light = |h: f64, from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
+    let total: DVec3 = (0..CHORDS).map(|k| chord(k).1).map(|h| light(h, -h, h)).sum();
+    let mut visible = DVec3::ZERO;
+    visit_visible(&limbs, |_, h, from, to| visible += light(h, from, to));
     let visible = (visible / total).clamp(DVec3::ZERO, DVec3::ONE);
     // The lunar limb profile applies if the Moon is the only body in front of the Sun.
     match (&occluding[..], first.limb_profile.as_deref()) {

@@ -15,6 +15,7 @@ mod refracted_limb;
 mod ring_shadow;
 mod rings;
 mod sun_glare;
+mod twilight;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -168,7 +169,10 @@ impl Meter<'_, '_> {
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
             let (mut tally, share) = frame.body(p);
             tally.merge(&frame.rings_of(p));
-            covered += share;
+            // The ground below the sky hides none of it.
+            if self.air.is_none_or(|a| a.body.id != p.body.id) {
+                covered += share;
+            }
             if Some(p.body.id) == self.context.request.target {
                 target = LogMean { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
@@ -362,6 +366,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
         let nearer = self.nearer_bodies(p, spacing);
         let ring_shadow = self.ring_shadow_on(p);
+        let twilight_air = self.twilight_air_of(p);
         let mut covered_share = 0.0;
         for k in 0..RAYS * RAYS {
             let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
@@ -376,10 +381,11 @@ impl<'a> MeteredFrame<'_, 'a> {
             let normal = (ray.point / p.placement.radii_km).normalize();
             let viewer = -(p.placement.body_from_icrf * direction).normalize();
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(ray.point, spacing));
-            let radiance = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
+            let of_ground = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
+            let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(viewer)));
             tally.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
-                radiance,
+                of_ground + of_air * ground.sun_irradiance,
                 self.foreground_radiance(direction, Some(p.body.id)),
             );
         }
