@@ -54,14 +54,16 @@ pub struct LocalContact {
 }
 
 impl LocalContact {
-    /// Whether the disc's upper limb is above the horizon, with refraction.
+    /// Whether the disc's upper limb is above the horizon or at it, with refraction. A maximum at rising or setting is at the horizon.
     pub fn is_up(&self) -> bool {
-        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD > 0.0
+        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD > -HORIZON_TOLERANCE_RAD
     }
 }
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
 const DISC_RADIUS_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
+/// A body this far below the horizon is at the horizon, radians: risings and settings are found to 1e-4 s, in which altitudes change by up to 1e-8.
+const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 
 /// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]

@@ -124,6 +124,18 @@ fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
     assert!(!e.seen_from(place(-e.place.latitude_deg, e.place.longitude_deg + 180.0)).visible);
 }
 
+/// In Greenwich the Moon set before the greatest eclipse of 2024-03-25, so the best of it was at moonset.
+#[test]
+fn a_maximum_at_moonset_is_not_below_the_horizon() {
+    let from = parse_time("2024-03-25");
+    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let greenwich = e.seen_from(place(51.4769, 0.0));
+    let set = greenwich.set.expect("a moonset");
+    assert!(greenwich.visible && seconds_after(greenwich.maximum.time, set).abs() < 1e-3);
+    assert!(greenwich.maximum.is_up(), "{} degrees", greenwich.maximum.altitude_deg);
+    assert!(greenwich.contacts.iter().any(|contact| !contact.is_up()), "the Moon must be down at the end");
+}
+
 /// In Lima the Moon rises between U4 (22:19 UT) and P4 (23:29), when only the penumbra is left.
 #[test]
 fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {

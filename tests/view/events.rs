@@ -167,6 +167,18 @@ fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
     assert!(window.query_by_label_contains("Delta T is uncertain").is_none());
 }
 
+/// In Greenwich the best of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
+#[test]
+fn a_maximum_at_moonset_is_at_the_horizon() {
+    let mut window = window_without_images(NaifId(499));
+    open_events(&mut window, "2024-01-01T00:00:00Z");
+    window.get_by_label_contains("Penumbral lunar eclipse, 2024-03-25").click();
+    window.run_steps(3);
+    assert_eq!(window.query_all_by_label("at the horizon").count(), 1);
+    // The last contact.
+    assert_eq!(window.query_all_by_label("below the horizon").count(), 1);
+}
+
 #[test]
 fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     let mut window = window_without_images(NaifId(499));

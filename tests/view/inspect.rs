@@ -8,8 +8,9 @@ use orrery::session::{Session, Sources};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::shader_watcher::ShaderWatcher;
-use orrery::view::worker::render_worker::InlineWorker;
-use std::collections::BTreeSet;
+use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
+use std::collections::{BTreeSet, VecDeque};
+use std::sync::{Mutex, PoisonError};
 
 /// Saturn from its lit side, with the rings' shadow on the globe; time is paused.
 fn interface_at_saturn() -> Interface {
@@ -192,4 +193,51 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     harness.run_steps(8);
     assert!(harness.state().message_line().is_empty(), "{}", harness.state().message_line());
     assert!(names_containing(&harness, "fn broken( {").is_empty());
+}
+
+/// Answers at most one question per frame.
+struct SlowWorker {
+    inline: InlineWorker<'static>,
+    tasks: Mutex<VecDeque<Task>>,
+}
+
+impl RenderWorker for SlowWorker {
+    fn session(&self) -> &Session {
+        self.inline.session()
+    }
+    fn submit(&self, job: RenderJob) {
+        self.inline.submit(job);
+    }
+    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
+        let task = self.tasks.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+        if let Some(task) = task {
+            self.inline.run(task);
+        }
+        self.inline.take()
+    }
+    fn run(&self, task: Task) {
+        self.tasks.lock().unwrap_or_else(PoisonError::into_inner).push_back(task);
+    }
+}
+
+#[test]
+fn the_summary_of_a_changed_key_waits_for_the_comparison_of_its_lines() {
+    let worker = SlowWorker { inline: InlineWorker::new(session()), tasks: Mutex::default() };
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(1280.0, 800.0))
+        .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, &worker), interface_at_saturn());
+    harness.run_steps(12);
+    for text in ["/", "lambert.albedo.sun1.ellipsoid"] {
+        harness.event(egui::Event::Text(text.into()));
+        harness.run_steps(2);
+    }
+    harness.key_press(egui::Key::Enter);
+    let mut is_compared = false;
+    for _ in 0..60 {
+        harness.run_steps(1);
+        let gap = names_containing(&harness, "this key: ;");
+        assert!(gap.is_empty(), "{gap:?}");
+        is_compared |= !names_containing(&harness, "features differ").is_empty();
+    }
+    assert!(is_compared, "the lines were not compared");
 }

@@ -11,6 +11,8 @@ use orrery::catalog::NaifId;
 use orrery::message::TextLanguage;
 use orrery::scene::request::{Layers, Position, ViewRequest};
 use orrery::time::Instant;
+use orrery::view::app::body_positions::SessionPositions;
+use orrery::view::app::viewer::Action;
 use orrery::view::language::Language;
 use orrery::view::panels::{Interface, Tab};
 
@@ -174,6 +176,24 @@ fn german_truncates_no_more_texts_of_the_bars_than_english() {
     harness.state_mut().tab = Some(Tab::Effects);
     settle(&mut harness);
     assert!(truncated_texts(&harness).iter().any(|text| text.starts_with("seine Normalen")), "the reasons of effects are truncated");
+}
+
+/// Time that was paused while it ran backward resumes backward.
+#[test]
+fn the_rate_of_paused_time_is_shown_entirely_and_with_its_sign() {
+    let mut harness = harness(interface(SATURN, EQUINOX));
+    harness.set_size([1280.0, 800.0].into());
+    let positions = SessionPositions(session());
+    for action in [Action::RunAt(-59.9 * 60.0), Action::TogglePause] {
+        harness.state_mut().viewer.apply(action, 600.0, &positions);
+    }
+    for (language, text) in [(Language::English, "paused (-59.9 min/s)"), (Language::German, "Pause (-59,9 min/s)")] {
+        harness.state_mut().language = language;
+        settle(&mut harness);
+        assert_eq!(harness.query_all_by_label(text).count(), 1, "{text}");
+        let truncated = truncated_texts(&harness);
+        assert!(!truncated.iter().any(|truncated| truncated == text), "{truncated:?}");
+    }
 }
 
 /// Accessible names, values and descriptions of everything that the window shows.

@@ -179,3 +179,14 @@ fn saturn_is_seen_from_the_lit_side_of_its_rings() {
         assert!(elevation_deg.abs() > 10.0 && distance_radii > 4.0, "{year}");
     }
 }
+
+/// The message about a broken settings file appears at a start at which the row is shown, too.
+#[test]
+fn a_message_is_above_the_row() {
+    let mut window = first_start();
+    let line = "/home/user/.config/orrery/settings.json: EOF while parsing a string at line 38 column 6; kept as settings.json.broken";
+    window.state().session_messages.lock().push(line.into());
+    window.run_steps(4);
+    let (message, heading) = (window.get_by_label(line).rect(), window.get_by_label("What to see now").rect());
+    assert!(message.bottom() < heading.top(), "the message at {message} is behind the row, whose heading is at {heading}");
+}

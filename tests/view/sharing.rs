@@ -1,7 +1,9 @@
 //! Saved images, animations and shared links: no file is overwritten; a saved image carries its provenance; a shared view keeps whether time is paused.
 
-use super::input::{SATURN, TIME, Window};
+use super::input::{SATURN, TIME, Window, window_without_images};
+use super::search::window_after_search;
 use crate::view::interface::{harness, interface, session, settle};
+use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::Queryable;
 use orrery::FrameImages;
@@ -220,4 +222,46 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());
     }
+}
+
+/// Replaces the text of a field of the Share panel, and enters it.
+fn enter(window: &mut Window, field: &str, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, field).focus();
+    window.run_steps(1);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(1);
+    window.get_by_role_and_label(Role::TextInput, field).type_text(text);
+    window.run_steps(2);
+    window.key_press(Key::Enter);
+    window.run_steps(3);
+}
+
+/// A view that opens ends the error of the link before it, which would seem to be about this view.
+#[test]
+fn enter_opens_a_link_and_adds_a_bookmark() {
+    let mut window = window_without_images(SATURN);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    enter(&mut window, "A link to open", "orrery://view?target=nosuch");
+    assert!(window.state().message().contains("nosuch"), "{}", window.state().message());
+    enter(&mut window, "A link to open", "orrery://view?target=599&time=2015-01-24T06:45:00Z");
+    assert_eq!(window.state().viewer.destination().target, NaifId(599));
+    assert_eq!(window.state().message(), "");
+    enter(&mut window, "Name of the bookmark", "three shadows");
+    let names: Vec<&str> = window.state().settings.bookmarks.iter().map(|bookmark| bookmark.name.as_str()).collect();
+    assert_eq!(names, ["three shadows"]);
+}
+
+/// At another time the frames would not show the event.
+#[test]
+fn the_length_of_an_event_is_offered_only_near_its_time() {
+    let mut window = window_after_search("eclipse 2027");
+    window.get_by_label_contains("Total solar eclipse, 2027-08-02 10:0").click();
+    window.run_steps(3);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    assert_eq!(window.query_all_by_label("Whole event").count(), 1);
+    window.state_mut().viewer.view.tdb_s += 30.0 * 86_400.0;
+    window.run_steps(3);
+    assert_eq!(window.query_all_by_label("Whole event").count(), 0);
 }

@@ -407,10 +407,26 @@ pub(crate) struct EventPlayback {
     pub rate: f64,
 }
 
+impl EventPlayback {
+    /// Whether a time is within the playback, or at most its length before or after it: elsewhere the event may be earlier or later than in the best view.
+    pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
+        let length_s = self.to_tdb_s - self.from_tdb_s;
+        (self.from_tdb_s - length_s..=self.to_tdb_s + length_s).contains(&tdb_s)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
+
+    #[test]
+    fn a_time_is_near_an_event_up_to_its_length_before_and_after() {
+        let playback = EventPlayback { from_tdb_s: 1000.0, to_tdb_s: 1100.0, rate: 1.0 };
+        for (tdb_s, is_near) in [(899.0, false), (901.0, true), (1050.0, true), (1199.0, true), (1201.0, false)] {
+            assert_eq!(playback.is_near(tdb_s), is_near, "{tdb_s}");
+        }
+    }
 
     /// From a place, a mutual event is seen at the moon, and the field around Jupiter contains a moon in Jupiter's shadow.
     #[test]

@@ -18,6 +18,8 @@ use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
 pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
+/// Width and height of the smallest window, points, to which larger text may reduce a window: its panels can still be scrolled to each control.
+const MIN_SCALED_SIZE: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Maximum number of recent views.
@@ -128,6 +130,13 @@ pub struct Bookmark {
     pub name: String,
     #[serde(alias = "sight")]
     pub view: ViewState,
+}
+
+/// The scale factor for a window of this width and height, points at scale 1: that of the settings, or a smaller one, but not below 1, if the bars would leave
+/// no room for the panels. The control that reduces the scale is in a panel.
+pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
+    let [min_width, min_height] = MIN_SCALED_SIZE;
+    ui_scale.min((width / min_width).min(height / min_height).max(1.0))
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -255,6 +264,15 @@ mod tests {
 
     fn view(id: i32) -> ViewState {
         ViewState::around(NaifId(id), DVec3::new(1e5, 0.0, 0.3), 1e4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
+    }
+
+    #[test]
+    fn text_leaves_room_for_the_panels() {
+        let (usual, large, tiny) = ([1264.0, 736.0], [3840.0, 2160.0], [400.0, 300.0]);
+        for (chosen, size, shown) in [(3.0, usual, 2.1067), (2.0, usual, 2.0), (3.0, large, 3.0), (2.0, tiny, 1.0), (0.6, tiny, 0.6)] {
+            let scale = scale_within(chosen, size);
+            assert!((scale - shown).abs() < 1e-3, "{chosen} in {size:?}: {scale}");
+        }
     }
 
     #[test]

@@ -89,8 +89,12 @@ impl TimeRate {
 
     /// Scene seconds per real second, signed; 0 when paused.
     pub fn rate(&self) -> f64 {
-        let rate = if self.backward { -self.speed } else { self.speed };
-        if self.paused { 0.0 } else { rate }
+        if self.paused { 0.0 } else { self.resumed_rate() }
+    }
+
+    /// The rate at which time runs, or at which paused time would resume.
+    pub(crate) fn resumed_rate(&self) -> f64 {
+        if self.backward { -self.speed } else { self.speed }
     }
 
     /// Scene seconds that pass in one frame of `real_s` real seconds; see [`MAX_REAL_STEP_S`].

@@ -439,7 +439,10 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         for line in lines {
             contact_name(ui, line.name);
             ui.monospace(month_day_second_text(line.time));
-            if line.is_up {
+            // The centre is below the horizon and the refracted upper limb is not: the altitude would contradict the contact's visibility.
+            if line.is_up && line.altitude_deg < 0.0 {
+                ui.label(text!("events-at-horizon"));
+            } else if line.is_up {
                 ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
             } else {
                 ui.weak(text!("events-below-horizon"));

@@ -43,7 +43,7 @@ pub use self::share::dialog::{FileDialog, FileRequest};
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
-use crate::view::app::settings::Settings;
+use crate::view::app::settings::{Settings, scale_within};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::{Action, Viewer};
 use crate::view::language::dates::{minute_in_digits, minute_text};
@@ -216,9 +216,11 @@ impl Interface {
             None => egui::ThemePreference::System,
         };
         ui.ctx().set_theme(theme_preference);
+        let window_size = ui.ctx().content_rect().size() * ui.ctx().zoom_factor();
+        let ui_scale = scale_within(self.settings.zoom, window_size.into());
         // The scale changes only once the pointer is released; otherwise the slider would move away from the pointer during a drag.
-        if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - self.settings.zoom).abs() > 1e-3 {
-            ui.ctx().set_zoom_factor(self.settings.zoom);
+        if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - ui_scale).abs() > 1e-3 {
+            ui.ctx().set_zoom_factor(ui_scale);
         }
         let mut actions = Vec::new();
         let panels_before = what_to_see_now::open_panels(self);

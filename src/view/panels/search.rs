@@ -88,6 +88,8 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
                 interface.search.close();
+                // The switches apply to all later views, and a switched effect may be invisible in this one.
+                interface.reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
             (None, None) => interface.search.failure = Some(not_found(interface)),

@@ -62,6 +62,9 @@ const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
+/// Rates with the longest texts, in minutes and months per second: scene seconds per real second.
+const LONGEST_RATES: [f64; 2] = [-59.9 * 60.0, -11.9 * 2_629_800.0];
+
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         date_field(interface, ui, actions);
@@ -234,9 +237,14 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     if slider.changed() {
         actions.push(Action::SetSpeed(speed));
     }
+    let paused_text = |rate| text!("time-paused-at", speed = rate_text(rate));
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let text = if is_paused { text!("time-paused-at", speed = rate_text(speed)) } else { time_rate.label() };
-    let size = [100.0, ui.spacing().interact_size.y];
+    let font = egui::TextStyle::Body.resolve(ui.style());
+    let width_of = |rate| ui.painter().layout_no_wrap(paused_text(rate), font.clone(), egui::Color32::PLACEHOLDER).size().x;
+    let width = LONGEST_RATES.into_iter().map(width_of).fold(0.0, f32::max);
+    let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
+    // A point more, because positions are rounded to pixels.
+    let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }
 

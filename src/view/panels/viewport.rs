@@ -77,8 +77,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         handle_click(interface, worker, click);
     }
     menu(interface, &response, &placement, actions);
-    show_message(interface, ui, rect);
     what_to_see_now::over_viewport(interface, ui, worker, rect, actions);
+    show_message(interface, ui, rect);
     if !interface.tour.is_open() && interface.warning.is_none() {
         hints(interface, ui, rect);
     }
@@ -141,7 +141,8 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
-/// Shows the message line over the lower edge of the image, so that the image keeps its size. A reply is shown also while there is no image of the view:
+/// Shows the message line over the lower edge of the image, so that the image keeps its size, and above the overlays there, which would cover it: the bar
+/// of a tour, the row *What to see now*. A reply is shown also while there is no image of the view:
 /// otherwise an action would seem to have no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let mut message = interface.message_line().to_owned();
@@ -152,7 +153,9 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
         message = format!("{message}\n{}", interface.message());
     }
     let area = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
-    let corner = rect.left_bottom() + Vec2::new(8.0, -8.0 - interface.viewport.caption_height);
+    let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
+    let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
+    let corner = Pos2::new(rect.left() + 8.0, bottom - 8.0);
     let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));

@@ -42,6 +42,7 @@ events-delta-t = Delta T ist um { $seconds } s unsicher; Zeiten an einem Ort sin
 events-delta-t-hint = Delta T = TT - UT1 gibt an, wie weit sich die Erde gedreht hat. Sein Standardfehler gilt auch für alle Zeiten vor 1972.
 events-not-visible = Von diesem Ort aus nicht sichtbar.
 events-altitude = Höhe { $degrees }°
+events-at-horizon = am Horizont
 events-below-horizon = unter dem Horizont
 kind-solar = Sonnenfinsternisse
 kind-lunar = Mondfinsternisse

@@ -17,6 +17,7 @@ search-field-hint-text = Suche (/)
 search-hint = Körper, Sterne, Krater, Städte, Momente, Ansichten, Daten, Ereignisse (Finsternis 2027), Orte (51.5, -0.1), Effekte, Shader-Schlüssel (/)
 search = Suche
 search-nothing = Nichts heißt „{ $typed }“
+search-effects-switched = Von Hand geschaltete Effekte: { $effects } (zurück: Effekte, „Auf Automatik zurücksetzen“)
 search-did-you-mean = Vielleicht { $name }?
 search-city-chosen = { $city }, { $country }: Ereignisse, Auf- und Untergang gelten ab jetzt für diesen Ort
 search-star-outside = HIP { $hip }: außerhalb des Bereichs der Ephemeride für: { $body }

@@ -42,6 +42,7 @@ events-delta-t = Delta T is uncertain by { $seconds } s, and so are times at a p
 events-delta-t-hint = Delta T = TT - UT1 says how far the Earth has turned. Its standard error also applies to all times before 1972.
 events-not-visible = Not visible from this place.
 events-altitude = altitude { $degrees }°
+events-at-horizon = at the horizon
 events-below-horizon = below the horizon
 kind-solar = Solar eclipses
 kind-lunar = Lunar eclipses

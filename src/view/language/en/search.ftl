@@ -17,6 +17,7 @@ search-field-hint-text = Search (/)
 search-hint = Bodies, stars, craters, cities, moments, views, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys (/)
 search = Search
 search-nothing = Nothing is called “{ $typed }”
+search-effects-switched = Effects switched by hand: { $effects } (to undo: Effects, “Reset to automatic”)
 search-did-you-mean = Did you mean { $name }?
 search-city-chosen = { $city }, { $country }: events, rise and set now refer to this place
 search-star-outside = HIP { $hip }: outside the range of the ephemeris of { $body }

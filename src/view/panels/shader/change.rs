@@ -73,7 +73,10 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let lines = match panel.queries.difference(inspected.worker, &ids) {
         Some(Ok(by_feature)) => lines_text(&by_feature),
         Some(Err(why)) => why,
-        None => String::new(),
+        None => {
+            accessible::spinner(ui, text!("change-loading"));
+            return;
+        }
     };
     let [a, b] = names;
     let change = |what: &str, count: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(count(&first), count(&second)));

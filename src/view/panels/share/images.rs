@@ -61,7 +61,9 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
         accessible::number(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
-    if let Some(playback) = interface.events.playback_of_chosen() {
+    // The frames begin at the displayed time, or are centred on it, so they show the event only if that time is near it.
+    let displayed_s = interface.viewer.view.tdb_s;
+    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
         if whole_event.clicked() {
             panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);

@@ -134,9 +134,9 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0))
-            .on_hover_text(text!("share-link-field"));
-        if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() {
+        let field = ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0));
+        let entered = is_entered(&field.on_hover_text(text!("share-link-field")), &interface.share.link);
+        if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() || entered {
             let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| error_text(&e));
             show_or_report(interface, read, actions);
         }
@@ -163,10 +163,18 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     });
 }
 
-/// Shows the view that was read, or the error.
+/// Whether the user has entered the text of a field with the Enter key; never if it is empty.
+fn is_entered(field: &egui::Response, text: &str) -> bool {
+    field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
+}
+
+/// Shows the view that was read, or the error. The view ends the error of an earlier try, which would seem to be about this view.
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
-        Ok(view) => actions.push(Action::Show(Box::new(view))),
+        Ok(view) => {
+            interface.reply("");
+            actions.push(Action::Show(Box::new(view)));
+        }
         Err(why) => interface.reply(why),
     }
 }
@@ -236,10 +244,10 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let view = interface.viewer.destination();
     let default_name = format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0))
-            .on_hover_text(text!("bookmarks-name"));
+        let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0));
+        let entered = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark);
         let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
-        if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() {
+        if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() || entered {
             let typed = std::mem::take(&mut interface.share.bookmark);
             let name = if typed.trim().is_empty() { default_name.clone() } else { typed.trim().to_owned() };
             interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
