@@ -252,7 +252,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "shape-model",
         run: |bytes| {
-            let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, latitude_stretch: 1.0, two_sided: false };
+            let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
             if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
                 drop(model.map(|m| m.sun_heights(DVec3::X, 0.005)));
             }

@@ -158,7 +158,7 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     window.get_by_label("Choose: animation file").click();
     window.run_steps(3);
     let values: Vec<String> = window
-        .query_all_by_role(egui::accesskit::Role::TextInput)
+        .query_all_by_role(Role::TextInput)
         .filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value())
         .collect();
     assert!(values.iter().any(|v| v == "chosen/p.png") && values.iter().any(|v| v == "chosen/orrery.gif"), "{values:?}");
