@@ -177,6 +177,43 @@ fn the_oblate_planet_hides_the_tabulated_fraction_of_the_sun() {
     assert!(sphere_error > 0.3, "a sphere under a point Sun would pass, too: {sphere_error}");
 }
 
+/// Behind a very flat planet a large Sun reaches past one side or both, although its centre is deep behind the planet: against the sum over 100 000 points of
+/// a uniform Sun's disc.
+#[test]
+fn a_very_flat_planet_does_not_hide_all_of_a_sun_that_reaches_past_it() {
+    const POINTS: i32 = 100_000;
+    const SUN_RADIUS_DEG: f64 = 2.0;
+    let stated = stated_errors::of_body_shadow(BodyShadow::EllipsoidPenumbra).expect("a stated error").max_error;
+    let tangent = SUN_RADIUS_DEG.to_radians().tan();
+    for (flattening, distance, sun) in [
+        (0.7, 4.0, glam::DVec3::new(0.999, 0.0, 0.045)),
+        (0.8, 3.0, glam::DVec3::new(0.9992, 0.0, 0.04)),
+        (0.8, 4.0, glam::DVec3::new(0.98, 0.2, 0.001)),
+    ] {
+        let semi_axes = glam::DVec3::new(1.0, 1.0, 1.0 - flattening);
+        let point = glam::DVec3::new(-distance, 0.0, 0.0);
+        let towards = sun.normalize();
+        let right = towards.cross(glam::DVec3::Z).normalize();
+        let up = right.cross(towards);
+        let hides = |k: i32| {
+            let distance_on_disc = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
+            let (y, x) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
+            // In the frame in which the planet is the unit sphere.
+            let ray = (towards + tangent * distance_on_disc * (x * right + y * up)) / semi_axes;
+            let from = point / semi_axes;
+            from.dot(ray) < 0.0 && from.cross(ray).length_squared() < ray.length_squared()
+        };
+        let hidden = (0..POINTS).filter(|k| hides(*k)).count() as f64 / f64::from(POINTS);
+        assert!(hidden < 0.99, "the Sun must reach past the planet: {hidden}");
+        let question = json!({"q": "ring-shadow", "flattening": flattening, "point": point.to_array(), "sun": sun.to_array(),
+            "sun_angular_radius_deg": SUN_RADIUS_DEG, "model": "uniform-disc"});
+        for precision in [Precision::F32, Precision::F64] {
+            let error = ask(precision, &question, "blocked") - hidden;
+            assert!(error.abs() < stated, "{precision:?} {question}: off by {error:e} from {hidden}");
+        }
+    }
+}
+
 #[test]
 fn a_narrow_ringlet_keeps_its_position_in_the_table() {
     let profile = json!([{"r_in": 1.5, "r_out": 1.6, "tau_normal": 0.5}, {"r_in": 1.55, "r_out": 1.55005, "tau_normal": 3.0}]);
