@@ -139,8 +139,8 @@ mod tests {
             );
             assert_eq!(linear.cutoff_radiance(0.01), 0.0);
             assert!(
-                linear.description(faint).to_string().contains("linear")
-                    && !display(white).description(faint).to_string().contains("linear")
+                linear.description(faint).to_string().contains("no threshold")
+                    && !display(white).description(faint).to_string().contains("no threshold")
             );
         }
     }

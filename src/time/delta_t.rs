@@ -62,7 +62,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
 /// To 1600 of Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333: [`early_error_s`] to 1200, then 20 s, because the decades' fluctuations are unknown.
 /// From 1700 the largest differences of the spline from the Astronomical Almanac (page K8), an earlier reduction: 4.7 s about 1800, 0.8 s in 1900.
 const ERRORS_BEFORE_TABLE_S: [(f64, f64); 8] =
-    [(1200.0, 30.8), (1300.0, 20.0), (1600.0, 20.0), (1700.0, 5.0), (1820.0, 5.0), (1890.0, 2.0), (1900.0, 0.8), (1970.0, 0.7)];
+    [(1200.0, 30.8), (1300.0, 20.0), (1600.0, 20.0), (1700.0, 5.0), (1820.0, 5.0), (1890.0, 2.1), (1900.0, 0.8), (1970.0, 0.7)];
 
 /// The standard error before 1200: 0.8 s times the square of the centuries from 1820.
 fn early_error_s(year: f64) -> f64 {
