@@ -168,7 +168,8 @@ impl PartialView {
     fn of_json(text: &str) -> Self {
         match serde_json::from_str(text) {
             Ok(fields) => Self { fields, errors: Vec::new() },
-            Err(e) => Self::from_error(e.to_string()),
+            Err(e) if text.trim_start().starts_with('{') => Self::from_error(e.to_string()),
+            Err(_) => Self::from_error(format!("neither a link ({SCHEME}…) nor the text of a saved view")),
         }
     }
 

@@ -142,23 +142,28 @@ fn pixels_across_the_limb_keep_their_width() {
 fn map_coordinates_change_by_their_derivatives() {
     let emitted = Emitted::new(
         MODULE,
-        "vec4f(map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), p.w).dx, map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), p.w).dy)",
+        "vec4f(map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), vec2f(q.w, p.w)).dx, \
+         map_coordinates(p.xyz, q.xyz, vec3f(q.z, q.x, q.y), vec2f(q.w, p.w)).dy)",
     );
-    let map = |p: DVec3, stretch: f64| DVec2::new(p.y.atan2(p.x) / TAU, -(stretch * p.z).atan2(p.x.hypot(p.y)) / PI);
+    let map = |p: DVec3, stretch: DVec2| {
+        let (x, y, z) = (p.x, stretch.x * p.y, stretch.y * p.z);
+        DVec2::new(y.atan2(x) / TAU, -z.atan2(x.hypot(y)) / PI)
+    };
     let mut inputs: Vec<EvalInput> = Vec::new();
     for latitude in [-PI / 2.0 + 1e-3, -1.5, -0.9, 0.0, 0.3, 1.2, PI / 2.0 - 1e-3] {
         for longitude in [0.2, 1.7, 3.1, -2.5] {
-            for stretch in [1.0, 0.83, 1.2] {
+            // Round equators, and the semi-axes of Hyperion.
+            for stretch in [DVec2::ONE, DVec2::new(1.0, 0.83), DVec2::new(1.0, 1.2), DVec2::new(0.74, 0.57)] {
                 let p = DVec3::new(latitude.cos() * f64::cos(longitude), latitude.cos() * f64::sin(longitude), f64::sin(latitude));
                 for step in [DVec3::new(3e-3, -1e-3, 2e-3), DVec3::new(0.0, 0.0, 1e-3), DVec3::new(-4e-4, 1e-3, 0.0)] {
-                    inputs.push([p.x, p.y, p.z, stretch, step.x, step.y, step.z, 0.0]);
+                    inputs.push([p.x, p.y, p.z, stretch.y, step.x, step.y, step.z, stretch.x]);
                 }
             }
         }
     }
     let results = emitted.evaluate(&DrawUniforms::default(), None, &inputs);
     for (input, found) in inputs.iter().zip(results) {
-        let (p, stretch) = (DVec3::new(input[0], input[1], input[2]), input[3]);
+        let (p, stretch) = (DVec3::new(input[0], input[1], input[2]), DVec2::new(input[7], input[3]));
         for (step, found) in [
             (DVec3::new(input[4], input[5], input[6]), DVec2::new(found[0], found[1])),
             (DVec3::new(input[6], input[4], input[5]), DVec2::new(found[2], found[3])),
@@ -167,7 +172,7 @@ fn map_coordinates_change_by_their_derivatives() {
             let difference = map(p + step * h, stretch) - map(p - step * h, stretch);
             let turns = difference.x - difference.x.round();
             // Near a pole the shader narrows footprints in longitude: by 5 times the radius of the parallel, where that is less than 1.
-            let parallel = p.x.hypot(p.y) / DVec3::new(p.x, p.y, stretch * p.z).length();
+            let parallel = p.x.hypot(stretch.x * p.y) / DVec3::new(p.x, stretch.x * p.y, stretch.y * p.z).length();
             let expected = DVec2::new(turns * (5.0 * parallel).min(1.0), difference.y) / (2.0 * h);
             assert!((found - expected).length() < 1e-4 * expected.length() + 1e-8, "{input:?}: {found} for {expected}");
         }

@@ -157,10 +157,8 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     window.run_steps(3);
     window.get_by_label("Choose: animation file").click();
     window.run_steps(3);
-    let values: Vec<String> = window
-        .query_all_by_role(Role::TextInput)
-        .filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value())
-        .collect();
+    let values: Vec<String> =
+        window.query_all_by_role(Role::TextInput).filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value()).collect();
     assert!(values.iter().any(|v| v == "chosen/p.png") && values.iter().any(|v| v == "chosen/orrery.gif"), "{values:?}");
     window.state_mut().file_dialog = Some(cancel);
     window.run_steps(2);

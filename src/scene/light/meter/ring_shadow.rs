@@ -13,6 +13,10 @@ use glam::DVec3;
 /// Distances of the camera in body radii between which the shadow fades out.
 const FADE_RADII: [f64; 2] = [1.5, 3.0];
 
+/// Light of the rings themselves on ground in their shadow, as a fraction of full sunlight: 1/315 in an image from 430 km above Saturn at 15 degrees south,
+/// 1964-06-06, exposed at 9 and 15 stops.
+const RING_SHINE_IN_SHADOW: f64 = 3e-3;
+
 /// Rings between the Sun and the ground of their body. Lengths in equatorial radii, body axes.
 pub(super) struct RingShadowOnGround {
     /// Radii in the ring plane, ascending, and the integral of the blocked fraction of sunlight over the radius up to each.
@@ -25,6 +29,8 @@ pub(super) struct RingShadowOnGround {
     /// Body radii per equatorial radius.
     semi_axes: DVec3,
     weight: f64,
+    /// Fraction of full sunlight that reaches ground in complete shadow.
+    darkest: f64,
 }
 
 impl RingShadowOnGround {
@@ -41,7 +47,7 @@ impl RingShadowOnGround {
         }
     }
 
-    /// The fraction of sunlight that the rings leave at a point of the ground (unit-sphere frame). `spacing`: angle between the meter's rays.
+    /// The fraction of sunlight that the rings leave at a point, their own light included, of the ground (unit-sphere frame). `spacing`: angle between the meter's rays.
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
         let to_ring_plane = -ground.z / self.sun.z;
@@ -54,7 +60,7 @@ impl RingShadowOnGround {
         let footprint = spacing * (self.camera - ground).length();
         let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);
-        1.0 - self.weight * blocked
+        1.0 - self.weight * blocked * (1.0 - self.darkest)
     }
 }
 
@@ -79,6 +85,9 @@ impl MeteredFrame<'_, '_> {
             blocked_up_to.push([interval.to, sum]);
         }
         let camera = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
-        Some(RingShadowOnGround { blocked_up_to, sun, sun_tangent, camera, semi_axes: p.body.radii_km / unit_km, weight })
+        let has_ring_shine = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine) != Some(false);
+        let darkest = if has_ring_shine { RING_SHINE_IN_SHADOW } else { 0.0 };
+        let semi_axes = p.body.radii_km / unit_km;
+        Some(RingShadowOnGround { blocked_up_to, sun, sun_tangent, camera, semi_axes, weight, darkest })
     }
 }
