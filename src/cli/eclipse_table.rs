@@ -53,7 +53,12 @@ const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// The line about the rows' largest error of Delta T, if times to a second are affected.
 fn delta_t_text(rows: &[Value]) -> Option<String> {
-    let error_s = |row: &Value| row["delta_t_error_s"].as_f64().unwrap_or(0.0);
+    // Without a place or a longitude, times from 1972 on do not depend on the Earth's rotation.
+    let depends_on_rotation = |row: &Value| {
+        let year = rounded_time(&row["greatest"], 0);
+        row["lat"].is_number() || !row["local"].is_null() || year.starts_with('-') || year.as_str() < "1972"
+    };
+    let error_s = |row: &Value| if depends_on_rotation(row) { row["delta_t_error_s"].as_f64().unwrap_or(0.0) } else { 0.0 };
     let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
     (error_s(worst) >= SHOWN_DELTA_T_ERROR_S).then(|| {
         let day = rounded_time(&worst["greatest"], 0);
@@ -63,7 +68,7 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
         // The Earth turns by a degree in 240 s.
         let shift_deg = seconds / 240.0;
         format!(
-            "Delta T has a standard error of {error} on {day}: longitudes may be off by {shift_deg:.2} degrees, times at a place and times before 1972 by {error}\n"
+            "Delta T has a standard error of {error} on {day}: longitudes may be off by {shift_deg:.3} degrees, times at a place and times before 1972 by {error}\n"
         )
     })
 }
@@ -207,14 +212,16 @@ mod tests {
 
     #[test]
     fn the_largest_error_of_delta_t_is_stated_if_seconds_are_wrong() {
-        let row = |greatest: &str, error_s: f64| json!({ "greatest": greatest, "delta_t_error_s": error_s });
+        let row = |greatest: &str, error_s: f64| json!({ "greatest": greatest, "delta_t_error_s": error_s, "lat": 38.2 });
         let (old, recent) = (row("-0584-05-22T14:24:32.403Z", 462.4), row("2024-04-08T18:17:20Z", 0.02));
         let text = delta_t_text(&[recent.clone(), old]).expect("an error of minutes");
-        assert!(text.contains("7m42s on -0584-05-22") && text.contains("1.93 degrees"), "{text}");
+        assert!(text.contains("7m42s on -0584-05-22") && text.contains("1.927 degrees"), "{text}");
         let text = delta_t_text(&[row("1900-05-28T14:53:56Z", 0.8)]).expect("an error of almost a second");
         assert!(text.contains("0.8 s on 1900-05-28"), "{text}");
         assert_eq!(delta_t_text(&[recent]), None);
         assert_eq!(delta_t_text(&[]), None);
+        // A transit of 2032 has neither a place nor a longitude.
+        assert_eq!(delta_t_text(&[json!({ "greatest": "2032-11-13T08:54:00Z", "delta_t_error_s": 0.9, "lat": null })]), None);
     }
 
     #[test]

@@ -56,7 +56,7 @@ pub(crate) struct EphemerisArgs {
     #[arg(long, conflicts_with_all = ["body", "center", "time"])]
     stdin: bool,
     /// Apparent place from the Earth's centre: RA and Dec with light time, deflection and aberration
-    #[arg(long, conflicts_with_all = ["orientation", "center", "source"])]
+    #[arg(long, conflicts_with_all = ["orientation", "source"])]
     apparent: bool,
     /// Pole, prime meridian, sub-observer and sub-solar points, with light time to --center (default: the Earth)
     #[arg(long, conflicts_with = "source")]
@@ -141,6 +141,9 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
     let columns = match (at, args.quantity()) {
         (Some(at), _) => Columns::Horizontal { at },
         (_, Quantity::State) => Columns::State { center: center(None)?, source: args.source },
+        (_, Quantity::Apparent) if center(Some(NaifId::EARTH))? != NaifId::EARTH => {
+            return Err("--center: an apparent place is that from the Earth's centre: leave the option out".into());
+        }
         (_, Quantity::Apparent) => Columns::Apparent,
         (_, Quantity::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
     };
@@ -213,8 +216,7 @@ impl Query {
         };
         let source = match object.get("source") {
             None | Some(Value::Null) => source,
-            // As the options: an apparent place and an orientation come from the best source.
-            Some(_) if quantity != Quantity::State => return Err("source: only for positions: leave this field out".into()),
+            // Lines of one form serve all quantities: an apparent place and an orientation come from the best source, whatever a line names.
             Some(s) => Some(
                 serde_json::from_value(s.clone())
                     .map_err(|_| format!("source {} is not known; one of mean, series, kernel", echo(&s.to_string())))?,
@@ -307,9 +309,9 @@ mod tests {
         }
     }
 
-    /// A field without effect would be an answer to another question.
+    /// A centre without effect would be an answer to another question. A source is accepted: the best one answers.
     #[test]
-    fn fields_that_a_quantity_does_not_have_are_refused() {
+    fn centres_that_a_quantity_does_not_have_are_refused() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         let answer = |fields: &str, quantity: Quantity| {
@@ -318,8 +320,10 @@ mod tests {
         };
         for quantity in [Quantity::Apparent, Quantity::Orientation] {
             let plain = answer("", quantity).expect("an answer");
-            assert_eq!(answer(r#","center":"earth","source":null"#, quantity).as_ref(), Ok(&plain));
-            assert!(answer(r#","source":"mean""#, quantity).expect_err("refused").starts_with("source"));
+            for source in ["null", "\"mean\""] {
+                assert_eq!(answer(&format!(r#","center":"earth","source":{source}"#), quantity).as_ref(), Ok(&plain));
+            }
+            assert!(answer(r#","source":"gut""#, quantity).expect_err("refused").starts_with("source"));
             assert!(answer(r#","center":"""#, quantity).expect_err("refused").starts_with("center"));
         }
         assert!(answer(r#","center":"jupiter""#, Quantity::Apparent).expect_err("refused").starts_with("center"));

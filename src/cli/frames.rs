@@ -33,7 +33,7 @@ impl Output {
             return Ok(Self::Stream);
         }
         if let Some(format) = animation_format(Path::new(text)) {
-            if text.contains('%') {
+            if Path::new(text).file_name().is_some_and(|name| name.to_string_lossy().contains('%')) {
                 return invalid("an animation is one file: leave out the frame number");
             }
             return Ok(Self::Animation(text.into(), format));

@@ -83,7 +83,8 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     }
     // First, so that minutes of other choices are not lost.
     let renderers = if is_chosen("renderer") { renderer(&session, effort)? } else { None };
-    if renderers.is_none() && is_chosen("renderer") && !args.choice.is_empty() {
+    let only_renderers = !args.choice.is_empty() && args.choice.iter().all(|c| c.eq_ignore_ascii_case("renderer"));
+    if renderers.is_none() && only_renderers {
         let why = "--choice renderer: no GPU draws here, so that nothing can be compared; `orrery doctor` lists the adapters";
         return Err(CliError::Failed(why.into()));
     }

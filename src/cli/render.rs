@@ -108,7 +108,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
     if starts_now && stride > 1 && args.frames > 1 {
-        return Err(CliError::Failed("--shard: give --time, because each part would begin at its own now".into()));
+        print_message("--shard: give --time, because each part begins at its own now");
     }
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
@@ -117,7 +117,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
-    views.check_last_step(&session)?;
+    if let Some(after_first) = (views.count() - 1).checked_sub(first_number) {
+        views.check_last_step(&session, first_number + after_first / stride * stride)?;
+    }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
     }

@@ -96,19 +96,16 @@ impl Views {
         }
     }
 
-    /// Checks, before the first frame is drawn, that the camera of the last one of several steps can be placed: its time may be beyond the ephemeris. The
-    /// views of a tour were checked when it was read.
+    /// Checks, before the first frame is drawn, that the camera of the last one of several steps can be placed: its time may be beyond the ephemeris. `last`: the
+    /// number of that frame. The views of a tour were checked when it was read.
     ///
     /// # Errors
     /// The number of that frame, and why it cannot be drawn.
-    pub(crate) fn check_last_step(&self, session: &Session) -> Result<(), CliError> {
+    pub(crate) fn check_last_step(&self, session: &Session, last: u32) -> Result<(), CliError> {
         match self {
-            Self::Steps { count, .. } if *count > 1 => {
-                let last = self.request(count - 1);
-                viewer(session.catalog(), session.ephemeris(), &last).map(drop).map_err(|e| {
-                    CliError::Failed(format!("frame {}, the last: {e}; draw fewer --frames, or take a shorter --step", count - 1))
-                })
-            }
+            Self::Steps { count, .. } if *count > 1 => viewer(session.catalog(), session.ephemeris(), &self.request(last))
+                .map(drop)
+                .map_err(|e| CliError::Failed(format!("frame {last}, the last: {e}; draw fewer --frames, or take a shorter --step"))),
             Self::Steps { .. } | Self::Tour { .. } => Ok(()),
         }
     }

@@ -267,8 +267,8 @@ pub const SWEEPS: [Sweep; 21] = [
     .in_full_on_gpu(1.5),
     sweep(
         "places",
-        (HALF_LEVEL, "255ths"),
-        "half a level at poles, date line, sub-solar and antisolar points, Sun on the horizon; in full 1.26 two metres over Mercury's pole",
+        (1.0, "255ths"),
+        "a level at poles, date line, sub-solar and antisolar points, Sun on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
         views::places,
     )
     .in_full(1.5)

@@ -122,11 +122,11 @@ impl Content {
 }
 
 /// Length of a polyline, degrees: the sum over its segments of the change of latitude and the change of longitude, the shorter way round. A line between two
-/// vertices a whole turn apart is drawn as a whole parallel.
+/// vertices of one latitude a whole turn apart is drawn as a whole parallel.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     let segment_length = |[a, b]: &[[f64; 2]; 2]| {
         let longitude_change = (b[1] - a[1]).abs();
-        if vertices.len() == 2 && longitude_change > 359.999_999 {
+        if vertices.len() == 2 && a[0] == b[0] && longitude_change > 359.999_999 {
             return (b[0] - a[0]).abs() + longitude_change;
         }
         (b[0] - a[0]).abs() + if longitude_change > 180.0 { (longitude_change - 360.0).abs() } else { longitude_change }

@@ -58,7 +58,7 @@ pub(super) const FIELDS: [Field; 14] = [
     // The two ranges exclude each other's dates: a modified Julian date in place of a Julian one would move an epoch by 6,500 years without a message.
     field("epoch_jd", &["epochjd", "epoch"], [1e6, 1e7], "a Julian date (TDB)"),
     field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
-    field("tp_jd", &["tpjd", "tp"], [0.0, 1e7], "a Julian date (TDB)"),
+    field("tp_jd", &["tpjd", "tp"], [1e6, 1e7], "a Julian date (TDB)"),
     field("H", &["h"], [-30.0, 50.0], "magnitudes"),
     field("G", &["g"], [-1.0, 2.0], "a slope"),
     field("M1", &["m1"], [-30.0, 50.0], "magnitudes"),

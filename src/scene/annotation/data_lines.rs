@@ -55,8 +55,9 @@ impl Path {
                 continue;
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
-            // Between two vertices alone, a whole turn is a whole parallel: the equator, for example. In a longer line it is a step across the date line.
-            let is_whole_parallel = vertices.len() == 2 && (to.y - from.y).abs() > TAU - 1e-9;
+            // Between two vertices alone of one latitude, a whole turn is a whole parallel: the equator, for example. Elsewhere it is a step across the date
+            // line.
+            let is_whole_parallel = vertices.len() == 2 && to.x == from.x && (to.y - from.y).abs() > TAU - 1e-9;
             if (to.y - from.y).abs() > PI && !is_whole_parallel {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
             }

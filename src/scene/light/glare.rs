@@ -60,6 +60,9 @@ fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>, towards: DVec3) -> (D
     if light >= 1.0 {
         return (towards, 1.0);
     }
+    if light <= 0.0 {
+        return (towards, 0.0);
+    }
     let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
     let middle = crate::scene::visibility::hidden::visible_middle(placed, sun);
     ((towards + middle * sin_radius).normalize(), light.max(0.0).sqrt())

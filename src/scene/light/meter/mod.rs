@@ -68,8 +68,8 @@ const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
 /// Range in which the corona is metered by annuli around the Sun, solar radii. For a camera near the Sun, rays of the frame meter the rest.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
-/// Tangent of the Sun's angular radius above which rays of the frame meter all of the corona: within 5 radii of the Sun's centre.
-const MAX_INNER_TANGENT: f64 = 0.2;
+/// Sines of the Sun's angular radius between which rays of the frame take over the inner corona from annuli: 8.3 to 5 radii from the Sun's centre.
+const INNER_CORONA_SINES: [f64; 2] = [0.12, 0.2];
 
 /// One kind of subject in the frame.
 #[derive(Clone, Debug)]
@@ -430,7 +430,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
         let drawn = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        if drawn <= 0.0 || tangent > MAX_INNER_TANGENT || towards.dot(camera.forward) <= 0.0 {
+        let by_rays = near_corona::inner_share_of_rays(tangent);
+        if drawn <= 0.0 || by_rays >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
@@ -447,7 +448,9 @@ impl<'a> MeteredFrame<'_, 'a> {
             let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
-                let direction = (towards + (x * cos + y * sin) * (rho * tangent)).normalize();
+                // As in shaders/entry/corona.wesl, the sine is proportional to the distance from the Sun's centre.
+                let sine = rho * tangent;
+                let direction = towards * (1.0 - sine * sine).max(0.0).sqrt() + (x * cos + y * sin) * sine;
                 let Some(clip) = camera.clip(direction) else { continue };
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y);
@@ -462,7 +465,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 }
             }
         }
-        let weight = drawn * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let weight = drawn * (1.0 - by_rays) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
         let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
         Some(Metered { weight: found.weight * weight, ..found })
     }

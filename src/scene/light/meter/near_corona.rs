@@ -1,6 +1,6 @@
 //! Meters the corona around a camera near the Sun, where it covers the entire sky: also the hemisphere away from the Sun, and from within the inner corona.
 
-use super::{AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MAX_INNER_TANGENT, Metered, MeteredFrame, SUN_WEIGHT};
+use super::{AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, INNER_CORONA_SINES, LogMean, Metered, MeteredFrame, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::light::corona;
@@ -9,8 +9,14 @@ use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
+/// The part of the corona within the annuli of [`MeteredFrame::corona`] that rays of the frame meter. `sine`: of the Sun's angular radius.
+pub(super) fn inner_share_of_rays(sine: f64) -> f64 {
+    let [from, to] = INNER_CORONA_SINES;
+    smoothstep((sine - from) / (to - from))
+}
+
 impl MeteredFrame<'_, '_> {
-    /// Meters the corona beyond the annuli of [`Self::corona`]; from within [`MAX_INNER_TANGENT`], all of it. Farther from the Sun than the zodiacal light reaches
+    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. Farther from the Sun than the zodiacal light reaches
     /// inwards this is `None`, because there the corona is narrow.
     pub(super) fn corona_around_camera(&self) -> Option<Metered> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
@@ -21,7 +27,7 @@ impl MeteredFrame<'_, '_> {
             return None;
         }
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
-        let from = if sine > MAX_INNER_TANGENT { CORONA_RADII[0] } else { CORONA_RADII[1] };
+        let inner_share = inner_share_of_rays(sine);
         let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
@@ -30,8 +36,9 @@ impl MeteredFrame<'_, '_> {
             // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
             let across = ray.cross(towards).length();
             let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
-            if rho >= from {
-                let visible_share = share * Self::ray_visibility(&nearer, ray, spacing);
+            let part = if rho >= CORONA_RADII[1] { 1.0 } else { inner_share };
+            if rho >= CORONA_RADII[0] && part > 0.0 {
+                let visible_share = part * share * Self::ray_visibility(&nearer, ray, spacing);
                 tally.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
             }
         }
