@@ -63,7 +63,7 @@ fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
     assert!(previous < 2.0, "{previous}");
 }
 
-/// Low over Saturn, where the rings take the sunlight from all ground in the frame. Full sunlight would be metered as 3 stops too short, and the image would be black.
+/// Low over Saturn, where the rings take the sunlight from all ground in the frame. Metered in full sunlight, the image would be black.
 #[test]
 fn ground_in_the_shadow_of_rings_is_exposed_for_the_shadow() {
     let at = |latitude_deg: f64, effects: &str| {

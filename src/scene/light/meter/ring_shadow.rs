@@ -1,7 +1,8 @@
 //! The shadow of rings on the ground near the camera, for the light meter.
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the part of the ground that one ray of the meter stands for.
-//! Always: continuous, because it is a mean over the ray's footprint and the Sun's disc. From 3 radii on there is no shadow: the entire disc is in view, of which the
+//! It changes gradually, because it is a mean over the ray's footprint and the Sun's disc; at the equator it may step, where footprints reach across the ring
+//! plane. From 3 radii on there is no shadow: the entire disc is in view, of which the
 //! shadow covers a small part.
 
 use super::MeteredFrame;
@@ -13,8 +14,8 @@ use glam::DVec3;
 /// Distances of the camera in body radii between which the shadow fades out.
 const FADE_RADII: [f64; 2] = [1.5, 3.0];
 
-/// Light of the rings themselves on ground in their shadow, as a fraction of full sunlight: 1/315 in an image from 430 km above Saturn at 15 degrees south,
-/// 1964-06-06, exposed at 9 and 15 stops.
+/// Light of the rings themselves on ground in their shadow, as a fraction of full sunlight. An image from 430 km above Saturn at 15 degrees south, 1964-06-06,
+/// has 1.1e-3 in linear light.
 const RING_SHINE_IN_SHADOW: f64 = 3e-3;
 
 /// Rings between the Sun and the ground of their body. Lengths in equatorial radii, body axes.
