@@ -2,7 +2,7 @@
 
 use crate::catalog::Catalog;
 use crate::events;
-use crate::time::Instant;
+use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
 use serde_json::{Value, json};
 
 /// An ISO time rounded to a decimal of the second: with 0 decimals `2024-04-08 18:17:20`. A carry may reach the date.
@@ -48,15 +48,12 @@ fn duration(seconds: &Value) -> String {
     }
 }
 
-/// Errors of Delta T below this are not printed, because times are printed in seconds.
-const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
-
 /// The line about the rows' largest error of Delta T, if times to a second are affected.
 fn delta_t_text(rows: &[Value]) -> Option<String> {
     // Without a place or a longitude, times from 1972 on do not depend on the Earth's rotation.
     let depends_on_rotation = |row: &Value| {
-        let year = rounded_time(&row["greatest"], 0);
-        row["lat"].is_number() || !row["local"].is_null() || year.starts_with('-') || year.as_str() < "1972"
+        let is_ut1 = seconds_past_j2000(&row["greatest"]) < seconds_past_j2000(&json!("1972-01-01"));
+        row["lat"].is_number() || !row["local"].is_null() || is_ut1
     };
     let error_s = |row: &Value| if depends_on_rotation(row) { row["delta_t_error_s"].as_f64().unwrap_or(0.0) } else { 0.0 };
     let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;

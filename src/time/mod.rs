@@ -17,6 +17,9 @@ mod text;
 use crate::units::{JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
+/// Standard errors of Delta T from here on are stated beside times, which are printed to the second.
+pub(crate) const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
+
 /// TT - TAI in seconds, exact (IAU 1991).
 const TT_MINUS_TAI_S: f64 = 32.184;
 /// Seconds from hifitime's TAI origin, 1900-01-01T00:00, to 2000-01-01T12:00: 36524.5 days.

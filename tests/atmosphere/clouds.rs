@@ -38,9 +38,9 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     let (bare_sum, shadowed_sum, clouded_sum) = (sum_of_green(&bare), sum_of_green(&shadowed), sum_of_green(&clouded));
     assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than the ground: {clouded_sum} against {bare_sum}");
     assert!(shadowed_sum < 0.95 * bare_sum, "{shadowed_sum} against {bare_sum}");
-    // A shadow only removes light. The two modules may round the coordinates of a map differently.
+    // A shadow only removes light. The two modules round map coordinates differently: 2e-6 of the light.
     for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
-        assert!((0..3).all(|k| s[k] <= b[k] * 1.000_01 + 1e-7), "{s:?} over {b:?}");
+        assert!((0..3).all(|k| s[k] <= b[k] * 1.000_005 + 1e-7), "{s:?} over {b:?}");
     }
     // Drawing is deterministic.
     let redrawn = draw("-clouds,-cloud-shadow");

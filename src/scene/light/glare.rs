@@ -57,15 +57,12 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
 /// constant. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with it.
 fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>, towards: DVec3) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
-    if light >= 1.0 {
-        return (towards, 1.0);
-    }
-    if light <= 0.0 {
-        return (towards, 0.0);
+    if light <= 0.0 || light >= 1.0 {
+        return (towards, light.clamp(0.0, 1.0));
     }
     let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
     let middle = crate::scene::visibility::hidden::visible_middle(placed, sun);
-    ((towards + middle * sin_radius).normalize(), light.max(0.0).sqrt())
+    ((towards + middle * sin_radius).normalize(), light.sqrt())
 }
 
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame, and 1 in each face of a

@@ -7,7 +7,7 @@ use super::icons::{self, Icon};
 use super::{Interface, accessible, information};
 use crate::catalog::Catalog;
 use crate::ephemeris::EphemerisError;
-use crate::time::Instant;
+use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
@@ -35,8 +35,6 @@ const STATUS_HEIGHT: f32 = 24.0;
 const CONTACT_ROW_HEIGHT: f32 = 24.5;
 /// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
 const MIN_CONTACT_ROWS: usize = 5;
-/// A smaller error of Delta T is not shown, because contact times are shown in seconds.
-const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 /// Largest number of rows.
 const MAX_ROWS: usize = 1000;
 /// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set

@@ -16,7 +16,7 @@ const FADE_RADII: [f64; 2] = [1.5, 3.0];
 
 /// Light of the rings themselves on ground in their shadow, as a fraction of full sunlight. An image from 430 km above Saturn at 15 degrees south, 1964-06-06,
 /// has 1.1e-3 in linear light.
-const RING_SHINE_IN_SHADOW: f64 = 3e-3;
+const RING_SHINE_IN_SHADOW: f64 = 1e-3;
 
 /// Rings between the Sun and the ground of their body. Lengths in equatorial radii, body axes.
 pub(super) struct RingShadowOnGround {
