@@ -17,7 +17,7 @@ use orrery::scene::draw::DrawFeatures;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::CameraFile;
 use orrery::scene::request::warp_mesh::WarpMesh;
-use orrery::session::{HALF_SIDE_WITH_LIMB, sample_body_plan};
+use orrery::session::{SAMPLE_HALF_SIDE_WITH_LIMB, sample_body_plan};
 use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
@@ -447,7 +447,7 @@ fn key(bytes: &[u8]) {
     let key = ShaderKey::for_draw(&features);
     assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key is that key");
     let library = ShaderLibrary::in_memory(lowering());
-    let plan = sample_body_plan(&library, &key, 12, HALF_SIDE_WITH_LIMB).expect("a key has a module");
+    let plan = sample_body_plan(&library, &key, 12, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a key has a module");
     let (frame, _) = RENDERER.render(&plan, &library, FrameImages::DisplayAndHdr).expect("a module is drawn");
     RENDERER.forget_modules();
     assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is no number");

@@ -60,6 +60,7 @@ fn after_help() -> String {
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     view: ViewArgs,
+    /// How views form the image: projection, stereo, warp.
     #[command(flatten)]
     composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
@@ -117,6 +118,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    // A time outside the accepted range is reported before the first frame is drawn.
     if let Some(after_first) = (views.count() - 1).checked_sub(first_number) {
         views.check_last_step(&session, first_number + after_first / stride * stride)?;
     }
@@ -273,8 +275,8 @@ fn report(
     if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, cpu_time);
     }
-    // Only stages whose CPU time was counted: those that run before counting starts (catalog, kernel) have none, and without CPU times of the system no
-    // stage has one.
+    // Only stages whose CPU time was counted: those that run before counting starts (catalog, kernel) have none, and where the operating system does not report
+    // CPU time, no stage has one.
     let counted =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();

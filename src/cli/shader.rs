@@ -10,7 +10,7 @@ use crate::shader::compare::{difference, ir_cost};
 use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;
 use crate::shader::id::SIMPLE_MODULES;
-use crate::shader::key::{self, ShaderKey, covering};
+use crate::shader::key::{self, ShaderKey, covering_keys};
 use crate::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
@@ -224,7 +224,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 };
             }
             let keys: Vec<ShaderKey> = match (strength, body) {
-                (Some(strength), _) => covering(usize::from(*strength)),
+                (Some(strength), _) => covering_keys(usize::from(*strength)),
                 (None, Some(body)) => keys_for(common, body, time.as_deref().unwrap_or("now"))?,
                 (None, None) => reachable_keys(common)?.into_iter().collect(),
             };
@@ -232,7 +232,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 return print_result(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                write_error(&format!("of {} combinations of dimension values\n", key::nominal_size()));
+                write_error(&format!("of {} combinations of dimension values\n", key::count_before_reduction()));
                 return print_result(&format!("{}\n", keys.len()));
             }
             print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())

@@ -9,7 +9,7 @@ use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
-use crate::shader::key::{self, ShaderKey, covering};
+use crate::shader::key::{self, ShaderKey, covering_keys};
 use crate::wording::{counted, echo};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -43,7 +43,7 @@ impl KeySelection {
     /// The selected keys; `default_keys` if no option selects any.
     fn keys(&self, common: &Common, default_keys: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
         match (self.covering, &self.body) {
-            (Some(strength), _) => Ok(covering(usize::from(strength))),
+            (Some(strength), _) => Ok(covering_keys(usize::from(strength))),
             (None, Some(body)) => keys_for(common, body, self.time.as_deref().unwrap_or("now")),
             (None, None) => default_keys(),
         }
@@ -113,8 +113,8 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 }
 
 pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
-    let keys =
-        which.keys(common, || Ok(reachable_keys(common)?.union(&covering(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
+    let keys = which
+        .keys(common, || Ok(reachable_keys(common)?.union(&covering_keys(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
     let with_simple = which.body.is_none();
     let simple = SIMPLE_MODULES.iter().filter(|_| with_simple).map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
@@ -127,7 +127,7 @@ pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Res
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
-    let keys = which.keys(common, || Ok(covering(2)))?;
+    let keys = which.keys(common, || Ok(covering_keys(2)))?;
     // Keys with a cost view are left out: it shows the number of operations on the software renderer, not radiance.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     prepare_folder(folder, &CORPUS, which.overwrite)?;

@@ -7,7 +7,7 @@ use crate::export::Revision;
 use crate::export::report::{Figures, ModuleChange, Report};
 use crate::shader::ModuleId;
 use crate::shader::id::{SIMPLE_MODULES, probe_samples};
-use crate::shader::key::covering;
+use crate::shader::key::covering_keys;
 use crate::wording::echo;
 use serde_json::json;
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ const MAX_LISTED: usize = 3;
 
 /// The modules that are compiled to compare folders of fragments: keys among which every pair of values of two dimensions occurs, simple shaders and probes.
 fn default_modules() -> Vec<ModuleId> {
-    let keys = covering(2).into_iter().map(ModuleId::Planet);
+    let keys = covering_keys(2).into_iter().map(ModuleId::Planet);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
 }
 

@@ -3,7 +3,7 @@
 //! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message is the one that the theories cover. No positions are computed
 //! here.
 
-use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, has_massive_moons, mean_elements};
+use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, centre_is_from_moons, mean_elements};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, message};
 use crate::time::Instant;
@@ -116,7 +116,7 @@ impl Ephemeris {
 
     /// The catalog field and the reason, if no theory supports the motion.
     fn unsupported_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
-        let planetary = |id: NaifId| has_massive_moons(id) || self.in_planetary_sources(id);
+        let planetary = |id: NaifId| centre_is_from_moons(id) || self.in_planetary_sources(id);
         if *motion == Motion::Planetary {
             return (!planetary(id)).then(|| {
                 let why = "theory = \"planetary\", and neither a kernel nor a series has body";

@@ -86,7 +86,7 @@ impl State {
 pub struct SourcedState {
     /// Position and velocity.
     pub state: State,
-    /// The least accurate theory that took part.
+    /// The least accurate source that took part.
     pub source: Source,
     /// Bound of the position's error.
     pub error_km: f64,
@@ -108,7 +108,7 @@ impl EphemerisError {
         Self(message!("error-ephemeris", detail = Argument::English(detail.into())))
     }
 
-    /// This error about the time at which light left a body, for a user who gave the time at which it arrives.
+    /// Adds to this error that it is about the time at which the light left the body, because the user gave the time at which it arrives.
     pub(crate) fn when_light_left(self) -> Self {
         Self(message!("error-light-left", error = self.0))
     }
@@ -122,7 +122,7 @@ struct LinkState {
     error_km: f64,
 }
 
-/// How a link is evaluated. Links are found before they are evaluated, so that only those that a result needs are.
+/// How a link is evaluated. The links are found first, and only those that the result needs are evaluated.
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
@@ -132,7 +132,7 @@ enum Theory<'a> {
     Series,
     Mean,
     /// A planet's centre relative to its system's barycentre, from the masses and states of its moons.
-    MassCentre,
+    CentreFromMoons,
     Orbit(&'a Motion),
 }
 
@@ -317,8 +317,8 @@ impl Ephemeris {
         {
             return link(origin, Theory::Mean);
         }
-        if has_massive_moons(target) {
-            return link(target.0 / 100, Theory::MassCentre);
+        if centre_is_from_moons(target) {
+            return link(target.0 / 100, Theory::CentreFromMoons);
         }
         match self.orbits.get(&target)? {
             Orbit { motion: Motion::Planetary, .. } => None,
@@ -332,7 +332,7 @@ impl Ephemeris {
             Theory::Kernel { segment, error_km } => (segment.state(tdb_s), Source::Kernel, error_km),
             Theory::Series => (self.series.state(target.0, tdb_s)?, Source::Series, series::error_km(target.0, tdb_s)),
             Theory::Mean => (self.mean_state(target.0, tdb_s)?, Source::Mean, mean_elements::error_km(target.0, tdb_s)),
-            Theory::MassCentre => return self.centre_from_barycentre(target, t),
+            Theory::CentreFromMoons => return self.centre_from_barycentre(target, t),
             Theory::Orbit(motion) => return self.orbit_link(target, motion, t),
         };
         Some(LinkState { state, source, error_km })
@@ -394,7 +394,7 @@ const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Planets whose centre is computed from the masses of their moons.
-fn has_massive_moons(target: NaifId) -> bool {
+fn centre_is_from_moons(target: NaifId) -> bool {
     matches!(target.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
 

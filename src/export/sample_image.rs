@@ -7,7 +7,7 @@ use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{FrameImages, ModuleProvider, Plan};
 use crate::render::software::kernels::KernelClass;
 use crate::render::software::{Options, Precision, SoftwareRenderer};
-use crate::session::{HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan_of};
+use crate::session::{SAMPLE_HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan_of};
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::units::luminance;
@@ -104,7 +104,7 @@ impl SampleBodyRenderer {
     /// # Errors
     /// See [`sample_body_plan_of`].
     pub fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
-        sample_body_plan_of(module, key, self.side, HALF_SIDE_WITH_LIMB)
+        sample_body_plan_of(module, key, self.side, SAMPLE_HALF_SIDE_WITH_LIMB)
     }
 
     /// Draws the sample body with a module.

@@ -39,7 +39,7 @@ pub enum Argument {
     Time(String),
     /// A detail that stays English in every language, such as an error of a compiler or of the system.
     English(String),
-    /// A text of a catalog. The first field is the prefix of the ids of its translations, `prefix-...`; the second is the text.
+    /// A text of a catalog: the prefix of the ids of its translations, and the English text, from which the rest of the id is made.
     CatalogText(&'static str, String),
     /// Embedded messages, whether or not they are reasons.
     Reason(Reason),

@@ -5,7 +5,7 @@
 
 use super::renderers::{DrawnBy, Readiness, RenderOutput, RendererError, RendererPreference, RequestedOutput};
 use crate::render::frame::Frame;
-use crate::render::gpu::{FrameGuard, GpuError, GpuRenderer};
+use crate::render::gpu::{FrameResourcesLock, GpuError, GpuRenderer};
 use crate::render::plan::{FrameImages, ModuleProvider, Plan};
 use crate::shader::ModuleId;
 use crate::shader::{ShaderError, ShaderModule};
@@ -247,7 +247,7 @@ impl Gpu {
     fn draw_in(
         &self,
         renderer: &Arc<GpuRenderer>,
-        frame_guard: FrameGuard<'_>,
+        frame_guard: FrameResourcesLock<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
         output: RequestedOutput,

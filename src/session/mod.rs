@@ -50,7 +50,7 @@ pub use provenance::{ExistingImage, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference, RequestedOutput};
 use ring_shine_files::RingShineFiles;
 pub use sample_body::{
-    HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_body_plan, sample_body_plan_of,
+    SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_body_plan, sample_body_plan_of,
 };
 pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
@@ -89,7 +89,7 @@ use std::thread::ThreadId;
 pub struct DrawnFrame {
     /// What the frame shows, and why.
     pub scene: Scene,
-    /// Draws of simple shaders.
+    /// Draws whose shaders have no key: lines, labels, points.
     pub simple_draws: Vec<SimpleDraw>,
     /// The pixels.
     pub frame: Frame,
@@ -297,7 +297,7 @@ impl Session {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether a thread prepares the GPU for an image that the window meanwhile drew in software. Never blocks.
+    /// Whether the GPU is still being prepared on another thread; until then the window's images are drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }

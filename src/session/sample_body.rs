@@ -37,9 +37,9 @@ const MAP_TAPS: u8 = 8;
 /// Number of timed runs, of which the fastest counts.
 const ROUNDS: usize = 5;
 /// Half the image's side in body radii, small enough that even the corners are on the body.
-pub const HALF_SIDE_INSIDE: f32 = 0.7;
+pub const SAMPLE_HALF_SIDE_ON_DISC: f32 = 0.7;
 /// Half the image's side in body radii, large enough that the whole limb is visible.
-pub const HALF_SIDE_WITH_LIMB: f32 = 1.25;
+pub const SAMPLE_HALF_SIDE_WITH_LIMB: f32 = 1.25;
 /// Number of columns and rows of quadrilaterals of the sphere mesh.
 const MESH_SIZE: (u32, u32) = (48, 24);
 
@@ -402,7 +402,7 @@ pub fn ms_per_megapixel_at(
     if key.features().shape == Shape::Mesh {
         return Ok(None);
     }
-    let plan = sample_body_plan(library, key, side_px, HALF_SIDE_INSIDE)?;
+    let plan = sample_body_plan(library, key, side_px, SAMPLE_HALF_SIDE_ON_DISC)?;
     let mut best = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();

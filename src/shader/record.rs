@@ -8,7 +8,7 @@
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
 use super::id::{SIMPLE_MODULES, probe_samples};
-use super::key::{ShaderKey, covering};
+use super::key::{ShaderKey, covering_keys};
 use super::translate::{Language, translate};
 use super::{Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
@@ -165,7 +165,7 @@ impl DigestRecord {
 /// The modules to record: simple shaders, probes, the covering sets and the reachable keys. The flag is true if the module's translations
 /// are recorded too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
-    let covered: BTreeSet<_> = covering(2).into_iter().chain(covering(3)).collect();
+    let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
     let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
     let named = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
     named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()

@@ -6,8 +6,8 @@ use crate::catalog::NaifId;
 use crate::measure::PlannedView;
 use crate::render::software::Precision;
 use crate::scene::request::ViewRequest;
-use crate::session::{HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan};
-use crate::shader::key::covering;
+use crate::session::{SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan};
+use crate::shader::key::covering_keys;
 use serde_json::json;
 
 /// Side of the image, pixels.
@@ -20,8 +20,8 @@ pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let session = bench.session();
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
-    for key in covering(bench.pick(2, 3)) {
-        for half_side in [HALF_SIDE_INSIDE, HALF_SIDE_WITH_LIMB] {
+    for key in covering_keys(bench.pick(2, 3)) {
+        for half_side in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side)?;
             if let Some(change) = bench.faults.plan {
                 change(&mut plan);

@@ -126,7 +126,7 @@ impl Instant {
         if s == 0.0 {
             return self;
         }
-        match self.utc_seconds_to_a_millisecond() {
+        match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
                 let rest_s = if s > 0.0 { 1.0 } else { 0.0 };
@@ -165,7 +165,7 @@ impl Instant {
     }
 
     /// The same, for the nearest millisecond: an instant 10 ns before a leap second, by the rounding of a number of seconds, is the leap second's start.
-    fn utc_seconds_to_a_millisecond(self) -> (f64, Option<f64>) {
+    fn utc_seconds_rounded_to_ms(self) -> (f64, Option<f64>) {
         let tai_s = self.tt_seconds_past_j2000() - TT_MINUS_TAI_S;
         self.utc_seconds_of_tai((tai_s * 1e3).round() / 1e3)
     }

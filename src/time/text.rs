@@ -64,7 +64,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     }
     let start_of_minute_s = (days_past_j2000_noon(year, month, day) - 0.5) * SECONDS_PER_DAY + (hour * 3600 + minute * 60) as f64;
     if second >= 60.0 {
-        // Second 60 exists only in a UTC minute of 61 s; its length in TAI decides.
+        // Second 60 exists only in a UTC minute of 61 s. The length of the minute is measured in TT.
         let begin = Instant::from_utc_seconds(start_of_minute_s);
         let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - begin.tt_seconds_past_j2000();
         if start_of_minute_s < super::UTC_START_S || length_s < 60.5 {
@@ -88,14 +88,14 @@ fn seconds(part: &str) -> Option<f64> {
 }
 
 pub(super) fn format_utc(t: Instant) -> String {
-    let (utc_s, leap) = t.utc_seconds_to_a_millisecond();
+    let (utc_s, leap_s) = t.utc_seconds_rounded_to_ms();
     if !utc_s.is_finite() {
         return "not a time".to_owned();
     }
     if utc_s.abs() > MAX_CALENDAR_S {
         return format!("jd_tdb:{:e}", t.jd_tdb());
     }
-    format!("{}Z", calendar_text(utc_s, leap))
+    format!("{}Z", calendar_text(utc_s, leap_s))
 }
 
 pub(super) fn format_tt(t: Instant) -> String {
@@ -106,10 +106,11 @@ pub(super) fn format_tt(t: Instant) -> String {
 /// A million years, below the overflow of the calendar's integers.
 const MAX_CALENDAR_S: f64 = 3.2e13;
 
-/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond; `leap`: seconds into the leap second that ends at this count.
-fn calendar_text(count_s: f64, leap: Option<f64>) -> String {
+/// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond. `leap_s`: for a time in a leap second, the seconds since its start;
+/// `count_s` is then its end.
+fn calendar_text(count_s: f64, leap_s: Option<f64>) -> String {
     // Rounded to milliseconds first, so that a carry reaches every field.
-    let (start_ms, leap_ms) = match leap {
+    let (start_ms, leap_ms) = match leap_s {
         Some(leap_s) if (leap_s * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((leap_s * 1e3).round())),
         _ => ((count_s * 1e3).round(), None),
     };
@@ -170,7 +171,7 @@ mod tests {
             assert_eq!(days_past_j2000_noon(y, m, d) as i64, n, "{y}-{m}-{d}");
         }
         assert_eq!(calendar(0), (2000, 1, 1));
-        // Julian day 1 721 119.5 starts 0000-03-01 (Gregorian).
+        // 0000-03-01 (Gregorian) starts at Julian day 1 721 119.5.
         assert_eq!(calendar(1_721_120 - 2_451_545), (0, 3, 1));
     }
 }

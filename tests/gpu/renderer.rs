@@ -23,11 +23,11 @@ use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
 use orrery::session::{
-    DisplayPreference, HALF_SIDE_WITH_LIMB, PresenterChoice, Readiness, RendererPreference, RequestedOutput, Session, Sources,
+    DisplayPreference, PresenterChoice, Readiness, RendererPreference, RequestedOutput, SAMPLE_HALF_SIDE_WITH_LIMB, Session, Sources,
     sample_body_plan, standard_scenes,
 };
 use orrery::shader::ShaderLibrary;
-use orrery::shader::key::covering;
+use orrery::shader::key::covering_keys;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 
@@ -123,11 +123,11 @@ fn pairs_of_key_values_match_the_software_renderer() {
     // Every fifth key of the covering set of pairs in a full run, every sixtieth otherwise: a driver takes a second or more to compile
     // each.
     let step = if sweep::in_full() { 5 } else { 60 };
-    let keys: Vec<_> = covering(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
+    let keys: Vec<_> = covering_keys(2).into_iter().filter(|k| k.features().view != PixelView::Cost).step_by(step).collect();
     assert!(keys.len() * step > 50);
     let (mut failures, mut not_drawn) = (Vec::new(), None);
     for key in &keys {
-        let plan = sample_body_plan(&library, key, 40, HALF_SIDE_WITH_LIMB).expect("a plan");
+        let plan = sample_body_plan(&library, key, 40, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, FrameImages::DisplayAndHdr) {
             // The adapter lacks a capability that every linear image needs.
             Err(GpuError::NotDrawn(why)) => {

@@ -4,7 +4,7 @@ use orrery::shader::ModuleId;
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
-use orrery::shader::key::{covering, feature_names};
+use orrery::shader::key::{covering_keys, feature_names};
 use orrery::shader::source::condition::{FeatureSet, values_of_names};
 use rayon::prelude::*;
 use wesl::syntax::{ModulePath, PathOrigin};
@@ -55,7 +55,7 @@ fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
 #[test]
 fn modules_equal_those_of_the_reference_compiler() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering(2).into_iter().map(ModuleId::Planet)).collect();
+    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering_keys(2).into_iter().map(ModuleId::Planet)).collect();
     ids.par_iter().for_each(|id| {
         let (entry, on) = entry_and_features(id);
         let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));

@@ -10,10 +10,10 @@ use orrery::FrameImages;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, SoftwareRenderer, lowering};
 use orrery::scene::draw::{DrawFeatures, PixelView};
-use orrery::session::{HALF_SIDE_WITH_LIMB, sample_body_plan};
+use orrery::session::{SAMPLE_HALF_SIDE_WITH_LIMB, sample_body_plan};
 use orrery::shader::ModuleId;
 use orrery::shader::ShaderLibrary;
-use orrery::shader::key::{ShaderKey, covering};
+use orrery::shader::key::{ShaderKey, covering_keys};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
@@ -25,7 +25,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 }
 
 fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, String> {
-    let plan = sample_body_plan(&LIBRARY, key, SIDE, HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
+    let plan = sample_body_plan(&LIBRARY, key, SIDE, SAMPLE_HALF_SIDE_WITH_LIMB).map_err(|e| e.to_string())?;
     let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).map_err(|e| e.to_string())?;
     Ok(frame.hdr)
 }
@@ -54,7 +54,7 @@ fn check_key(in_f32: &SoftwareRenderer, in_f64: &SoftwareRenderer, key: &ShaderK
 #[test]
 fn every_pair_of_values_draws_finite_light_and_f32_agrees_with_f64() {
     let (in_f32, in_f64) = (renderer(Precision::F32), renderer(Precision::F64));
-    let keys = covering(2);
+    let keys = covering_keys(2);
     assert!(keys.len() >= 10 * 8, "the two largest dimensions have ten and eight values: {} keys", keys.len());
     let chosen: Vec<_> = keys.iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)).map(|(_, key)| key).collect();
     let failures: Vec<String> =
@@ -96,9 +96,9 @@ fn drawn_sheet() -> Sheet {
     let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     // Without the views of the cost, which count instructions.
-    let keys: Vec<ShaderKey> = covering(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
+    let keys: Vec<ShaderKey> = covering_keys(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     let tile = |key: &ShaderKey| {
-        let plan = sample_body_plan(&LIBRARY, key, TILE as u32, HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
+        let plan = sample_body_plan(&LIBRARY, key, TILE as u32, SAMPLE_HALF_SIDE_WITH_LIMB).unwrap_or_else(|e| panic!("{key}: {e}"));
         let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).unwrap_or_else(|e| panic!("{key}: {e}"));
         // A plain power law suffices, since only changes matter.
         frame.hdr.iter().map(|p| [p[0], p[1], p[2]].map(|v| (255.0 * v.clamp(0.0, 1.0).powf(0.4545)).round() as u8)).collect()

@@ -9,7 +9,7 @@ use orrery::shader::compare::{difference, ir_cost};
 use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
-use orrery::shader::key::{ShaderKey, covering, feature_names, keys_of, random_keys};
+use orrery::shader::key::{ShaderKey, covering_keys, feature_names, keys_of, random_keys};
 use orrery::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
@@ -47,7 +47,7 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     // In views that do not show the surface, Lambert represents all surfaces, so it may occur without a body that uses it.
     assert!(grounds.len() == photometric_models.len() || grounds.len() == photometric_models.len() + 1, "{grounds:?}");
     assert_eq!(other_surfaces.len(), 3, "{other_surfaces:?}");
-    assert!(covering(3).len() > covering(2).len() && covering(2).len() >= 10 * 8, "`view` has 10 values and `surface` 8");
+    assert!(covering_keys(3).len() > covering_keys(2).len() && covering_keys(2).len() >= 10 * 8, "`view` has 10 values and `surface` 8");
     let ids = recorded_modules(&reachable);
     let text = include_str!("../shader_digests.txt");
     let record = DigestRecord::parse(text).expect("the record reads");
@@ -114,7 +114,7 @@ fn every_fragment_parses_with_its_imports() {
         ModuleId::Simple(_) => (id, Vec::new()),
     };
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(with_features);
-    for (id, on) in simple.chain(covering(2).into_iter().map(|k| (ModuleId::Planet(k), feature_names(k.features())))) {
+    for (id, on) in simple.chain(covering_keys(2).into_iter().map(|k| (ModuleId::Planet(k), feature_names(k.features())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
             if texts.insert(emitted.wgsl.clone()) {
@@ -130,7 +130,7 @@ fn every_fragment_parses_with_its_imports() {
 fn every_line_of_every_fragment_is_in_some_module() {
     let mut emitted_lines = BTreeSet::new();
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    for id in simple.chain(probe_samples()).chain(covering(3).into_iter().map(ModuleId::Planet)) {
+    for id in simple.chain(probe_samples()).chain(covering_keys(3).into_iter().map(ModuleId::Planet)) {
         let map = emit_module(&id).expect("emits").source_map;
         for line in 1..=map.lines.len() {
             let (fragment, number) = map.origin_of(line).expect("mapped");
@@ -157,7 +157,7 @@ fn every_line_of_every_fragment_is_in_some_module() {
 
 #[test]
 fn the_source_map_names_a_feature_of_the_key_for_every_line() {
-    for key in covering(2) {
+    for key in covering_keys(2) {
         let emitted = emit(&key).expect("emits");
         let on = feature_names(key.features());
         let map = &emitted.source_map;

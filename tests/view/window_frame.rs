@@ -262,7 +262,7 @@ fn the_gpu_draws_with_edited_fragments_after_it_forgets_its_modules() {
     let library = orrery::shader::ShaderLibrary::in_memory(orrery::render::software::lowering());
     let key = "lambert.sun1.sphere".parse().expect("a key");
     let drawn = || {
-        let plan = orrery::session::sample_body_plan(&library, &key, 40, orrery::session::HALF_SIDE_INSIDE).expect("a plan");
+        let plan = orrery::session::sample_body_plan(&library, &key, 40, orrery::session::SAMPLE_HALF_SIDE_ON_DISC).expect("a plan");
         gpu.render(&plan, &library, FrameImages::DisplayAndHdr).expect("drawn").0.hdr
     };
     let before = drawn();

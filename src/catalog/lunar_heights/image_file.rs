@@ -1,6 +1,6 @@
 //! Reads heights from a PNG or a TIFF.
 //!
-//! In: bytes, and the heights of black and white if the file does not state them. Out: the number of columns, and heights in kilometres, rows from
+//! In: bytes, and the heights that black and white pixels stand for, if the file does not state them. Out: the number of columns, and heights in kilometres, rows from
 //! north to south. Always: the size is checked before decoding. Not supported: colour, palettes, alpha, several bands.
 
 use super::{HeightRange, MAX_HEIGHTS, check_size};
@@ -8,7 +8,7 @@ use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-/// The errors for values that are not read.
+/// Errors for unsupported kinds of values.
 const TOO_FEW_BITS: &str = "fewer than 8 bits per height";
 const UNSUPPORTED_VALUES: &str = "heights must be 8-bit or 16-bit unsigned, 16-bit signed, or 32-bit or 64-bit floating point";
 /// The hint for a file that does not state what its values mean.
@@ -21,7 +21,7 @@ const VALUE_OF_HEIGHT_0: f64 = 20_000.0;
 /// Number of columns, and heights in kilometres, row by row.
 type Heights = (usize, Vec<f32>);
 
-/// Reads a PNG or a TIFF. `range`: the heights of black and white. It is required for values of no known scale, and refused for floating point, which is in
+/// Reads a PNG or a TIFF. `range`: the heights that black and white pixels stand for. It is required for values of no known scale, and refused for floating point, which is in
 /// kilometres.
 ///
 /// # Errors
@@ -34,13 +34,13 @@ pub(super) fn heights_km(bytes: &[u8], range: Option<HeightRange>) -> Result<Hei
     }
 }
 
-/// The conversion to kilometres of values from `black` to `white`.
+/// Maps pixel values linearly to kilometres: `black` to `range.black_km`, `white` to `range.white_km`.
 fn range_to_km(range: HeightRange, [black, white]: [f64; 2]) -> impl Fn(f64) -> f32 {
     let slope = (range.white_km - range.black_km) / (white - black);
     move |value| (range.black_km + (value - black) * slope) as f32
 }
 
-/// The conversion of unsigned 16-bit values; without a range they are those of the CGI Moon Kit.
+/// Maps unsigned 16-bit values to kilometres; without a range as in the CGI Moon Kit.
 fn unsigned_16_to_km(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
     match range {
         Some(range) => Box::new(range_to_km(range, [0.0, 65_535.0])),
@@ -63,12 +63,12 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
     reader.next_frame(&mut packed).map_err(|e| e.to_string())?;
     let km: Vec<f32> = match depth {
         png::BitDepth::Sixteen => {
-            let km = unsigned_16_to_km(range);
-            packed.as_chunks::<2>().0.iter().map(|pair| km(f64::from(u16::from_be_bytes(*pair)))).collect()
+            let to_km = unsigned_16_to_km(range);
+            packed.as_chunks::<2>().0.iter().map(|pair| to_km(f64::from(u16::from_be_bytes(*pair)))).collect()
         }
         png::BitDepth::Eight => {
-            let km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
-            packed.iter().map(|v| km(f64::from(*v))).collect()
+            let to_km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
+            packed.iter().map(|v| to_km(f64::from(*v))).collect()
         }
         _ => return Err(TOO_FEW_BITS.into()),
     };
@@ -90,21 +90,21 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
         _ => return Err("a TIFF that is coloured, or of several bands: heights must be one grey band".into()),
     }
     let required_range = |what: &str| range.ok_or(format!("{what} have no stated scale: {GIVE_A_RANGE}"));
-    fn each<T: Copy + Into<f64>>(values: &[T], km: impl Fn(f64) -> f32) -> Vec<f32> {
-        values.iter().map(|v| km((*v).into())).collect()
+    fn convert<T: Copy + Into<f64>>(values: &[T], to_km: impl Fn(f64) -> f32) -> Vec<f32> {
+        values.iter().map(|v| to_km((*v).into())).collect()
     }
     let require_no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
     let km = match decoder.read_image().map_err(|e| e.to_string())? {
-        DecodingResult::U8(v) => each(&v, range_to_km(required_range("8-bit values")?, [0.0, 255.0])),
-        DecodingResult::U16(v) => each(&v, unsigned_16_to_km(range)),
-        DecodingResult::I16(v) => each(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
+        DecodingResult::U8(v) => convert(&v, range_to_km(required_range("8-bit values")?, [0.0, 255.0])),
+        DecodingResult::U16(v) => convert(&v, unsigned_16_to_km(range)),
+        DecodingResult::I16(v) => convert(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
         DecodingResult::F32(v) => require_no_range().map(|()| v)?,
-        DecodingResult::F64(v) => require_no_range().map(|()| each(&v, |km| km as f32))?,
+        DecodingResult::F64(v) => require_no_range().map(|()| convert(&v, |km| km as f32))?,
         _ => return Err(UNSUPPORTED_VALUES.into()),
     };
     if km.len() != columns * rows {
-        return Err("not one value per pixel".into());
+        return Err("the number of values differs from the number of pixels".into());
     }
     Ok((columns, km))
 }
@@ -172,7 +172,7 @@ mod tests {
         ] {
             assert_eq!(error_of(&bytes), UNSUPPORTED_VALUES);
         }
-        // The entry BitsPerSample (258) of an 8-bit TIFF (type 3: 16-bit integer, one of them) is given other numbers of bits.
+        // The TIFF entry BitsPerSample: tag 258, type 3 (u16), count 1. Other numbers of bits replace its value.
         let eight = tiff::<colortype::Gray8>(4, 2, &[0; 8]);
         let mut entry = [258_u16.to_ne_bytes(), 3_u16.to_ne_bytes()].concat();
         entry.extend(1_u32.to_ne_bytes());

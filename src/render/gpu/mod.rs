@@ -19,7 +19,7 @@ mod uploads;
 mod x11;
 
 pub use adapters::{AdapterFacts, AdapterKind, adapters};
-pub use renderer::{FrameGuard, GpuRenderer, GpuTimings};
+pub use renderer::{FrameResourcesLock, GpuRenderer, GpuTimings};
 pub(crate) use surface::{GpuSurface, WindowHandle};
 
 /// Why the GPU does not draw.

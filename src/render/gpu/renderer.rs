@@ -90,7 +90,7 @@ pub struct GpuRenderer {
 }
 
 /// Exclusive use of the resources for off-screen frames; a window's frames have their own.
-pub struct FrameGuard<'a>(MutexGuard<'a, FrameResources>);
+pub struct FrameResourcesLock<'a>(MutexGuard<'a, FrameResources>);
 
 /// A draw with its pipeline, bind group and offsets in the frame's buffers.
 struct PreparedDraw<'a> {
@@ -156,14 +156,14 @@ impl GpuRenderer {
     }
 
     /// Waits for exclusive use of the resources for off-screen frames.
-    pub(crate) fn lock(&self) -> FrameGuard<'_> {
-        FrameGuard(self.resources.lock())
+    pub(crate) fn lock(&self) -> FrameResourcesLock<'_> {
+        FrameResourcesLock(self.resources.lock())
     }
 
     /// Exclusive use of the same resources, if the plan can be drawn without waiting for the compiler or for another frame.
-    pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameGuard<'_>> {
+    pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameResourcesLock<'_>> {
         let resources = self.resources.try_lock()?;
-        resources.is_ready(plan, |k| texture_format(plan.passes[k].format, FrameImages::Display)).then_some(FrameGuard(resources))
+        resources.is_ready(plan, |k| texture_format(plan.passes[k].format, FrameImages::Display)).then_some(FrameResourcesLock(resources))
     }
 
     /// Drops the pipelines of all modules. The caller must do this after a module's source has changed under the same name.
@@ -195,7 +195,7 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`].
     pub(crate) fn render_in(
         &self,
-        FrameGuard(mut resources): FrameGuard<'_>,
+        FrameResourcesLock(mut resources): FrameResourcesLock<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
         requested: FrameImages,
@@ -227,7 +227,7 @@ impl GpuRenderer {
     /// As [`GpuRenderer::render`].
     pub(crate) fn render_to_gpu_in(
         &self,
-        FrameGuard(mut resources): FrameGuard<'_>,
+        FrameResourcesLock(mut resources): FrameResourcesLock<'_>,
         plan: &Plan,
         modules: &impl ModuleProvider,
     ) -> Result<(GpuImage, GpuTimings), GpuError> {

@@ -1,7 +1,7 @@
-//! The window's frame: the textured triangles of the user interface. The rendered view is one of the textures.
+//! One frame of the window: the textured triangles of the user interface. The rendered view is one of the textures.
 //!
-//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: one step and its plan, for either renderer. Always:
-//! blending is premultiplied, in display colours. The window has a plan of its own because it is redrawn more often than the view, whose image is
+//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: a step of the render graph, and the plan
+//! (list of passes) of that step, which the GPU or the software renderer executes. Always: blending is premultiplied, of sRGB-encoded values. The window has a plan of its own because it is redrawn more often than the view, whose image is
 //! a texture here. Not here: the layout of panels.
 
 use super::error::PlanError;

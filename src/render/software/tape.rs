@@ -1,4 +1,5 @@
-//! The tape: operations, operands and instructions as plain values. [`super::kernels`] defines what an operation computes.
+//! The tape: a shader compiled to a list of instructions, which the software renderer interprets for many pixels (lanes) at once. This module defines its
+//! operations, operands and instructions as plain values; [`super::kernels`] defines what an operation computes.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +14,9 @@ pub enum Operand {
 
 macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
-        /// A scalar operation, applied lane by lane. The prefixes F, I and U stand for floats, signed and unsigned integers, B for masks; `XFromY` converts
-        /// Y to X. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
+        /// A scalar operation, applied lane by lane. A prefix or suffix F, I or U stands for floats, signed or unsigned integers, B for masks. Arithmetic without
+        /// one is for floats, bitwise operations without one are for both kinds of integers. `XFromY` converts Y to X; F16: the bits of a half float, in the
+        /// lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -54,7 +56,7 @@ with_ops!(ops);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
-    /// Which operand is the result of the chain's previous operation; 0 for the first operation.
+    /// Index of the operand that is the result of the chain's previous operation; 0 for the first operation.
     pub chained_operand: u8,
 }
 
@@ -76,8 +78,8 @@ pub enum TextureOp {
     Level,
     /// x, y, level (integers).
     Load,
-    /// x, y in texels: `texels_between` of shaders/lib/texels_between.wesl as one operation.
-    Between,
+    /// x, y in texels: bilinear interpolation of level 0, `texels_between` of shaders/lib/texels_between.wesl as one operation.
+    Bilinear,
 }
 
 /// One instruction. `dst` is the number of a slot or register. The target of a jump is the index of an instruction.
@@ -90,7 +92,7 @@ pub enum Instr {
         args: Vec<Operand>,
     },
     /// dst slot = result of a chain of operations, lane by lane. `args`: the operands of the first operation, then the remaining operands of
-    /// each further operation. Occurs only for chains that have a kernel.
+    /// each further operation. Only for the chains for which [`super::kernels`] has a compiled function.
     FusedKernel {
         ops: Vec<FusedOp>,
         dst: u16,
@@ -120,7 +122,7 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// Four slots (red, green, blue, alpha) = texels read by texture use `texture` in the lanes of `mask`.
+    /// Four slots (red, green, blue, alpha) = texels read in the lanes of `mask`. `texture`: index into the program's list of textures with their samplers.
     Texture {
         op: TextureOp,
         texture: u16,
@@ -152,13 +154,13 @@ pub enum Instr {
 }
 
 impl Instr {
-    /// Whether the instruction may be on the draw tape: it computes a register from registers.
+    /// Whether the instruction may be on the tape that runs once per draw, before its pixels: it computes a register from registers.
     pub(crate) fn is_per_draw(&self) -> bool {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
-    /// Whether the number and the kinds of the operands are valid. Not checked here: the operands of a chain, which `exec` checks when it binds the
-    /// program.
+    /// Whether the number and the kinds of the operands are valid, and the result slots of a texture instruction differ. Not checked here: the operands of a
+    /// chain, which [`super::exec`] checks before the first run.
     pub(crate) fn is_well_formed(&self) -> bool {
         let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
         match self {
@@ -170,7 +172,7 @@ impl Instr {
                     TextureOp::Gradients => 6,
                     TextureOp::Filtered => 7,
                     TextureOp::Level | TextureOp::Load => 3,
-                    TextureOp::Between => 2,
+                    TextureOp::Bilinear => 2,
                 };
                 args.len() == needed && dst.iter().enumerate().all(|(k, slot)| !dst[..k].contains(slot))
             }

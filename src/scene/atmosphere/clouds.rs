@@ -16,13 +16,13 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
-/// Sets the uniforms of the ground's draw with which it shows the clouds as well. `clouds`: the uniforms of the clouds' own draw.
-pub(crate) fn set_above_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
+/// Sets the cloud uniforms of the ground's draw, which shows the clouds above it where the air is interpolated. `clouds`: the uniforms of the clouds' own draw.
+pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;
     ground.clouds.depth_above = clouds.air.ground_depth;
 }
 
-/// The texels of a clear sky and of a closed deck, as bits of f32.
+/// The texel values of a clear and of an overcast sky, as bits of f32, which can be hashed.
 pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
     [clouds.clear_texel, clouds.closed_texel].map(|texel| camera::narrow_scalar(texel).to_bits())
 }

@@ -1,8 +1,8 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
 //!
 //! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
-//! layers are those of the `refracted` eclipse (eclipse/refraction.rs): integrated over the sky of a point, the light of the bright ring around the body equals the
-//! light that the eclipse model gives to this point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc, drawn there along straight
+//! air is divided into the layers of eclipse/refraction.rs. So the light of the bright ring around the body, integrated over the sky as seen from a point in the
+//! shadow, is the light that the eclipse model `refracted` gives to that point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc, drawn there along straight
 //! rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
 //! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
 
@@ -105,24 +105,24 @@ impl LimbGeometry {
     }
 
     /// Directions from which the light at the lower and the upper edge of a layer comes, as angles from the body's centre; negative on the opposite side of
-    /// the centre.
-    fn directions_behind(&self, edge: &DVec4) -> (f64, f64) {
+    /// the centre. `layer`: radius and bending at its lower edge (x, y) and at its upper edge (z, w).
+    fn directions_behind(&self, layer: &DVec4) -> (f64, f64) {
         let at = |radius: f64, bending: f64| self.limb_radius + (radius - 1.0) / self.distance - bending;
-        (at(edge.x, edge.y), at(edge.z, edge.w))
+        (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
     /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel_radii` radii at the limb: each layer that shows any part of the Sun counts
     /// with the radiance of the Sun's centre.
     fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
-        let shows = |edge: &DVec4| {
-            let (low, high) = self.directions_behind(edge);
+        let shows = |layer: &DVec4| {
+            let (low, high) = self.directions_behind(layer);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
             let margin = self.sun_radius + self.limb_error;
             nearest <= self.separation + margin && low.abs().max(high.abs()) >= self.separation - margin
         };
-        let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(edge, _)| shows(edge));
-        let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (edge, transmittances)| {
-            (sum + *transmittances * ((edge.z - edge.x) / pixel_radii), greatest.max(*transmittances))
+        let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(layer, _)| shows(layer));
+        let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (layer, transmittances)| {
+            (sum + *transmittances * ((layer.z - layer.x) / pixel_radii), greatest.max(*transmittances))
         });
         centre_radiance * sum.min(greatest)
     }
@@ -172,9 +172,9 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         let (from, to) = (geometry.separation * cos - half_chord, geometry.separation * cos + half_chord);
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
         let (thickness, light) =
-            layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (edge, transmittances)| {
-                let (low, high) = geometry.directions_behind(edge);
-                let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (edge.z - edge.x);
+            layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
+                let (low, high) = geometry.directions_behind(layer);
+                let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
         let width = thickness.max(pixel_radii);

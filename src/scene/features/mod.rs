@@ -229,7 +229,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
     if let Some((globe, clouds)) = globe.as_mut().zip(decided.clouds.as_ref())
         && globe.features.air_pass == AirPass::ReadWithClouds
     {
-        atmosphere::clouds::set_above_ground(&mut globe.uniforms, &clouds.uniforms);
+        atmosphere::clouds::set_cloud_uniforms_of_ground(&mut globe.uniforms, &clouds.uniforms);
     }
     let mut draws: Vec<Draw> = globe.into_iter().chain(decided.sky).chain(decided.clouds).collect();
     if draws.iter().any(|d| d.features.air.model == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {

@@ -13,10 +13,10 @@ use std::f64::consts::PI;
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
 pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
-/// Geometric albedo of a photometric model with unit multiplier; for an emissive body the mean of its limb darkening over the disc.
+/// Geometric albedo of a photometric model for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
 ///
-/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu: Lambert 2/3; Lommel-Seeliger, normalised as 2 mu0/(mu + mu0), 1; McEwen's
-/// lunar-Lambert their weighted mean; Oren-Nayar 2a/3 + b/2 with its coefficients a and b.
+/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1; McEwen's
+/// lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
 pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     match *model {
         Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
@@ -36,8 +36,8 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
 }
 
-/// Radiance of a facet with unit multiplier under unit irradiance, as in shaders/lib/photometry, from the cosines of incidence, emission and phase angle; 0
-/// if the Sun or the viewer is below the facet's horizon. Always 1 for an emissive body.
+/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry, from the cosines of incidence, emission and
+/// phase angle; 0 if the Sun or the viewer is below the facet's horizon. Always 1 for an emissive body.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {
@@ -136,7 +136,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     (phase(body, alpha) / model).powf(weight)
 }
 
-/// Factor on the reflectance map or colour that gives the disc the catalog's geometric albedo.
+/// Factor on the map or colour: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then gives the disc that albedo.
 pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }

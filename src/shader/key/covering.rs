@@ -1,6 +1,6 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! There are 3.2 * 10^12 combinations ([`nominal_size`]), so nothing here lists them all. A combination of a few dimension values *can
+//! There are 3.2 * 10^12 combinations ([`count_before_reduction`]), so nothing here lists them all. A combination of a few dimension values *can
 //! occur* if some canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the
 //! rules read, and one of them is completed with the combination.
 
@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
 /// Number of combinations of dimension values, canonical or not.
-pub fn nominal_size() -> u64 {
+pub fn count_before_reduction() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
@@ -129,7 +129,7 @@ const TRIES: usize = 12;
 ///
 /// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first uncovered combination, the one that covers
 /// the most new combinations is chosen.
-pub fn covering(t: usize) -> Vec<ShaderKey> {
+pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
     static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
     match COVERINGS.get(t) {
         Some(covering) => covering.get_or_init(|| compute_covering(t)).clone(),
@@ -234,7 +234,7 @@ mod tests {
     fn every_combination_in_a_sampled_key_is_covered() {
         for t in [1, 2, 3] {
             let (choices, _) = choices(DIMENSIONS.len(), t);
-            let set = covering(t);
+            let set = covering_keys(t);
             let covered: HashSet<usize> = set.iter().flat_map(|k| combinations_of(k.features(), &choices)).collect();
             for features in random_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
                 assert!(combinations_of(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn the_nominal_size_is_the_product_of_the_dimensions() {
-        assert_eq!(nominal_size(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
+        assert_eq!(count_before_reduction(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! The shader key: a draw's features, reduced to the smallest set that draws the same image.
 //!
 //! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ
-//! only in features without an effect on the image have equal keys. One table ([`dimension::DIMENSIONS`]) gives every dimension its values,
-//! their texts, and the features that `@if` conditions of the WESL files test; one list ([`canonical::RULES`]) states which values have no
-//! effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table and its rules. Not here: the code
+//! only in features without an effect on the image have equal keys. A dimension is one field of `DrawFeatures`. A table
+//! ([`dimension::DIMENSIONS`]) gives each dimension its values, their texts, and the names that `@if` conditions of the WESL files test. A list
+//! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table and its rules. Not here: the code
 //! of the module that a key identifies.
 
 #[doc(hidden)]
@@ -16,7 +16,7 @@ mod dimension;
 mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
-pub use covering::{covering, nominal_size, random_features, random_keys};
+pub use covering::{count_before_reduction, covering_keys, random_features, random_keys};
 pub use dimension::{DIMENSIONS, Dimension, KeyPart, feature_names};
 pub use text::KeyTextError;
 

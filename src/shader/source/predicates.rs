@@ -71,6 +71,7 @@ pub static PREDICATES: &[Predicate] = &[
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
+    predicate("has_city_light_detail", "maps_night && detail_hills", "city lights have structure finer than the night map"),
     predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
     predicate(
         "has_map",

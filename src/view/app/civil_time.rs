@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 /// The time zone of displayed times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Clock {
+pub enum ShownTimeZone {
     #[default]
     Utc,
     /// The computer's time zone.
     Local,
 }
 
-impl Clock {
+impl ShownTimeZone {
     /// The civil time of an instant; `None` outside the calendar's range of years.
     pub(crate) fn civil_time(self, t: Instant) -> Option<NaiveDateTime> {
         match self {

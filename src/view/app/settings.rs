@@ -6,7 +6,7 @@
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
-use crate::view::app::civil_time::Clock;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::view_state::{ViewState, within_half_turn_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
@@ -158,7 +158,7 @@ pub struct Settings {
     pub display_preference: DisplayPreference,
     pub unit: LengthUnit,
     pub home: Home,
-    pub clock: Clock,
+    pub clock: ShownTimeZone,
     #[serde(rename = "hints")]
     pub hints_followed: HintsFollowed,
     pub panels: PanelLayout,
@@ -182,7 +182,7 @@ impl Default for Settings {
             display_preference: DisplayPreference::default(),
             unit: LengthUnit::default(),
             home: Home::default(),
-            clock: Clock::default(),
+            clock: ShownTimeZone::default(),
             hints_followed: HintsFollowed::default(),
             panels: PanelLayout::default(),
             window_placement: None,

@@ -4,7 +4,7 @@
 //! is linear in TDB; ticks are at whole hours, days, months or years of the displayed time zone, far enough apart for their labels. Not here:
 //! events (`known_events`), painting.
 
-use super::civil_time::Clock;
+use super::civil_time::ShownTimeZone;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::language::dates::{day_and_month, month_short};
@@ -118,7 +118,7 @@ impl TimeAxis {
     }
 
     /// Ticks along the axis, in the time zone of `clock`; empty if the axis starts outside the calendar.
-    pub(crate) fn ticks(&self, clock: Clock) -> Vec<Tick> {
+    pub(crate) fn ticks(&self, clock: ShownTimeZone) -> Vec<Tick> {
         let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_POINTS;
         let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
         let start = Instant::from_tdb_seconds_past_j2000(self.start_s());
@@ -212,7 +212,7 @@ mod tests {
             while span_s < *SPANS_S.end() {
                 for width in [300.0, 900.0, 2500.0] {
                     let axis = axis(middle, span_s, width);
-                    let ticks = axis.ticks(Clock::Utc);
+                    let ticks = axis.ticks(ShownTimeZone::Utc);
                     let positions: Vec<f64> = ticks.iter().map(|t| axis.position(t.tdb_s)).collect();
                     let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
                     assert!(positions.iter().all(|p| (0.0..=width).contains(p)), "{case}");
@@ -236,7 +236,8 @@ mod tests {
 
     #[test]
     fn labels_suit_the_tick_interval() {
-        let labels = |middle, span_s| axis(middle, span_s, 400.0).ticks(Clock::Utc).into_iter().map(|t| t.label).collect::<Vec<_>>();
+        let labels =
+            |middle, span_s| axis(middle, span_s, 400.0).ticks(ShownTimeZone::Utc).into_iter().map(|t| t.label).collect::<Vec<_>>();
         assert_eq!(labels("2024-04-08T12:30:00Z", 1.2 * SECONDS_PER_DAY), ["8 Apr", "06:00", "12:00", "18:00", "9 Apr"]);
         assert_eq!(labels("2024-03-05T00:00:00Z", 20.0 * SECONDS_PER_DAY), ["26 Feb", "1 Mar", "6 Mar", "11 Mar"]);
         assert_eq!(labels("2024-01-05T00:00:00Z", 150.0 * SECONDS_PER_DAY), ["Nov", "Dec", "2024", "Feb", "Mar"]);

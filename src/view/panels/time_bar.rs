@@ -6,7 +6,7 @@ use super::top_bar::caption;
 use super::{Interface, accessible, events, timeline};
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
-use crate::view::app::civil_time::Clock;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::date_text::{is_same_in_every_zone, parse_date};
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
@@ -115,7 +115,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
             }
         }
     }
-    let other_clock = if clock == Clock::Utc { Clock::Local } else { Clock::Utc };
+    let other_clock = if clock == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
     let name = clock.name(time);
     let hover = text!("time-zone-hint");
     if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
@@ -124,9 +124,9 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
 }
 
 /// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
-fn typed_time(typed: &str, clock: Clock, now: Instant) -> Option<Instant> {
+fn typed_time(typed: &str, clock: ShownTimeZone, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
-    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(Clock::Utc.civil_time(time)?) }
+    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(ShownTimeZone::Utc.civil_time(time)?) }
 }
 
 /// Date and time of day in digits.
@@ -294,7 +294,7 @@ mod tests {
     fn a_typed_time_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
         let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
         let typed = |text: &str, clock| typed_time(text, clock, now).expect(text);
-        for clock in [Clock::Utc, Clock::Local] {
+        for clock in [ShownTimeZone::Utc, ShownTimeZone::Local] {
             for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z"] {
                 assert_eq!(typed(text, clock).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
             }
@@ -303,7 +303,7 @@ mod tests {
             let text = "2024-04-08 18:17:00";
             assert_eq!(clock.civil_time(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
-        assert!(typed_time("next Tuesday", Clock::Utc, now).is_none());
+        assert!(typed_time("next Tuesday", ShownTimeZone::Utc, now).is_none());
     }
 
     /// Another kind may be chosen while a search runs.

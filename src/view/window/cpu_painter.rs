@@ -117,8 +117,9 @@ struct Band<'a> {
     // Buffers of the current rectangle, stored here to reuse their memory.
     /// The texel pair of each column of pixels.
     columns: Vec<TexelPair>,
-    /// The texels of the current row of pixels, interpolated vertically only.
+    /// The texels of the current row of pixels, interpolated vertically only, with more than 8 bits per channel.
     row_texels: Vec<WideTexel>,
+    /// Rows of an opaque texture that is drawn enlarged, interpolated horizontally.
     magnified: MagnifiedRows,
 }
 

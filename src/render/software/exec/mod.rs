@@ -394,7 +394,7 @@ impl<R: Real> Executor<R> {
             TextureOp::Gradients => textures.sample_gradients(read.texture, arg(0), arg(1), gradients(), active, out),
             TextureOp::Filtered => textures.sample_filtered(read.texture, [arg(0), arg(1)], gradients(), arg(6), active, out),
             TextureOp::Level => textures.sample_level(read.texture, arg(0), arg(1), arg(2), active, out),
-            TextureOp::Between => textures.between(read.texture, [arg(0), arg(1)], active, out),
+            TextureOp::Bilinear => textures.between(read.texture, [arg(0), arg(1)], active, out),
             TextureOp::Load => textures.load(read.texture, arg(0), arg(1), arg(2), active, out),
         }
     }

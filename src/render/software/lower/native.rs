@@ -1,5 +1,5 @@
 //! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
-//! shaders/lib/texels_between.wesl by [`TextureOp::Between`].
+//! shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that
 //! an edited fragment runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped fragments agree.
@@ -44,7 +44,7 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
         name: "texels_between",
         shipped_source: include_str!("../../../../shaders/lib/texels_between.wesl"),
         repeated_sha256: "390df102fe0f38f9a9d5c18ee287c07b33d3a97f62a164c98ae443f1fb62554a",
-        op: TextureOp::Between,
+        op: TextureOp::Bilinear,
         has_sampler: false,
     },
 ];

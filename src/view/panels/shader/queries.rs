@@ -9,7 +9,7 @@ use crate::render::plan::{self, FrameImages, ResourceProvider, SamplingQuality};
 use crate::scene::draw::PixelView;
 use crate::scene::effects::possible_features;
 use crate::scene::request::ViewRequest;
-use crate::session::{HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
+use crate::session::{SAMPLE_HALF_SIDE_WITH_LIMB, Session, TapeCost, ms_per_megapixel_at, sample_body_plan, tape_costs};
 use crate::shader::compare::{FeatureDiff, IrCost, difference, ir_cost};
 use crate::shader::key::{ShaderKey, keys_of};
 use crate::shader::library::Origin;
@@ -250,7 +250,7 @@ impl ShaderQueries {
 /// Draws the sample body as display bytes, encoded with a gamma of 2.2. Radiance has a fixed scale; other pixel views are scaled so that
 /// the greatest value is white.
 fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
-    let plan = sample_body_plan(session.library(), key, SAMPLE_PX, HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
+    let plan = sample_body_plan(session.library(), key, SAMPLE_PX, SAMPLE_HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
     let (frame, _) =
         session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
