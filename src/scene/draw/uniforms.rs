@@ -127,6 +127,8 @@ uniforms! {
         /// Factors on y and z that turn a unit-sphere point into a direction whose longitude and whose angle to the equatorial plane are those by which the map's
         /// columns and rows are spaced (planetocentric or planetographic).
         pub map_stretch: Vec2 = "map_stretch",
+        /// Width of a pixel straight below the camera, in circumferences of the body.
+        pub map_pixel: f32 = "map_pixel",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
         /// Strength of the ocean glint.

@@ -75,6 +75,7 @@ pub(crate) fn uniforms_of_fraction(
         limb_darkening_u1: camera::narrow(u1),
         limb_darkening_u2: camera::narrow(u2),
         map_stretch: camera::narrow2(body.map_stretch()),
+        map_pixel: camera::narrow_scalar(detail::ground_deg_per_px(camera, placement, None).0 / 360.0),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
