@@ -4,7 +4,7 @@ use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::output::{print_message, print_result, progress, write_error};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
-use super::view_args::{ViewArgs, size};
+use super::view_args::{ViewArgs, is_now, size};
 use super::{CliError, Common};
 use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
@@ -106,7 +106,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
-    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    let starts_now = tour_file.is_none() && is_now(&args.view.time);
     if starts_now && stride > 1 && args.frames > 1 {
         print_message("--shard: give --time, because each part begins at its own now");
     }

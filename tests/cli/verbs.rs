@@ -302,7 +302,9 @@ fn doctor_reads_the_data_files_of_every_option() {
     };
     let text = report("none.csv");
     for option in ["--stars", "--minor-planets", "--lunar-heights", "--sky"] {
-        assert!(text.lines().any(|line| line.starts_with(&format!("data      {option}: none."))), "{option}: {text}");
+        let lines: Vec<&str> = text.lines().filter(|line| line.starts_with(&format!("data      {option}: none."))).collect();
+        let [line] = lines[..] else { panic!("{option}: {text}") };
+        assert!(line.matches("none.").count() == 1 && line.matches(&format!("{option}: ")).count() == 1, "{line}");
     }
     assert!(!text.contains("on 0 threads"), "{text}");
     let text = report(stars.to_str().expect("a path"));
