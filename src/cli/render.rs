@@ -12,7 +12,7 @@ use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
 
@@ -184,6 +184,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             write_image(path, &bounds, &text)?;
         }
     }
+    if common.verbose > 0 {
+        print_message(&verbose_line(&session, &write_stages, drawn_frames, drawn_by.as_ref()));
+    }
     if args.time_report {
         let mut report = report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
@@ -258,6 +261,14 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
         ("Legend", legend_of(scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]
+}
+
+/// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
+fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
+    let stages = session.report().0.and(write_stages);
+    let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.spent(stage))));
+    let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
+    format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
 }
 
 /// The JSON object of `--time-report`. `first_frame`: the time from the start of the command to the first frame.
