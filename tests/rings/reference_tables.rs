@@ -1,5 +1,6 @@
 //! Rings against tables made outside this program, against geometry, and in complete frames.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -243,7 +244,7 @@ fn one_more_segment_of_a_pixels_footprint_changes_nothing_visible() {
     };
     let change = |a: f64, b: f64| {
         let (a, b) = (drawn(a), drawn(b));
-        a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+        a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
     };
     for segments in [1.0, 2.0, 3.0, 5.0] {
         // Half the image's side, in radii, for which a pixel is so many segments long. The sample ring is seen from 25 degrees above its
