@@ -17,7 +17,7 @@ fn default_mean_radiance() -> f64 {
 
 /// The error of the option. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
 fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
-    let file = match e {
+    let file: &str = match e {
         ImageError::Unreadable { name, .. } | ImageError::TooLarge { name, .. } => name,
         _ => panorama,
     };
