@@ -1,12 +1,11 @@
 //! `orrery compare`: the difference between two images.
 
 use super::output::print_result;
+use super::output_file::write_once;
 use super::{CliError, Common};
-use crate::files::{FileAccess, read_bytes, write_atomic, write_new};
+use crate::files::read_bytes;
 use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
 use crate::wording::{echo, echo_within};
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args, Debug)]
@@ -44,22 +43,6 @@ fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
 }
 
-/// Writes the bytes. Without `overwrite`, an existing file with other content is an error.
-fn write_once(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
-    let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
-    if overwrite {
-        return Ok(write_atomic(path, FileAccess::All, fill)?);
-    }
-    match read_bytes(path, MAX_FILE_BYTES) {
-        Ok(existing) if existing == bytes => Ok(()),
-        Ok(_) => {
-            let name = echo(&path.display().to_string());
-            Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")))
-        }
-        Err(_) => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
-    }
-}
-
 pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
         return Err(CliError::Failed(format!("--tolerance {t:?}: must be 0 to 255")));
@@ -80,7 +63,7 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         let shown = a.difference_image(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
         image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
-        write_once(path, &bytes, args.overwrite)?;
+        write_once("-o", path, &bytes, args.overwrite)?;
     }
     let fraction_within_bound = match &args.error {
         Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),

@@ -140,7 +140,8 @@ fn data_files(common: &Common, out: &mut String) {
     for (option, _, sources) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
         match Session::open(&sources, |_| {}) {
             Ok(_) => push_line!(out, "data      the file of {option} can be read"),
-            Err(e) => push_line!(out, "data      {option}: {e}"),
+            // Some of the errors name the option after the file.
+            Err(e) => push_line!(out, "data      {option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1)),
         }
     }
 }

@@ -2,18 +2,18 @@
 
 use super::eclipse_table::as_text;
 use super::output::print_result;
+use super::output_file::write_once;
 use super::view_args::instant_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, GeodeticPosition, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, SolarEclipse, Transit};
-use crate::files::{FileAccess, check_output_path, write_atomic};
+use crate::files::check_output_path;
 use crate::time::Instant;
 use crate::wording::echo;
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Map, Value, json};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 #[derive(Args, Debug)]
@@ -82,6 +82,9 @@ struct FindArgs {
     /// Write centre lines and limits of the central solar eclipses found as GeoJSON
     #[arg(long, value_name = "FILE")]
     path: Option<PathBuf>,
+    /// Replace an existing file
+    #[arg(long, requires = "path")]
+    overwrite: bool,
     /// Print a JSON list
     #[arg(long)]
     json: bool,
@@ -123,7 +126,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
             rows.push((eclipse.greatest, row));
         }
         if let Some(file) = &args.path {
-            write_paths(file, &found, radii.name())?;
+            write_paths(file, &found, radii.name(), args.overwrite)?;
         }
     } else if args.path.is_some() {
         return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
@@ -285,7 +288,7 @@ fn moon_event(catalog: &Catalog, event: &MoonEvent) -> Value {
 }
 
 /// Writes centre lines and limits as a GeoJSON file (RFC 7946).
-fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<(), String> {
+fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: bool) -> Result<(), String> {
     let mut features = Vec::new();
     for eclipse in eclipses {
         let Some(path) = eclipse.path() else { continue };
@@ -319,7 +322,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str) -> Result<()
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
-    write_atomic(file, FileAccess::All, |out| writeln!(out, "{collection}")).map_err(|e| e.to_string())
+    write_once("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
 /// The instant at a position along a line whose places have these instants; see [`events::CutVertex::position`].

@@ -43,7 +43,9 @@ impl Output {
         if extension.is_none_or(|e| e != "png" && e != "exr") {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
-        match text.split_once('%') {
+        // Only the file's name has a frame number: a percent sign in the name of a folder is just a character.
+        let (folder, name) = text.split_at(text.rfind(std::path::is_separator).map_or(0, |at| at + 1));
+        match name.split_once('%') {
             None if frames > 1 => {
                 let count = if frames == u32::MAX { "several".to_owned() } else { frames.to_string() };
                 invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
@@ -52,7 +54,7 @@ impl Output {
             Some((before, rest)) => {
                 let sequence = rest.split_once('d').and_then(|(width, after)| {
                     let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-                    (!after.contains('%')).then(|| Self::Sequence(before.to_owned(), width, after.to_owned()))
+                    (!after.contains('%')).then(|| Self::Sequence(format!("{folder}{before}"), width, after.to_owned()))
                 });
                 sequence.map_or_else(|| invalid("write the frame number as %d or %05d, once"), Ok)
             }
@@ -166,6 +168,15 @@ mod tests {
             assert!(Output::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames}");
         }
         assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));
+    }
+
+    #[test]
+    fn a_percent_sign_in_the_name_of_a_folder_is_no_frame_number() {
+        assert_eq!(Output::parse(Some("50%/a%d/out.png"), 1).expect("one image"), Output::One("50%/a%d/out.png".into()));
+        let sequence = Output::parse(Some("a%d/50%/out-%03d.png"), 2).expect("a pattern");
+        assert_eq!(sequence.path(7), Some("a%d/50%/out-007.png".into()));
+        // The frames would all get the same name.
+        assert!(Output::parse(Some("a-%d/out.png"), 2).unwrap_err().to_string().contains("the name needs a number"));
     }
 
     #[test]

@@ -35,6 +35,7 @@ mod library;
 mod measure;
 mod option_values;
 mod output;
+mod output_file;
 mod probe;
 mod render;
 mod render_views;
@@ -155,7 +156,7 @@ pub(crate) struct Common {
     /// Number of worker threads [default: one per core]
     #[arg(long, global = true, value_name = "N", value_parser = thread_count)]
     pub threads: Option<usize>,
-    /// Accepted for consistency; no command prints more messages
+    /// Print the time taken to standard error; `render` also prints the renderer and the time of each stage
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
@@ -291,6 +292,7 @@ pub fn run() -> ExitCode {
         Err(e) => return exit_code(print_help(&e)),
     };
     let common = &cli.common;
+    let start = std::time::Instant::now();
     let result = match &cli.verb {
         None => view::run(common, &view::ViewArgs::default()),
         Some(Verb::View(a)) => view::run(common, a),
@@ -309,6 +311,9 @@ pub fn run() -> ExitCode {
         Some(Verb::Completions(a)) => documents::completions(a),
         Some(Verb::Man(a)) => documents::manual(a),
     };
+    if common.verbose > 0 && result.is_ok() {
+        output::print_message(&format!("done in {:.3} s", start.elapsed().as_secs_f64()));
+    }
     exit_code(result)
 }
 

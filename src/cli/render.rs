@@ -4,7 +4,7 @@ use super::frames::{Output, existing_frames, shard, step_seconds};
 use super::output::{print_message, print_result, progress, write_error};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
-use super::view_args::{ViewArgs, size};
+use super::view_args::{ViewArgs, is_now, size};
 use super::{CliError, Common};
 use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
@@ -12,7 +12,7 @@ use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Purpose, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
 
@@ -107,7 +107,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
-    let starts_now = tour_file.is_none() && args.view.time.eq_ignore_ascii_case("now");
+    let starts_now = tour_file.is_none() && is_now(&args.view.time);
     if starts_now && stride > 1 && args.frames > 1 {
         print_message("--shard: give --time, because each part begins at its own now");
     }
@@ -186,6 +186,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             write_image(path, &bounds, &text)?;
         }
     }
+    if common.verbose > 0 {
+        print_message(&verbose_line(&session, &write_stages, drawn_frames, drawn_by.as_ref()));
+    }
     if args.time_report {
         let mut report = report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
@@ -260,6 +263,14 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
         ("Legend", legend_of(scene)),
         ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
     ]
+}
+
+/// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
+fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
+    let stages = session.report().0.and(write_stages);
+    let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.spent(stage))));
+    let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
+    format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
 }
 
 /// The JSON object of `--time-report`. `first_frame`: the time from the start of the command to the first frame.

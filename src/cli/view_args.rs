@@ -81,16 +81,21 @@ pub(crate) struct ViewArgs {
     pub pixels: String,
 }
 
+/// Whether a text is the word for the current time. Blanks around it do not count, as around a date.
+pub(super) fn is_now(text: &str) -> bool {
+    text.trim().eq_ignore_ascii_case("now")
+}
+
 /// The instant of a `--time` text: `now`, or any text that [`Instant::parse`] accepts.
 pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
     let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
-    let text = if text.eq_ignore_ascii_case("now") { clock() } else { text.to_owned() };
+    let text = if is_now(text) { clock() } else { text.to_owned() };
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
 /// The instant of a text, which may be `now`, to the millisecond. The clock is read here, because modules below the command line take an instant instead.
 pub(super) fn instant_or_now(text: &str) -> Result<Instant, TimeError> {
-    if text.trim().eq_ignore_ascii_case("now") {
+    if is_now(text) {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string());
     }
     Instant::parse(text)
@@ -281,6 +286,17 @@ mod tests {
             tilted_with_north_up > 40,
             "with the target's north up only {tilted_with_north_up} horizons are tilted, so the views do not test the roll"
         );
+    }
+
+    #[test]
+    fn blanks_around_a_time_do_not_count() {
+        let earliest = Instant::parse("2024-01-01").expect("a time");
+        for now in ["now", " now ", "\tNOW"] {
+            assert!(is_now(now), "{now:?}");
+            assert!(instant(now).is_ok_and(|t| t > earliest) && instant_or_now(now).is_ok_and(|t| t > earliest), "{now:?}");
+        }
+        assert_eq!(instant(" 2024-01-01 ").expect("a time"), earliest);
+        assert!(!is_now("no w") && instant("no w").is_err() && instant_or_now("").is_err());
     }
 
     #[test]

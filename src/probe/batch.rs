@@ -5,8 +5,7 @@
 
 use super::ProbeError;
 use crate::render::plan::{
-    Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, ShadingRate,
-    TextureBinding, Vertices,
+    Attribute, Blend, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, ShadingRate, TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::shader::ModuleId;
@@ -94,17 +93,7 @@ impl ProbeBatch {
             scissor: [0, 0, width, height],
             extent: None,
         };
-        let pass = Pass {
-            name: "queries",
-            width,
-            height,
-            format: ColourFormat::Hdr,
-            samples: 1,
-            clear: [f32::NAN; 4],
-            depth: false,
-            draws: vec![draw],
-        };
-        Plan { passes: vec![pass] }
+        Plan { passes: vec![Pass::of_numbers("queries", width, height, vec![draw])] }
     }
 }
 

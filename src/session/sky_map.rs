@@ -1,7 +1,7 @@
 //! Reads the user's panorama of the sky when the session is opened, and determines its scale of radiance.
 
 use super::SessionError;
-use crate::image::{MapStore, read_panorama};
+use crate::image::{ImageError, MapStore, read_panorama};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::CANDELAS_PER_RADIANCE;
 use crate::scene::sky::frames::SkyFrame;
@@ -13,6 +13,17 @@ use std::path::Path;
 /// Mean radiance that a panorama without a unit is given: that of the embedded Milky Way, whose mean linear value is 0.0293.
 fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
+}
+
+/// The error of the option. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
+fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
+    let file: &str = match e {
+        ImageError::Unreadable { name, .. } | ImageError::TooLarge { name, .. } => name,
+        _ => panorama,
+    };
+    let text = e.to_string();
+    let why = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text);
+    SessionError::File { path: echo(file), why: format!("--sky: {why}") }
 }
 
 /// Reads the panorama that the option `--sky` names, and adds its texels to the map store.
@@ -27,8 +38,7 @@ pub(super) fn read_sky(
 ) -> Result<Option<SkyMap>, SessionError> {
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
-    let failed = |e: crate::image::ImageError| SessionError::File { path: echo(&name), why: format!("--sky: {e}") };
-    let panorama = read_panorama(path, max_megapixels).map_err(failed)?;
+    let panorama = read_panorama(path, max_megapixels).map_err(|e| sky_error(&name, &e))?;
     let mean = luminance(panorama.texture.mean_over_sphere());
     let unit_radiance = match panorama.unit_cd_m2 {
         Some(candelas) => candelas / CANDELAS_PER_RADIANCE,

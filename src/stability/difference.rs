@@ -69,19 +69,35 @@ pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [
     worst.map_or_else(|| "no draw has values at this pixel's centre".to_owned(), |(_, cause)| cause)
 }
 
+/// Whether two numbers need no explanation: they are equal (infinite, too), or neither is a number.
+fn agree(x: f64, y: f64) -> bool {
+    x == y || x.is_nan() && y.is_nan()
+}
+
+/// What differs in a value: which of its numbers is not finite in one precision, or by how much the value differs.
+fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> String {
+    let mut numbers = single.numbers.iter().zip(&double.numbers).enumerate();
+    let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !agree(**x, **y) && !(x.is_finite() && y.is_finite())) else {
+        return format!("{} by {relative:.1e} of itself", single.name);
+    };
+    let (value, precision) = if x.is_nan() || y.is_finite() { (x, "f32") } else { (y, "f64") };
+    let index = if single.numbers.len() > 1 { format!("[{k}]") } else { String::new() };
+    format!("{}{index} is {} in {precision}", single.name, if value.is_nan() { "not a number or not reached" } else { "infinite" })
+}
+
 /// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
-/// relative difference.
+/// relative difference, or which is not finite in one precision only.
 fn first_large_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (scale, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(scale, difference), (x, y)| {
-            (scale.max(x.abs()).max(y.abs()), if x.is_nan() && y.is_nan() { difference } else { larger_or_nan(difference, (x - y).abs()) })
+            (scale.max(x.abs()).max(y.abs()), if agree(*x, *y) { difference } else { larger_or_nan(difference, (x - y).abs()) })
         });
         if scale > 0.0 { difference / scale } else { difference }
     };
     let differences: Vec<f64> = single.iter().zip(double).map(|(a, b)| relative(a, b)).collect();
     let (_, greatest) = worst_of(&differences);
     let first = differences.iter().position(|v| v.is_nan() || *v > 0.0 && *v >= 0.1 * greatest);
-    first.map_or_else(|| "all named values agree".to_owned(), |k| format!("{} by {:.1e} of itself", single[k].name, differences[k]))
+    first.map_or_else(|| "all named values agree".to_owned(), |k| difference_text(&single[k], &double[k], differences[k]))
 }
 
 #[cfg(test)]
@@ -110,5 +126,17 @@ mod tests {
         rounded[3].numbers[0] += 1e-3;
         assert_eq!(first_large_difference(&rounded, &exact), "b by 1.0e-3 of itself");
         assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_named_with_its_precision() {
+        let named = |name: &str, numbers: &[f64]| NamedValue { name: name.into(), numbers: numbers.to_vec() };
+        let single = [named("a", &[1.0]), named("b", &[2.0, f64::NAN]), named("c", &[f64::INFINITY])];
+        let double = [named("a", &[1.1]), named("b", &[2.0, 3.0]), named("c", &[f64::INFINITY])];
+        assert_eq!(first_large_difference(&single, &double), "b[1] is not a number or not reached in f32");
+        assert_eq!(first_large_difference(&double, &single), "b[1] is not a number or not reached in f64");
+        assert_eq!(first_large_difference(&single[2..], &double[2..]), "all named values agree");
+        assert_eq!(first_large_difference(&single[2..], &[named("c", &[4.0])]), "c is infinite in f32");
+        assert_eq!(first_large_difference(&single[2..], &[named("c", &[f64::NAN])]), "c is not a number or not reached in f64");
     }
 }

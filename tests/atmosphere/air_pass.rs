@@ -1,6 +1,7 @@
 //! Air interpolated from the coarse image against air evaluated in each pixel: the difference must not exceed the bound that `explain`
 //! states. It is measured in display levels, and in multiples of the smallest visible change of light (thresholds).
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -80,9 +81,9 @@ pub(super) fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> 
     let levels = a.0.iter().zip(&b.0).flat_map(|(x, y)| (0..3).map(move |c| x[c].abs_diff(y[c]))).max().unwrap_or(0);
     let changed = a.1.iter().zip(&b.1).filter(|(x, y)| x != y).count();
     let in_thresholds = |x: f32, y: f32| f64::from((x - y).abs()) / (VISIBLE_CHANGE * f64::from(x)).max(VISIBLE_LIGHT * white);
-    let by_pixel = a.1.iter().zip(&b.1).map(|(x, y)| (0..3).map(|c| in_thresholds(x[c], y[c])).fold(0.0, f64::max));
+    let by_pixel = a.1.iter().zip(&b.1).map(|(x, y)| (0..3).map(|c| in_thresholds(x[c], y[c])).fold(0.0, larger));
     let (beyond_threshold, thresholds) =
-        by_pixel.fold((0, 0.0_f64), |(count, greatest), difference| (count + usize::from(difference > 1.0), greatest.max(difference)));
+        by_pixel.fold((0, 0.0_f64), |(count, greatest), difference| (count + usize::from(difference > 1.0), larger(greatest, difference)));
     Difference { levels, changed, beyond_threshold, thresholds }
 }
 

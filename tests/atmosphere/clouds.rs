@@ -1,5 +1,6 @@
 //! Clouds in drawn images: they are as bright as CERES measured, their shadow only removes light, and below them none are drawn.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -68,7 +69,7 @@ fn the_light_of_a_cloudy_earth_does_not_depend_on_the_size_of_the_image() {
 #[test]
 fn the_brightest_cloud_has_0_3_to_1_of_the_radiance_of_a_white_plane() {
     let clouded = draw("+clouds,-planet-shine");
-    let brightest = clouded.frame.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let brightest = clouded.frame.hdr.iter().map(|p| p[1]).fold(0.0, larger);
     assert!(brightest > 0.3 && brightest < 1.0, "{brightest}");
 }
 
@@ -85,7 +86,7 @@ fn full_disc(effects: &str) -> (f64, f64) {
     let drawn = SESSION.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("draws");
     let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
     let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
-    let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, f64::max);
+    let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, larger);
     (sum_of_green(&drawn) / disc_px, brightest)
 }
 

@@ -1,6 +1,7 @@
 //! Radiance across the limbs of bodies with air: no dark dip inside the limb and no bright line along it, at several sizes and phase angles
 //! and with every model of the atmosphere.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use orrery::FrameImages;
@@ -69,19 +70,19 @@ fn dip_and_line(p: &Profile, airless: &Profile) -> (f64, f64) {
     let dip = |row: &[f64]| {
         let mut worst = 0.0_f64;
         for k in 1..row.len().saturating_sub(1) {
-            let left = row[..k].iter().copied().fold(0.0, f64::max);
-            let right = row[k + 1..].iter().copied().fold(0.0, f64::max);
-            worst = worst.max(left.min(right) - row[k]);
+            let left = row[..k].iter().copied().fold(0.0, larger);
+            let right = row[k + 1..].iter().copied().fold(0.0, larger);
+            worst = larger(worst, smaller(left, right) - row[k]);
         }
         worst
     };
     let mut worst = (f64::MIN, f64::MIN);
     for c in 0..3 {
         let [row, disc]: [Vec<f64>; 2] = [p, airless].map(|p| p.light.iter().map(|v| v[c]).collect());
-        let maximum = row.iter().copied().fold(1e-9, f64::max);
-        worst.0 = worst.0.max((dip(&row[start..]) - dip(&disc[start..])) / maximum);
-        let brightest = |row: &[f64]| row[near_limb..].iter().copied().fold(0.0, f64::max);
-        worst.1 = worst.1.max((brightest(&row) - brightest(&disc)) / maximum);
+        let maximum = row.iter().copied().fold(1e-9, larger);
+        worst.0 = larger(worst.0, (dip(&row[start..]) - dip(&disc[start..])) / maximum);
+        let brightest = |row: &[f64]| row[near_limb..].iter().copied().fold(0.0, larger);
+        worst.1 = larger(worst.1, (brightest(&row) - brightest(&disc)) / maximum);
     }
     worst
 }
@@ -160,7 +161,7 @@ fn titans_haze_is_even_across_the_limb() {
             assert!(dip < 0.01, "{phase} degrees, {size} px: dips by {dip}");
             // Negative control: a limb pixel darkened by 2 % of the brightest value must be detected.
             if phase == 90.0 {
-                let maximum = hazy.light.iter().map(|v| v[0]).fold(0.0, f64::max);
+                let maximum = hazy.light.iter().map(|v| v[0]).fold(0.0, larger);
                 hazy.light[hazy.limb_px as usize][0] -= 0.02 * maximum;
                 let (dip, _) = dip_and_line(&hazy, &airless);
                 assert!(dip > 0.01, "{size} px: a notch of 0.02 measures as {dip}");

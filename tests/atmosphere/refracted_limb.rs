@@ -1,6 +1,7 @@
 //! The refracted image of the Sun in a body's limb: together with the direct Sun it has the light that the eclipse model computes for the
 //! same place; the light falls smoothly as the Sun sets, and does not depend on the image size.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -326,8 +327,8 @@ fn single_precision_suffices_at_every_distance() {
         let scene = SESSION.scene(&request).expect("a scene");
         assert_eq!(scene.limbs.len(), 1, "{behind}");
         let [in_single, in_double] = [&single, &double].map(|renderer| light(&scene, renderer));
-        let brightest = in_double.iter().map(|p| p[0]).fold(0.0, f64::max);
-        let worst = in_single.iter().zip(&in_double).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, f64::max) / brightest;
+        let brightest = in_double.iter().map(|p| p[0]).fold(0.0, larger);
+        let worst = in_single.iter().zip(&in_double).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, larger) / brightest;
         println!("{behind} {fov_deg}: {worst:e} of {brightest:e}");
         assert!(worst > 0.0, "{behind} radii, {fov_deg} degrees: both images have the same bits, so both were computed in f32");
         assert!(brightest > 1e-3 && worst < 0.5 / 256.0, "{behind} radii, {fov_deg} degrees: off by {worst} of the brightest, {brightest}");

@@ -1,6 +1,7 @@
 //! Air in the shadow of rings and of other bodies: shadowed air is dark, and sunlit air is the same as without the shadow. Also the limb in
 //! thick haze.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -64,7 +65,7 @@ fn rings_darken_only_the_air_behind_their_plane() {
                 pixels(&scene)
             };
             let (bare, clear, opaque) = (pixels_under_rings(None), pixels_under_rings(Some(0.0)), pixels_under_rings(Some(50.0)));
-            let brightest = bare.iter().map(|p| p[1]).fold(0.0, f32::max);
+            let brightest = bare.iter().map(|p| p[1]).fold(0.0, larger);
             let placement = scene.body(SATURN).expect("Saturn").placement;
             let (mut dark, mut lit) = (0, 0);
             for k in 0..bare.len() {
@@ -120,15 +121,15 @@ fn one_evaluation_per_ray_suffices_for_the_ring_shadow_on_a_thin_rim() {
                 d.uniforms.air.rim_is_thin = 0.0;
             });
             let unshaded = pixels_with_changed_sky(&|d| d.features.ring_shadow = RingShadow::None);
-            let white = along_ray.iter().map(|p| p[1]).fold(0.0, f32::max);
+            let white = along_ray.iter().map(|p| p[1]).fold(0.0, larger);
             let level = |v: f32| 255.0 * orrery::units::linear_to_srgb(f64::from(v / white).clamp(0.0, 1.0));
             let greatest_difference = |a: &[[f32; 4]]| {
-                let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max);
-                a.iter().zip(&along_ray).map(difference).fold(0.0, f64::max)
+                let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, larger);
+                a.iter().zip(&along_ray).map(difference).fold(0.0, larger)
             };
             let (error, error_unshaded) = (greatest_difference(&pixels(&once)), greatest_difference(&unshaded));
             println!("{time} {model_name}: {error:.2} of 255, {error_unshaded:.1} without the shadow");
-            (worst, worst_unshaded) = (worst.max(error), worst_unshaded.max(error_unshaded));
+            (worst, worst_unshaded) = (larger(worst, error), larger(worst_unshaded, error_unshaded));
         }
     }
     assert!(worst < 9.0 && worst_unshaded > 4.0 * worst, "{worst} of 255, {worst_unshaded} without a shadow");
@@ -156,10 +157,10 @@ fn eight_samples_suffice_for_an_eclipse() {
     let [shadow_px, far_px, uneclipsed_px, finer_px] =
         [&eclipsed, &moon_out_of_reach, &uneclipsed, &scene_of_model("pixel-32")].map(pixels);
     let greatest_difference = |a: &[[f32; 4]], b: &[[f32; 4]]| {
-        let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        a.iter().zip(b).map(difference).fold(0.0, f32::max)
+        let difference = |(a, b): (&[f32; 4], &[f32; 4])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger);
+        a.iter().zip(b).map(difference).fold(0.0, larger)
     };
-    let brightest = uneclipsed_px.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let brightest = uneclipsed_px.iter().map(|p| p[1]).fold(0.0, larger);
     assert!(greatest_difference(&far_px, &uneclipsed_px) < 1e-6 * brightest, "{}", greatest_difference(&far_px, &uneclipsed_px));
     let earth = eclipsed.body(NaifId::EARTH).expect("the Earth").placement;
     let (lat, lon) = (25.3f64.to_radians(), (-104.1f64).to_radians());
@@ -197,9 +198,9 @@ fn no_line_appears_at_the_limb_of_a_hazy_moon() {
         let at_limb = |limb: u32| {
             let level = light(limb).max(light(limb - 1));
             let second_difference = |x: u32| (light(x + 1) - 2.0 * light(x) + light(x - 1)).abs() / level;
-            if level > 1e-6 { (limb - 1..limb + 2).map(second_difference).fold(0.0, f64::max) } else { 0.0 }
+            if level > 1e-6 { (limb - 1..limb + 2).map(second_difference).fold(0.0, larger) } else { 0.0 }
         };
-        limbs.into_iter().map(at_limb).fold(0.0, f64::max)
+        limbs.into_iter().map(at_limb).fold(0.0, larger)
     };
     // At full phase, and from Saturn's direction, from which the Sun lights Titan from the side.
     for towards in [NaifId::SUN, SATURN] {

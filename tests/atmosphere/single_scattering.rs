@@ -1,6 +1,7 @@
 //! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), skylight against
 //! simulated photons, multiply scattered light, the shadows of the planet and of the Moon, and air of zero density.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -40,7 +41,7 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
         let floor = 1e-4 * brightest(&ray["atm"]);
         let (got, expected) = (numbers(&answer["radiance"]), numbers(&ray["radiance"]));
         assert!(got.iter().all(|v| v.is_finite() && *v >= 0.0), "{ray}: {got:?}");
-        let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, f64::max);
+        let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, larger);
         radiance.push(worst);
         for (g, e) in numbers(&answer["transmittance"]).iter().zip(numbers(&ray["transmittance"])) {
             transmittance = transmittance.max((g - e).abs());
@@ -165,8 +166,8 @@ fn an_empty_atmosphere_changes_nothing() {
     assert!(empty_air.draw(&by_pixel, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr == airless, "the pixels differ");
     // With the coarse image the ground's draw shades the clouds, and rounds differently.
     let coarse = empty_air.draw(&with, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
-    let relative_difference = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, f32::max);
-    let greatest = coarse.iter().zip(&airless).map(|(a, b)| relative_difference(a, b)).fold(0.0, f32::max);
+    let relative_difference = |a: &[f32; 4], b: &[f32; 4]| (0..3).map(|c| (a[c] - b[c]).abs() / b[c].max(1e-3)).fold(0.0, larger);
+    let greatest = coarse.iter().zip(&airless).map(|(a, b)| relative_difference(a, b)).fold(0.0, larger);
     assert!(greatest < 2e-3, "{greatest:e}");
     // The real air must change the image.
     assert!((sum(&SESSION, &with) / sum(&SESSION, &without) - 1.0).abs() > 0.01);
@@ -275,7 +276,7 @@ fn multiple_scattering_is_negligible_in_thin_air_and_brightens_the_earth() {
         let brightest = table[..multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS]
             .iter()
             .map(|root| root.truncate().max_element().powi(2))
-            .fold(0.0, f32::max);
+            .fold(0.0, larger);
         assert!(table.iter().all(|v| v.is_finite() && v.min_element() >= 0.0), "{name}");
         assert!(brightest > 0.0 && brightest < upper_bound, "{name}: {brightest}");
     }

@@ -2,6 +2,7 @@
 //! light of the air. And the ground near the camera is exposed for itself, not for the planet with its clouds.
 
 use super::air_pass::image;
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use orrery::catalog::NaifId;
@@ -57,7 +58,7 @@ fn light(scene: &Scene) -> [f64; 3] {
 /// twilight, 0.0008 of white at the longest exposure, is not drawn.
 fn relative_step(a: [f64; 3], b: [f64; 3], white: f64) -> f64 {
     let step = |a: f64, b: f64| if (a - b).abs() < 1e-3 * white { 0.0 } else { (a - b).abs() / a.max(b) };
-    a.iter().zip(b).map(|(a, b)| step(*a, b)).fold(0.0, f64::max)
+    a.iter().zip(b).map(|(a, b)| step(*a, b)).fold(0.0, larger)
 }
 
 /// Four heights within a fiftieth of a percent of the top. Bounds: 3 % of the light (Jupiter in twilight: 2 %), a fiftieth of a stop by day and 0.3 in twilight. If the map of Mars counts as bare ground below the
@@ -108,7 +109,7 @@ fn the_exposure_changes_gradually_from_the_ground_into_space() {
                 scene(&request).exposure.stops
             };
             let all: Vec<f64> = (2..=220).map(stops).collect();
-            let greatest = all.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max);
+            let greatest = all.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, larger);
             println!("{body:?}, {degrees} degrees from noon: at most {greatest:.3} stops a step");
             assert!(greatest < MAX_STOPS, "{body:?}, {degrees} degrees from noon: {greatest} stops in a step of {all:?}");
             longest_way = longest_way.max((all[all.len() - 1] - all[0]).abs());
@@ -123,7 +124,7 @@ fn noon_on_the_earth(longitude_deg: f64, height_km: f64, effects: &str) -> (f64,
     let time = format!("2024-03-20T{hour:02.0}:00:00Z");
     let effects = EffectOverrides::parse(effects).expect("effects");
     let found = scene(&ViewRequest { effects, ..view(NaifId::EARTH, &time, longitude_deg, height_km) });
-    (found.exposure.stops, light(&found).into_iter().fold(0.0, f64::max))
+    (found.exposure.stops, light(&found).into_iter().fold(0.0, larger))
 }
 
 /// From eye level, sea and land around the equator at noon are shown between a quarter of white and white, in the mean; single places are darker (forests: a

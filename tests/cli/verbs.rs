@@ -288,6 +288,28 @@ fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
+/// Standard output and the image are the same with and without the option.
+#[test]
+fn verbose_runs_print_their_times_to_standard_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = |args: &[&str], name: &str| {
+        let image = folder.path().join(name);
+        let out = orrery(&[args, &["-o", image.to_str().expect("a plain name")]].concat());
+        assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
+        (out.stdout, String::from_utf8(out.stderr).expect("text"), std::fs::read(image).expect("an image"))
+    };
+    let render = ["render", "--target", "moon", "--time", ECLIPSE, "--size", "16x16", "--renderer", "software"];
+    let (quiet, verbose) = (run(&render, "a.png"), run(&[&render[..], &["-v"]].concat(), "b.png"));
+    assert_eq!((&quiet.0, quiet.1.as_str(), &quiet.2), (&verbose.0, "", &verbose.2));
+    let [stages, total] = verbose.1.lines().collect::<Vec<_>>()[..] else { panic!("{}", verbose.1) };
+    assert!(stages.starts_with("orrery: drew 1 frame by software: catalog ") && stages.contains(", draw "), "{stages}");
+    assert!(total.starts_with("orrery: done in ") && total.ends_with(" s"), "{total}");
+    // The other verbs print one line.
+    let other = orrery(&["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE, "-v"]);
+    let other = String::from_utf8(other.stderr).expect("text");
+    assert!(other.starts_with("orrery: done in ") && other.lines().count() == 1, "{other}");
+}
+
 /// One problem does not hide another. A number of threads of 0 means one for each core.
 #[test]
 fn doctor_reads_the_data_files_of_every_option() {
@@ -302,7 +324,9 @@ fn doctor_reads_the_data_files_of_every_option() {
     };
     let text = report("none.csv");
     for option in ["--stars", "--minor-planets", "--lunar-heights", "--sky"] {
-        assert!(text.lines().any(|line| line.starts_with(&format!("data      {option}: none."))), "{option}: {text}");
+        let lines: Vec<&str> = text.lines().filter(|line| line.starts_with(&format!("data      {option}: none."))).collect();
+        let [line] = lines[..] else { panic!("{option}: {text}") };
+        assert!(line.matches("none.").count() == 1 && line.matches(&format!("{option}: ")).count() == 1, "{line}");
     }
     assert!(!text.contains("on 0 threads"), "{text}");
     let text = report(stars.to_str().expect("a path"));

@@ -1,5 +1,6 @@
 //! Eclipses of the Moon at draft quality: the light of the umbra, which the Earth's air refracts, and the exposure for it.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
@@ -56,7 +57,7 @@ fn draft_refracts_light_into_the_umbra_and_meters_it() {
                 }
                 model => assert_eq!((model, eclipse_model(&draft)), (EclipseModel::None, EclipseModel::None), "{middle} {k}"),
             }
-            worst = worst.max((draft.exposure.stops - standard.exposure.stops).abs());
+            worst = larger(worst, (draft.exposure.stops - standard.exposure.stops).abs());
         }
     }
     println!("{refracted} with umbra, {uniform} without; draft is off by {worst:.3} stops, uniform discs by {worst_uniform:.2}");

@@ -1,7 +1,6 @@
 //! Eclipses by the emitted modules, against tables made outside this program (tests/data/README.md), geometry and observations.
 
-use crate::support::session::SESSION;
-use crate::support::sweep;
+use crate::support::{folds::larger, session::SESSION, sweep};
 use glam::{DVec3, Vec4};
 use orrery::FrameImages;
 use orrery::catalog::{NaifId, Photometry};
@@ -258,7 +257,7 @@ fn shadows_move_continuously_from_second_to_second() {
         };
         let by_second: Vec<_> = (-2..3).map(|s| light(f64::from(s))).collect();
         for (before, after) in by_second.iter().zip(&by_second[1..]) {
-            let worst = before.iter().zip(after).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, f64::max);
+            let worst = before.iter().zip(after).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs())).fold(0.0, larger);
             assert!(worst < max_change, "{}: {worst:e}", body.name);
             assert!(worst > 0.0, "{}: nothing moves", body.name);
         }

@@ -1,5 +1,6 @@
 //! Totality: the corona follows its law, the Moon is dark in front of it, and the planets appear next to it.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3};
 use orrery::FrameImages;
@@ -121,7 +122,7 @@ fn faint_light_around_the_sun_has_no_sharp_edge() {
         let rows = light.windows(2).enumerate().filter(|(k, _)| k % 400 != 399).map(|(_, w)| (w[0], w[1]));
         let columns = (0..light.len() - 400).map(|k| (light[k], light[k + 400]));
         let worst =
-            rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * faintest).map(|(a, b)| (a - b).abs() / faintest).fold(0.0, f64::max);
+            rows.chain(columns).filter(|(a, b)| a.max(*b) < 3.0 * faintest).map(|(a, b)| (a - b).abs() / faintest).fold(0.0, larger);
         println!("{fov_deg} degrees, {effects}: {worst:.3}");
         assert!(worst < 0.33, "{fov_deg} degrees, {effects}: a step of {worst} of the faintest light that shows");
     }
@@ -154,7 +155,7 @@ fn the_corona_follows_its_law_at_every_scale() {
             assert!((measured / expected - 1.0).abs() < 0.01, "{fov_deg} degrees, {size} px, {ring:?}: {measured:e} for {expected:e}");
         }
         // The middle of the disc shows the Sun itself: a million times brighter than the corona.
-        let middle = all.iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).fold(f64::MAX, f64::min);
+        let middle = all.iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).fold(f64::MAX, smaller);
         assert!(middle > 2e4, "{middle}");
     }
 }
@@ -259,8 +260,8 @@ fn the_moon_is_dark_in_front_of_the_corona() {
     let all = around_sun(&with);
     // Here the Moon is 6 % larger than the Sun and 0.03 solar radii off centre.
     let on_moon: Vec<f64> = all.iter().filter(|p| p.radius < 0.95).map(|p| p.luminance).collect();
-    let beside_moon: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, f64::min);
-    let brightest = on_moon.iter().copied().fold(0.0, f64::max);
+    let beside_moon: f64 = all.iter().filter(|p| (1.1..1.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, smaller);
+    let brightest = on_moon.iter().copied().fold(0.0, larger);
     assert!(beside_moon > 1e-2 && brightest < 0.02 * beside_moon, "the Moon is {brightest:e} in front of {beside_moon:e}");
     // The full Earth above the Moon gives 10 to 16 lux (a magnitude of -16.5 to -17.0), on an albedo of 0.05 to 0.2.
     let without = drawn(&ViewRequest { effects: EffectOverrides::parse("-planet-shine").expect("effects"), ..view });
@@ -274,8 +275,8 @@ fn the_moon_is_dark_in_front_of_the_corona() {
     let space = drawn(&ViewRequest { position: behind, ..request(NaifId::SUN, parse_time(TOTALITY), 4.0, 96, 5.0, "-points,-atmosphere") });
     let (is_on, reason) = decision(&space.scene, NaifId::SUN, "corona");
     let seen = around_sun(&space);
-    let hidden = seen.iter().filter(|p| p.radius < 1.1).map(|p| p.luminance).fold(0.0, f64::max);
-    let ring = seen.iter().filter(|p| (2.0..2.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, f64::min);
+    let hidden = seen.iter().filter(|p| p.radius < 1.1).map(|p| p.luminance).fold(0.0, larger);
+    let ring = seen.iter().filter(|p| (2.0..2.2).contains(&p.radius)).map(|p| p.luminance).fold(f64::MAX, smaller);
     assert!(is_on && hidden < 1e-5 && ring > 3e-4, "{reason}: {hidden:e} behind the Earth, {ring:e} beside it");
 }
 
@@ -302,7 +303,7 @@ fn planets_are_visible_next_to_the_eclipsed_sun() {
             assert_eq!(with.scene.body(planet).expect("the planet").appearance, Appearance::Point);
             let contrasts =
                 with.frame.hdr.iter().zip(&without.frame.hdr).map(|(a, b)| (luminance(a) - luminance(b)) / luminance(b).max(1e-12));
-            contrasts.fold(0.0, f64::max)
+            contrasts.fold(0.0, larger)
         };
         let (dark, day) = (contrast(TOTALITY), contrast("2024-04-08T17:00:00Z"));
         assert!(dark > 1.0 && day < 0.02 * dark && day > 0.0, "{planet:?}: {dark} in totality, {day} by day");
@@ -336,7 +337,7 @@ fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
         }
     }
     assert!(extinctions.len() > 5, "{extinctions:?}");
-    let (min, max) = extinctions.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (a.min(*k), b.max(*k)));
+    let (min, max) = extinctions.iter().fold((f64::MAX, 0.0_f64), |(a, b), k| (smaller(a, *k), larger(b, *k)));
     // Green: gas 0.09; with aerosol and ozone 0.1 to 0.25 in total.
     assert!(min > 0.1 && max < 0.25 && max / min < 1.1, "{extinctions:?}");
 }
@@ -368,7 +369,7 @@ fn single_precision_is_enough_for_totality() {
             .hdr
             .iter()
             .zip(&exact.frame.hdr)
-            .map(|(a, b)| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, f64::max))
+            .map(|(a, b)| (0..3).map(|c| (level(a[c]) - level(b[c])).abs()).fold(0.0, larger))
             .collect();
         differences.sort_by(f64::total_cmp);
         // The other 2 % are pixels of the limb and the horizon.

@@ -2,6 +2,7 @@
 //! between, in f32 and f64. Tested for the models without refraction, for round and elongated occluders, for one to four occluders, and for
 //! the shadows of a globe on its ring and of the ring on the globe.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::{DVec2, DVec3, Vec4};
@@ -134,7 +135,7 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
                     }
                     for k in 1..light.len() {
                         // After the closest approach a small occluder would uncover the Sun again, so the way ends there.
-                        let rise = (0..3).map(|c| light[k][c] - light[k - 1][c]).fold(0.0, f64::max);
+                        let rise = (0..3).map(|c| light[k][c] - light[k - 1][c]).fold(0.0, larger);
                         let worst = if is_round { &mut worst_round } else { &mut worst_elongated };
                         *worst = worst.max(rise);
                         // Round occluders: rounding, and a step of 2e-7 where the hidden part is summed instead of the visible part.

@@ -96,6 +96,25 @@ fn local_circumstances_and_paths_are_reported() {
     }
 }
 
+/// A repeated command finds its own file.
+#[test]
+fn a_path_replaces_another_file_only_with_overwrite() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("path.geojson");
+    let args = [&APRIL_2024[..], &["--kind", "solar", "--path", file.to_str().expect("a path")]].concat();
+    assert!(find(&args).status.success() && find(&args).status.success(), "an existing file with the same bytes must be accepted");
+    let path = std::fs::read(&file).expect("a file");
+    std::fs::write(&file, "mine").expect("a file");
+    let refused = find(&args);
+    let stderr_text = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty() && stderr_text.trim().lines().count() == 1, "{stderr_text}");
+    assert!(stderr_text.contains("path.geojson: this file exists; --overwrite replaces it"), "{stderr_text}");
+    assert_eq!(std::fs::read(&file).expect("a file"), b"mine");
+    assert!(find(&[&args[..], &["--overwrite"]].concat()).status.success());
+    assert_eq!(std::fs::read(&file).expect("a file"), path);
+    assert_eq!(find(&[&APRIL_2024[..], &["--overwrite"]].concat()).status.code(), Some(2), "--overwrite needs --path");
+}
+
 /// Where a line crosses the date line, it has a vertex on each side of the cut, with the time of the crossing.
 #[test]
 fn a_centre_line_over_the_date_line_has_a_time_for_each_vertex() {

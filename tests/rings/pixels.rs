@@ -2,6 +2,7 @@
 //! place. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles around the two
 //! halves of the rings.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::DVec3;
@@ -113,10 +114,10 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
         };
         let mean = |k: u32| (0..FINER * FINER).map(|n| fine_pixel(k, n)).sum::<f64>() / f64::from(FINER * FINER);
         let reference: Vec<f64> = (0..SIDE * SIDE).map(mean).collect();
-        let brightest = reference.iter().copied().fold(0.0, f64::max);
+        let brightest = reference.iter().copied().fold(0.0, larger);
         let mean_and_worst_difference = |light: &[f64]| {
             let relative_difference = light.iter().zip(&reference).map(|(l, r)| (l - r).abs() / brightest);
-            let (sum, worst) = relative_difference.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, worst.max(a)));
+            let (sum, worst) = relative_difference.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, larger(worst, a)));
             (sum / f64::from(SIDE * SIDE), worst)
         };
         let (mean, worst) = mean_and_worst_difference(&coarse.iter().map(|p| f64::from(p[1])).collect::<Vec<_>>());

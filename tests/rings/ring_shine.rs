@@ -1,6 +1,7 @@
 //! Ring-shine on the planet: the light that the shader reads from its table, against a plain sum over the rings' area; where it vanishes,
 //! and its upper bound.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -125,7 +126,7 @@ fn greatest_error(time: &str, fault: Fault) -> (f64, f64) {
     let light = draw.uniforms.lights[0];
     let sun = light.direction_in_body.as_dvec3().normalize();
     let placement = &scene.body(SATURN).expect("Saturn").placement;
-    let brightest = hdr.iter().map(|p| f64::from(p[0] / light.irradiance.x)).fold(0.0, f64::max);
+    let brightest = hdr.iter().map(|p| f64::from(p[0] / light.irradiance.x)).fold(0.0, larger);
     let (mut greatest, mut compared): (f64, usize) = (0.0, 0);
     for (k, pixel) in hdr.iter().enumerate() {
         let (x, y) = (k as u32 % SIDE, k as u32 / SIDE);
@@ -144,7 +145,7 @@ fn greatest_error(time: &str, fault: Fault) -> (f64, f64) {
         let expected = summed_ring_shine(&profile, (to - from) / COUNT as f64, polar, place, sun, fault);
         for c in 0..3 {
             let found = f64::from(pixel[c] / light.irradiance.x);
-            greatest = greatest.max((found - expected[c]).abs() / brightest);
+            greatest = larger(greatest, (found - expected[c]).abs() / brightest);
         }
         compared += 1;
     }
@@ -191,7 +192,7 @@ fn equator_and_poles_get_no_ring_shine() {
     // The table contains light divided by height above the equator. This quotient is finite, so the light vanishes at the equator: a
     // hundredth of a degree from it the light is less than a fiftieth of the maximum.
     let shine = scene.draws[0].uniforms.ring.shine.clone().expect("a table");
-    let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, f32::max);
+    let at_equator = shine.texels[..4 * orrery::scene::ring_shine::COLUMNS].iter().copied().fold(0.0, larger);
     assert!(f64::from(at_equator) * 0.01f64.to_radians() < 0.02 * shine.brightest, "{at_equator}");
 }
 

@@ -1,6 +1,7 @@
 //! The layer of bright stars: at every exposure, in air, in linear light.
 
 use super::stars::towards;
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::NaifId;
@@ -17,7 +18,7 @@ struct ShownStars {
 }
 
 fn shown(scene: &Scene) -> ShownStars {
-    let brightest = scene.stars.iter().map(|s| f64::from(s.flux.y)).fold(0.0, f64::max);
+    let brightest = scene.stars.iter().map(|s| f64::from(s.flux.y)).fold(0.0, larger);
     ShownStars { count: scene.stars.len(), brightest: brightest * scene.exposure.factor() }
 }
 

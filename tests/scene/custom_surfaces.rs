@@ -1,5 +1,6 @@
 //! Custom surfaces: which bodies they colour, that they can be switched off, and how errors are reported.
 
+use crate::support::folds::larger;
 use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
 use orrery::scene::request::{Position, ViewRequest};
@@ -42,7 +43,7 @@ fn light(session: &Session, request: &ViewRequest) -> Vec<[f32; 4]> {
 
 /// Greatest difference in any channel.
 fn greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
-    a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+    a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, larger)
 }
 
 #[test]
@@ -53,7 +54,7 @@ fn a_surface_colours_only_its_body_and_can_be_switched_off() {
     let (moon, mars) = (view(NaifId::MOON), view(NaifId(499)));
     let before = light(&standard, &moon);
     assert!(
-        greatest_difference(&before, &light(&custom, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, f32::max),
+        greatest_difference(&before, &light(&custom, &moon)) > 0.1 * before.iter().map(|p| p[1]).fold(0.0, larger),
         "the Moon is chequered"
     );
     assert_eq!(greatest_difference(&light(&standard, &mars), &light(&custom, &mars)), 0.0, "Mars has no surface of its own");

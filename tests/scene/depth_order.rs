@@ -1,6 +1,7 @@
 //! What hides what, at any distance: from near a body to 100 au, its ground, clouds, air and rings keep their order, whatever the
 //! resolution of depth; and a moon in front of a ring or of clouds hides them, one behind is hidden.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -47,7 +48,8 @@ fn drawn(request: &ViewRequest, samples: u8, precision: Precision) -> (Scene, Ve
 
 /// Greatest difference of two images relative to the brightest pixel of the first, without pixels near other bodies.
 fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other, b): &(Scene, Vec<[f32; 4]>)) -> f32 {
-    let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
+    let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, larger);
+    assert!(brightest.is_finite(), "{body:?}");
     let is_near_other_body = |scene: &Scene, at: DVec2| {
         let near = |c: &orrery::scene::BodyInView| {
             let middle = scene.camera.clip(c.placement.centre_km).map(|clip| scene.camera.pixel_from_clip(clip));
@@ -59,8 +61,8 @@ fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other
     let mut worst = 0.0_f32;
     for (k, (a, b)) in a.iter().zip(b).enumerate() {
         let at = DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
-        let change = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        if change > worst * brightest && !is_near_other_body(scene, at) && !is_near_other_body(other, at) {
+        let change = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger);
+        if (change.is_nan() || change > worst * brightest) && !is_near_other_body(scene, at) && !is_near_other_body(other, at) {
             worst = change / brightest;
         }
     }

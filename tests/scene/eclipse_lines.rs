@@ -1,6 +1,7 @@
 //! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path of 2024 runs through the published point of
 //! greatest eclipse, and cones reach from body to body.
 
+use crate::support::folds::smaller;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -129,7 +130,7 @@ fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
             at.distance(a.lerp(b, t))
         };
         let pixel_km = built.camera.pixel_tangent() * (placement.centre_km.length() - placement.radii_km.x);
-        line.iter().map(distance_to).fold(f64::INFINITY, f64::min) * pixel_km
+        line.iter().map(distance_to).fold(f64::INFINITY, smaller) * pixel_km
     };
     // Greatest eclipse 18:17:16: 25 deg 17.4' N, 104 deg 08.3' W.
     assert!(distance_km(25.29, -104.138) < 4.0, "{}", distance_km(25.29, -104.138));
@@ -177,7 +178,7 @@ fn cones_reach_from_the_moon_to_the_earth() {
                 .iter()
                 .flat_map(|p| ends_px(&built, p))
                 .map(|at| at.distance(centre_px(body)) * pixel_km)
-                .fold(f64::INFINITY, f64::min);
+                .fold(f64::INFINITY, smaller);
             assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
         }
         assert!(built.lines_in_space.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");

@@ -1,6 +1,7 @@
 //! Linear light keeps effects that a display would not show: an image with the automatically selected effects is compared with one with
 //! all effects, and no pixel may differ by more than the floor of the request's purpose.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -23,7 +24,7 @@ fn pixels(request: &ViewRequest, purpose: Purpose, effects: &str, stops: f64) ->
 /// The greatest difference between channels of two images, relative to the larger of the two values.
 fn relative_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     let relative = |(p, q): (&f32, &f32)| if p == q { 0.0 } else { (p - q).abs() / p.abs().max(q.abs()) };
-    a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(relative).fold(0.0, f32::max)
+    a.iter().zip(b).flat_map(|(p, q)| p[..3].iter().zip(&q[..3])).map(relative).fold(0.0, larger)
 }
 
 fn views() -> Vec<(&'static str, ViewRequest)> {
@@ -98,6 +99,6 @@ fn the_suns_disc_fits_into_half_floats() {
     let time = Instant::parse("2025-01-01T00:00:00Z").expect("a time");
     let position = Position::Over { towards: None, distance_radii: Some(3.0) };
     let request = ViewRequest { position, fov_deg: Some(45.0), width: 256, height: 256, ..ViewRequest::of(NaifId::SUN, time) };
-    let brightest = pixels(&request, Purpose::LINEAR, "", 0.0).iter().flat_map(|p| &p[..3]).copied().fold(0.0, f32::max);
+    let brightest = pixels(&request, Purpose::LINEAR, "", 0.0).iter().flat_map(|p| &p[..3]).copied().fold(0.0, larger);
     assert!((62_000.0..=65_504.0).contains(&brightest), "{brightest}");
 }

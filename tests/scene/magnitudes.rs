@@ -1,5 +1,6 @@
 //! Brightness of whole bodies against published magnitudes, and of drawn discs against that of points.
 
+use crate::support::folds::smaller;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::scene::effects::EffectOverrides;
@@ -128,8 +129,9 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
         let published = published_saturn(sun_au, viewer_au, tilt_deg, saturn.phase_angle_deg);
         let computed = saturn.magnitude.expect("lit");
         let globe = model_magnitude(&catalog, 699, sun_au, viewer_au, saturn.phase_angle_deg);
-        if (computed - published).abs() > worst.abs() {
-            worst = computed - published;
+        let error = computed - published;
+        if error.is_nan() || error.abs() > worst.abs() {
+            worst = error;
             println!("tilt {tilt_deg:.1}, phase {:.2}: {computed:.3}, published {published:.3}, globe {globe:.3}", saturn.phase_angle_deg);
         }
         worst_globe = worst_globe.max(globe - published);
@@ -155,7 +157,7 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
             .find(|h| magnitude_at(*h).is_none())
             .expect("an eclipse each orbit");
         let magnitudes: Vec<Option<f64>> = (-80..=80).map(|k| magnitude_at(dark_h + f64::from(k) * 0.05)).collect();
-        let unshadowed = magnitudes.iter().flatten().copied().fold(f64::INFINITY, f64::min);
+        let unshadowed = magnitudes.iter().flatten().copied().fold(f64::INFINITY, smaller);
         // Magnitudes are 3 minutes apart.
         let dark_min = 3 * magnitudes.iter().filter(|m| m.is_none()).count();
         println!("{moon}: {unshadowed:.2} at best, dark for {dark_min} min");

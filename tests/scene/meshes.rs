@@ -1,6 +1,7 @@
 //! Bodies drawn from triangle files: agreement with the ellipsoid's image, the effect of each flag, and the messages for files that cannot
 //! be drawn.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::session_over;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -123,7 +124,7 @@ fn ellipsoid(around: u32) -> String {
 fn mean_and_greatest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> (f64, f64) {
     let level = |v: f32| f64::from(255.0 * v.clamp(0.0, 1.0));
     let all = a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |k| (level(a[k]) - level(b[k])).abs()));
-    let (sum, max) = all.fold((0.0, 0.0_f64), |(s, m), d| (s + d, m.max(d)));
+    let (sum, max) = all.fold((0.0, 0.0_f64), |(s, m), d| (s + d, larger(m, d)));
     (sum / (3 * a.len()) as f64, max)
 }
 
@@ -197,7 +198,7 @@ fn an_open_bowl_shows_its_inside_only_if_two_sided() {
     let seen: Vec<_> = drawn.frame.hdr.iter().filter(|p| p[..3] != [0.0; 3]).collect();
     assert!(seen.len() > 3000, "{} pixels", seen.len());
     // At the rim the inside is seen edge-on, so its normal is perpendicular to the view.
-    let min = seen.iter().map(|p| p[0]).fold(1.0, f32::min);
+    let min = seen.iter().map(|p| p[0]).fold(1.0, smaller);
     assert!(min > 0.499, "the normals of the inside do not face the viewer: {min}");
     // From the other side, both variants look like a closed body.
     let outside = |user_mesh: &UserMesh| lit_pixels(&user_mesh.draw("", PixelView::Albedo, -from).1);

@@ -4,6 +4,7 @@
 //! semi-major axis up to e = 0.97.
 
 use crate::support::emitted::{Emitted, EvalInput};
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -185,7 +186,7 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
                 sum += f64::from(p[1]);
                 moment += at * f64::from(p[1]);
             }
-            worst_px = worst_px.max((moment / sum).distance(expected_px));
+            worst_px = larger(worst_px, (moment / sum).distance(expected_px));
             let earth_to_sun_au = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
             geometric_shift_px = geometric_shift_px
                 .max(((geometric_direction(&ephemeris, &body, time) - direction).length() / camera.pixel_tangent()).abs());
@@ -199,7 +200,7 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
             let marker_flux = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
-            worst_light = worst_light.max((sum / (flux.max(marker_flux) * colour) - 1.0).abs());
+            worst_light = larger(worst_light, (sum / (flux.max(marker_flux) * colour) - 1.0).abs());
             brighter_than_markers += usize::from(flux > marker_flux);
         }
     }

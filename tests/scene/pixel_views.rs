@@ -1,5 +1,6 @@
 //! Pixel views: each shows what its legend says, checked against numbers known from the scene, and the written file explains its colours.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -53,7 +54,7 @@ fn the_eclipse_of_a_body_with_planet_shine_is_drawn() {
             ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
         };
         let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
-        let brightest = drawn.frame.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+        let brightest = drawn.frame.hdr.iter().map(|p| p[1]).fold(0.0, larger);
         assert!(range.contains(&brightest), "{time}: {brightest}");
     }
 }
@@ -135,8 +136,8 @@ fn map_coordinates_of_triaxial_bodies_are_planetocentric() {
 fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
     let eclipse = drawn(399, 3.0, DAY, PixelView::Eclipse);
     let on_ground = |p: &&[f32; 4]| p[3] > 0.999 && p[..3].iter().any(|v| *v > 0.0);
-    let smallest = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, f32::min);
-    let greatest = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let smallest = eclipse.hdr.iter().filter(on_ground).map(|p| p[1]).fold(1.0, smaller);
+    let greatest = eclipse.hdr.iter().map(|p| p[1]).fold(0.0, larger);
     assert!(smallest < 0.1 && (greatest - 1.0).abs() < 1e-3, "the Moon's shadow leaves {smallest}, elsewhere {greatest}");
 
     // Straight down, Rayleigh scattering over the sea has an optical depth of about 0.22 at 450 nm and 0.05 at 650 nm (Bucholtz 1995); haze
@@ -144,12 +145,12 @@ fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
     let air = drawn(399, 3.0, DAY, PixelView::OpticalDepth);
     let [r, g, b] = air.middle();
     assert!(0.05 < r && r < g && g < b && (0.2..0.6).contains(&b), "{r} {g} {b}");
-    let limb_depth = air.hdr.iter().map(|p| p[2]).fold(0.0, f32::max);
+    let limb_depth = air.hdr.iter().map(|p| p[2]).fold(0.0, larger);
     assert!(f64::from(limb_depth) > 4.0 * b, "{limb_depth} along the limb");
 
     // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the image contains both.
     let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
-    let greatest_depth = rings.hdr.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let greatest_depth = rings.hdr.iter().map(|p| p[1]).fold(0.0, larger);
     assert!(greatest_depth > 1.0, "optical depth {greatest_depth}");
     let shadow = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::Ring);
     let across_globe = 48 * SIDE as usize + 38..48 * SIDE as usize + 59;

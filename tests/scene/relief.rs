@@ -1,5 +1,6 @@
 //! Relief near the limb: slopes that face away from the viewer leave no black dots.
 
+use crate::support::folds::smaller;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
@@ -24,7 +25,7 @@ fn min_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
     };
     let (rough, smooth) = (image("+normal,-planet-shine"), image("-normal,-planet-shine"));
     let lit_pixels = rough.iter().zip(&smooth).filter(|(_, s)| s[1] > 0.01);
-    lit_pixels.map(|(r, s)| f64::from(r[1] / s[1])).fold(f64::INFINITY, f64::min)
+    lit_pixels.map(|(r, s)| f64::from(r[1] / s[1])).fold(f64::INFINITY, smaller)
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Lines of the sky and of the ground: they run through the correct positions, are smooth at every field of view, lie behind bodies, and
 //! disappear when switched off.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec3};
 use orrery::FrameImages;
@@ -55,7 +56,7 @@ fn distance_px(camera: &Camera, segments: &[LineSegment], at: DVec2) -> f64 {
         let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
         at.distance(a.lerp(b, t))
     };
-    segments.iter().map(distance_to).fold(f64::INFINITY, f64::min)
+    segments.iter().map(distance_to).fold(f64::INFINITY, smaller)
 }
 
 /// The vertices of Orion's figure are its stars, including proper motion and the aberration by the Earth's velocity, at fields of view from
@@ -70,7 +71,7 @@ fn figures_join_their_stars() {
         let apparent = StarPlacer::of(SESSION.catalog(), &viewer, &request).place(&star).direction;
         let at = built.camera.pixel_from_clip(built.camera.clip(apparent).expect("in front"));
         let nearest_px =
-            built.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&built.camera, e).distance(at)).fold(f64::INFINITY, f64::min);
+            built.sky_lines.iter().flat_map(|p| p.ends).map(|e| pixel(&built.camera, e).distance(at)).fold(f64::INFINITY, smaller);
         assert!(nearest_px < 0.05, "HIP {hip}, {fov_deg} degrees: {nearest_px}");
         // Without aberration the position would be off by up to 20 arc seconds.
         let without_aberration = built.camera.pixel_from_clip(built.camera.clip(star.direction).expect("in front"));
@@ -149,7 +150,7 @@ fn lines_do_not_jump_when_panning() {
         let inside = ends.filter(|at| at.cmpgt(DVec2::splat(15.0)).all() && at.cmplt(DVec2::new(485.0, 385.0)).all());
         let distances: Vec<f64> = inside.map(|at| distance_px(&first.camera, &first.sky_lines, at)).collect();
         assert!(distances.len() > 20, "{} ends of line segments", distances.len());
-        distances.into_iter().fold(0.0, f64::max)
+        distances.into_iter().fold(0.0, larger)
     };
     for pan_px in [0.5, 1.0, 2.0] {
         let distance = greatest_distance_px(pan_px);

@@ -1,5 +1,6 @@
 //! The light of a disc does not depend on the size of its image: crescents thinner than a pixel, and rims of air far lower than a pixel.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -50,9 +51,9 @@ impl View {
         let change = |side: &u32| {
             let ratio = light(&self.scene(*side)) / reference;
             println!("{} {side}: {ratio}", self.time);
-            (ratio - 1.0).abs().max_element()
+            (ratio - 1.0).abs().to_array().into_iter().fold(0.0, larger)
         };
-        sides.iter().map(change).fold(0.0, f64::max)
+        sides.iter().map(change).fold(0.0, larger)
     }
 }
 

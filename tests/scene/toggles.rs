@@ -1,5 +1,6 @@
 //! Effects switched by hand in rendered scenes: each changes only its own pixels, and an effect without anything to draw changes nothing.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -224,7 +225,7 @@ fn air_of_zero_density_equals_no_air() {
     none.draws.iter_mut().for_each(|d| d.features.air = Air::default());
     let (air, thin, none) = (pixels(&air), pixels(&thin), pixels(&none));
     let greatest_difference =
-        |a: &Pixels, b: &Pixels| a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
+        |a: &Pixels, b: &Pixels| a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| (x - y).abs()).fold(0.0, larger);
     assert!(greatest_difference(&thin, &none) < 2e-6, "{}", greatest_difference(&thin, &none));
     assert!(greatest_difference(&air, &none) > 0.05, "air of true density must be visible");
 }

@@ -2,6 +2,7 @@
 
 pub mod air_reference;
 pub mod emitted;
+pub mod folds;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hand_shader;

@@ -29,7 +29,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut interface = interface(NaifId::EARTH, TIME);
     let catalog = session().catalog();
     let places = orrery::view::app::body_positions::SessionPositions(session());
-    let rigel = catalog.stars().hip(24_436).copied().expect("in the catalogue");
+    let rigel = catalog.stars().hip(24_436).copied().expect("in the catalog");
     let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
     let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
     interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), 900.0, &places);
@@ -39,7 +39,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     settle(&mut window);
     // The sky is the area that the panels leave.
     let sky = window.get_by_label_contains("The sky: ").rect();
-    let star = catalog.stars().index_of_hip(24_436).expect("in the catalogue");
+    let star = catalog.stars().index_of_hip(24_436).expect("in the catalog");
     let screen_position = |window: &Window, px: glam::DVec2| {
         let rendered = window.state().shown().expect("an image");
         let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);

@@ -153,6 +153,13 @@ pub struct Pass {
     pub draws: Vec<PlanDraw>,
 }
 
+impl Pass {
+    /// A pass whose draws return numbers: one sample per pixel in linear floats, without depth; NaN where nothing is drawn.
+    pub(crate) fn of_numbers(name: &'static str, width: u32, height: u32, draws: Vec<PlanDraw>) -> Self {
+        Self { name, width, height, format: ColourFormat::Hdr, samples: 1, clear: [f32::NAN; 4], depth: false, draws }
+    }
+}
+
 /// The images of a plan that the frame is to contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameImages {

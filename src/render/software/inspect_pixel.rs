@@ -15,7 +15,7 @@ use super::program::{LaneInput, LaneOutput, Program};
 use super::raster::setup::VertexGrid;
 use super::renderer::{BoundStages, EntryPoints, Precision, SoftwareRenderer};
 use super::stage::{LANES, LaneProgram, LaneRun};
-use crate::render::plan::{Blend, ColourFormat, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
+use crate::render::plan::{Blend, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
 
 /// A value bound to a name in a module's WGSL: a scalar, or the components of a vector or matrix, as of the last assignment; NaN if the pixel's control
@@ -103,16 +103,7 @@ fn fragment_outputs<R: Real>(
         depth: DepthState { test: false, write: false },
         ..draw
     };
-    let pass = Pass {
-        name: "pixel",
-        width,
-        height,
-        format: ColourFormat::Hdr,
-        samples: 1,
-        clear: [f32::NAN; 4],
-        depth: false,
-        draws: vec![single_pixel],
-    };
+    let pass = Pass::of_numbers("pixel", width, height, vec![single_pixel]);
     // The scissor leaves one quad, so the pixel is one of the first four lanes.
     let lane = (y % 2 * 2 + x % 2) as usize;
     let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };

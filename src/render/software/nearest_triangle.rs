@@ -55,7 +55,7 @@ pub(crate) fn nearest_triangles<R: Real>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::plan::{Attribute, Blend, ColourFormat, DepthState, Instances, Pass, ShadingRate};
+    use crate::render::plan::{Attribute, Blend, DepthState, Instances, Pass, ShadingRate};
     use crate::render::software::VertexGrid;
     use crate::render::software::exec::LaneMask;
     use crate::render::software::pass::{DrawStages, PassImage, execute};
@@ -127,16 +127,7 @@ mod tests {
             outputs: (0..4).map(|component| LaneOutput::Location { index: 0, component, flat: false }).collect(),
         };
         let is_covered_by = |vertices: Vertices| {
-            let pass = Pass {
-                name: "test",
-                width: SIZE,
-                height: SIZE,
-                format: ColourFormat::Hdr,
-                samples: 1,
-                clear: [f32::NAN; 4],
-                depth: false,
-                draws: vec![PlanDraw { vertices, ..draw.clone() }],
-            };
+            let pass = Pass::of_numbers("test", SIZE, SIZE, vec![PlanDraw { vertices, ..draw.clone() }]);
             let stages = [DrawStages { vertex: &vertex, vertex_grid: VertexGrid::Gpu, fragment: &fragment }];
             let (image, _) = execute::<f32>(&pass, &stages).expect("drawn");
             matches!(image, PassImage::Float(pixels) if !pixels[(y * SIZE + x) as usize][0].is_nan())

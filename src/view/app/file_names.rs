@@ -38,10 +38,12 @@ impl NumberedName {
     /// # Errors
     /// If the placeholder is invalid; the message explains how to write it.
     pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
-        let Some((before, rest)) = name.split_once('%') else { return Ok(None) };
+        // Only the file's name has a frame number: a percent sign in the name of a folder is just a character.
+        let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |at| at + 1));
+        let Some((before, rest)) = file.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, after)| {
             let digits = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-            (!after.contains('%')).then(|| Self { before: before.to_owned(), digits, after: after.to_owned() })
+            (!after.contains('%')).then(|| Self { before: format!("{folder}{before}"), digits, after: after.to_owned() })
         });
         found.map(Some).ok_or_else(|| FrameNumberError { name: name.to_owned() })
     }
@@ -100,6 +102,9 @@ mod tests {
         // Separators at the end of a name are no part of its extension.
         assert_eq!(first("a.é//", 2), ["a.é//", "a.é//-2"]);
         assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
+        // A percent sign in the name of a folder is no placeholder.
+        assert_eq!(first("50%/a%d/x.png", 2), ["50%/a%d/x.png", "50%/a%d/x-2.png"]);
+        assert_eq!(first("50%/x-%d.png", 2), ["50%/x-0.png", "50%/x-1.png"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
             assert!(free_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
         }

@@ -261,6 +261,10 @@ mod tests {
         assert!(file_with(TAN, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.contains("RA---TAN")));
         let in_radians = [&plate_carree("0.1")[..], &[("CUNIT1", "'rad'")][..]].concat();
         assert!(file_with(&in_radians, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("CUNIT1: `rad`")));
+        for degrees in ["'deg'", "'DEG'", "'degree'", "'Degrees '"] {
+            let in_degrees = [&plate_carree("10")[..], &[("CUNIT1", degrees), ("CUNIT2", degrees)]].concat();
+            assert!(file_with(&in_degrees, SIZE, &[1, 2, 3, 4]).is_ok(), "{degrees}");
+        }
         let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
         assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
     }

@@ -74,10 +74,11 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     Ok(deg_per_px)
 }
 
-/// Rejects axes in other units than degrees.
+/// Rejects axes in other units than degrees. The standard's name of the unit is `deg` (FITS 4.0, section 4.3, table 3); other spellings are common.
 fn check_units(header: &Header) -> Result<(), WrongCard> {
     for keyword in ["CUNIT1", "CUNIT2"] {
-        if !matches!(header.text(keyword), "" | "deg") {
+        let unit = header.text(keyword);
+        if !unit.is_empty() && !["deg", "degree", "degrees"].iter().any(|degrees| unit.eq_ignore_ascii_case(degrees)) {
             return Err(unsupported_card(header, keyword, "only degrees (deg) are supported"));
         }
     }

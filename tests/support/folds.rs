@@ -1,0 +1,31 @@
+//! The larger and the smaller of two numbers for folds over results, where NaN must not get lost: `f64::max` and `f64::min` ignore it, so that a wrong result
+//! would pass. NaN is returned here, and fails each comparison that follows.
+
+/// Whether a number is NaN: only NaN is not equal to itself.
+fn is_nan<T: PartialOrd>(number: &T) -> bool {
+    number.partial_cmp(number).is_none()
+}
+
+/// The larger number, or NaN if one of them is NaN.
+pub fn larger<T: PartialOrd>(a: T, b: T) -> T {
+    if is_nan(&a) || a >= b { a } else { b }
+}
+
+/// The smaller number, or NaN if one of them is NaN.
+pub fn smaller<T: PartialOrd>(a: T, b: T) -> T {
+    if is_nan(&a) || a <= b { a } else { b }
+}
+
+#[test]
+fn nan_is_both_the_largest_and_the_smallest() {
+    for position in 0..3 {
+        // The sign of NaN, which decides its place in `total_cmp`, has no effect.
+        for nan in [f64::NAN, -f64::NAN] {
+            let mut numbers = [1.0, 3.0, 2.0];
+            assert_eq!((numbers.into_iter().fold(0.0, larger), numbers.into_iter().fold(9.0, smaller)), (3.0, 1.0));
+            numbers[position] = nan;
+            assert!(numbers.into_iter().fold(0.0, larger).is_nan() && numbers.into_iter().fold(9.0, smaller).is_nan());
+        }
+    }
+    assert_eq!((larger(f32::INFINITY, 1.0), smaller(f32::NEG_INFINITY, 1.0)), (f32::INFINITY, f32::NEG_INFINITY));
+}
