@@ -63,9 +63,13 @@ impl Placement {
     }
 
     /// Whether the body covers an entire disc of this angular radius around an ICRF direction. The curve inside its outline, at the disc's radius from it, is
-    /// approximated by the outline of an ellipsoid whose semi-axes are smaller by that radius at the body's distance.
+    /// approximated by the outline of a smaller ellipsoid: exact for a sphere; otherwise off by up to the disc's radius times the flattening.
     pub(crate) fn covers_disc(&self, direction: DVec3, angular_radius_rad: f64) -> bool {
-        let radii_km = self.radii_km - angular_radius_rad * self.centre_km.length();
+        // A sphere of radius r at distance D, seen at the angular radius asin(r / D) - a, has the radius r cos a - h sin a. h is the distance to the horizon.
+        let (sin, cos) = angular_radius_rad.sin_cos();
+        let distance = self.camera_in_unit_sphere().length();
+        let horizon_km = ((distance - 1.0) * (distance + 1.0)).max(0.0).sqrt() * self.centre_km.length() / distance;
+        let radii_km = self.radii_km * cos - horizon_km * sin;
         radii_km.min_element() > 0.0 && Self { radii_km, ..*self }.surface_along(direction).is_some()
     }
 
@@ -307,6 +311,54 @@ impl Camera {
             silhouette_form: silhouette_form.map(|row| narrow(row).extend(0.0)),
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
             camera_in_unit_sphere: narrow(camera),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+    use std::f64::consts::TAU;
+
+    /// The angle from the centre's direction up to which a condition on directions holds; 0 if it does not hold there.
+    fn angle_up_to(holds: impl Fn(DVec3) -> bool, centre: DVec3, perpendicular: DVec3) -> f64 {
+        let at = |angle: f64| centre * angle.cos() + perpendicular * angle.sin();
+        let (mut from, mut to) = (0.0, 1.7);
+        for _ in 0..34 {
+            let middle = 0.5 * (from + to);
+            if holds(at(middle)) { from = middle } else { to = middle }
+        }
+        from
+    }
+
+    /// From the ground to a telescope's distance: a body covers a disc exactly if all rays through the disc's rim meet the body.
+    #[test]
+    fn a_body_covers_a_disc_if_all_rays_of_its_rim_meet_the_body() {
+        let mut random = Random::new(7);
+        for (height, flattening) in [1e-9, 1e-6, 1e-3, 0.1, 1.0, 10.0, 1e4].into_iter().flat_map(|h| [0.0, 0.1].map(|f| (h, f))) {
+            for _ in 0..6 {
+                let radii_km = DVec3::new(1.0, 1.0, 1.0 - flattening);
+                let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, TAU));
+                let camera = random.direction() * radii_km * (1.0 + height);
+                let body = Placement { centre_km: body_from_icrf.transpose() * -camera, body_from_icrf, radii_km };
+                // The Sun's disc as seen from the Earth, or a fifth of the body's own.
+                let disc_rad = (0.2 * (1.0 / (1.0 + height)).asin()).min(0.0047);
+                let all_rays_meet = |direction: DVec3| {
+                    let (x, y) = direction.any_orthonormal_pair();
+                    (0..48).map(|k| TAU * f64::from(k) / 48.0).all(|angle| {
+                        let across = x * angle.cos() + y * angle.sin();
+                        body.surface_along(direction * disc_rad.cos() + across * disc_rad.sin()).is_some()
+                    })
+                };
+                let centre = body.centre_km.normalize();
+                let perpendicular = centre.cross(random.direction()).normalize();
+                let expected = angle_up_to(all_rays_meet, centre, perpendicular);
+                let found = angle_up_to(|direction| body.covers_disc(direction, disc_rad), centre, perpendicular);
+                // Rays at 48 places of the rim miss up to 0.2 % of its radius.
+                let allowed = (0.003 + 1.2 * flattening) * disc_rad;
+                assert!((found - expected).abs() < allowed, "height {height}, {flattening}: {found}, not {expected}");
+            }
         }
     }
 }
