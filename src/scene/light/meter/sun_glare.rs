@@ -53,7 +53,8 @@ impl MeteredFrame<'_, '_> {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let Some((veil, sun)) = self.glare.as_ref().zip(sun) else { return FrameGlare::default() };
-        let Some(centre) = camera.clip(veil.towards) else { return FrameGlare::default() };
+        // The sprite is drawn at the Sun's centre, also if a part of the Sun is hidden.
+        let Some(centre) = camera.clip(sun.placement.centre_km) else { return FrameGlare::default() };
         let samples = self.sample_frame(|ray| {
             let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size()).length());
             [self.sun_transmittance * veil.radiance(ray.normalize()), distance_px]
