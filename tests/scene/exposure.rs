@@ -271,6 +271,21 @@ fn the_sprite_of_a_point_like_sun_is_metered() {
     assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
 }
 
+/// The veil around the Sun and the glare of its sprite are switched by different effects: each that is drawn lowers the exposure of a small image, and none that is
+/// not drawn does.
+#[test]
+fn only_the_glare_that_is_drawn_is_metered() {
+    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
+    let stops = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        scene(&ViewRequest { width: 40, height: 40, effects, ..crescent_moon.clone() }).exposure.stops
+    };
+    let (both, veil, sprite, none) = (stops(""), stops("-points"), stops("-glow"), stops("-glow,-points"));
+    assert!(veil - both > 0.5 && none - veil > 0.5, "{both} with both, {veil} with the veil, {none} without glare");
+    assert!(none - sprite > 0.5, "{sprite} with the sprite, {none} without glare");
+}
+
 /// Near the Sun the corona covers the entire sky. It is metered there, too, also in a view away from the Sun, which would be white if it were exposed for a
 /// dark sky.
 #[test]

@@ -30,7 +30,7 @@ use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::{disc_share, point_peak};
+use crate::scene::point::{drawn_disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
@@ -228,6 +228,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
     }
 
+    /// Fraction of a body's light that the frame draws as a disc.
+    fn disc_share(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
+    }
+
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
@@ -304,7 +309,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
+                let spread = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p) * far_weight;
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
@@ -410,7 +415,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
+        let spread = area / (area + (1.0 - self.disc_share(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
