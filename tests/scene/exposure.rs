@@ -205,6 +205,32 @@ fn the_exposure_from_a_body_s_centre_is_that_from_beside_it() {
     assert!((centre - beside).abs() < 0.1, "{centre} from the centre, {beside} beside the Sun");
 }
 
+/// A camera at the centre of a body, a millimetre above its ground at the equator and at the pole, and a tenth of a radius over the pole: the exposure is a
+/// number, between that of the Sun's disc from its surface and that of the night sky.
+#[test]
+fn a_camera_at_or_on_a_body_has_an_exposure() {
+    let time = "2024-04-08T18:42:38Z";
+    let mut metered = 0;
+    for body in [10, 399, 301, 401, 599, 699, 999].map(NaifId) {
+        let ground = |latitude_deg: f64| Position::Ground { body, latitude_deg, longitude_deg: 0.0, height_km: 1e-6 };
+        let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.z;
+        let over_pole = Position::Offset { body, offset_km: DVec3::Z * (1.1 * radius_km), axes: Axes::BodyFixed };
+        for (position, target) in [Position::Centre(body), ground(0.0), ground(90.0), over_pole]
+            .into_iter()
+            .flat_map(|position| [NaifId::SUN, NaifId::EARTH].map(|target| (position, target)))
+        {
+            if position == Position::Centre(target) {
+                continue;
+            }
+            let view = ViewRequest { width: 16, height: 16, ..request(target, time, position, Some(60.0)) };
+            let stops = scene(&view).exposure.stops;
+            assert!((-17.0..20.0).contains(&stops), "{body:?}, {position:?} to {target:?}: {stops}");
+            metered += 1;
+        }
+    }
+    assert_eq!(metered, 7 * 8 - 2);
+}
+
 /// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: at half of white for the mean slope.
 /// The slopes of a dozen places differ so much that the mean over them is 0.09 to 1.6 of white (measured). On smooth ground the meter would see night beyond the
 /// terminator: at that exposure the slopes are 80 to 1400 times white.
