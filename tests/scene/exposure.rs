@@ -7,7 +7,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, glare};
 use orrery::time::Instant;
 
@@ -310,6 +310,15 @@ fn only_the_glare_that_is_drawn_is_metered() {
     let (both, veil, sprite, none) = (stops(""), stops("-points"), stops("-glow"), stops("-glow,-points"));
     assert!(veil - both > 0.5 && none - veil > 0.5, "{both} with both, {veil} with the veil, {none} without glare");
     assert!(none - sprite > 0.5, "{sprite} with the sprite, {none} without glare");
+    // In a whole-sphere image of this size a sprite is at most 16 pixels high.
+    let of_sphere = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        let composition = Composition { projection: Projection::Equirectangular, ..Composition::default() };
+        let view = ViewRequest { width: 80, height: 40, fov_deg: None, effects, composition, ..crescent_moon.clone() };
+        SESSION.draw(&view, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").scene.exposure.stops
+    };
+    let (sprite, none) = (of_sphere("-glow"), of_sphere("-glow,-points"));
+    assert!((none - sprite).abs() < 0.3, "whole sphere: {sprite} with the sprite, {none} without glare");
 }
 
 /// Near the Sun the corona covers the entire sky. It is metered there, too, also in a view away from the Sun, which would be white if it were exposed for a

@@ -48,7 +48,8 @@ impl FrameGlare {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite are switched by different effects, and each counts if it is drawn.
+    /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite are switched by different effects, and each counts if it is drawn;
+    /// a sprite that is limited to a small part of the image does not change the median.
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);
@@ -57,7 +58,7 @@ impl MeteredFrame<'_, '_> {
             return FrameGlare::default();
         };
         let glare_part = glare::entered_fraction(camera, sun);
-        let flux = if glare_part > 0.0 {
+        let flux = if glare_part > 0.0 && !camera.has_small_sprites {
             let point_share = 1.0 - self.disc_share(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_share * visible_fraction * self.sun_transmittance
