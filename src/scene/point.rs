@@ -38,6 +38,11 @@ pub fn disc_share(diameter_px: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
+/// As [`disc_share`]; the entire light if the user has switched points off. `points`: the user's choice of that effect.
+pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
+    if points == Some(false) { 1.0 } else { disc_share(diameter_px) }
+}
+
 /// Value at the sprite's rim of the core's Gaussian of amplitude 1, and the integral over the sprite's circle of that Gaussian less this value.
 fn lowered_core(radius_px: f64) -> (f64, f64) {
     let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);

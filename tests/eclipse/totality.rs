@@ -239,17 +239,45 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
     }
 }
 
-/// At the limb the glare of the entire Sun is 2000 times as bright as the corona. At 18:16 UTC, 53 minutes after first contact and 25 before totality, the Moon hides
-/// 0.61 of the disc, so the corona changes the glare by 1/700: more than the 1/1000 that linear light keeps, less than the 1/512 that a display shows.
+/// At the limb the glare of the entire Sun is 2000 times as bright as the corona. At 18:00 UTC, 37 minutes after first contact and 41 before totality, the Moon hides
+/// 0.38 of the light, and the rest surrounds a point 0.3 radii from the Sun's middle. So the corona changes the glare at the limb behind the Moon by 1/700: more than
+/// the 1/1000 that linear light keeps, less than the 1/512 that a display shows.
 #[test]
 fn linear_light_keeps_a_corona_that_a_display_loses_in_the_glare() {
-    let view = request(NaifId::SUN, parse_time("2024-04-08T18:16:00Z"), 3.0, 32, 0.0, "");
+    let view = request(NaifId::SUN, parse_time("2024-04-08T18:00:00Z"), 3.0, 32, 0.0, "");
     let view = ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..view };
     for (purpose, expected) in [(Purpose::Display, false), (Purpose::LINEAR, true)] {
         let scene = SESSION.scene(&ViewRequest { purpose, ..view.clone() }).expect("a scene");
         let (is_on, reason) = decision(&scene, NaifId::SUN, "corona");
         assert_eq!(is_on, expected, "{purpose}: {reason}");
     }
+}
+
+/// From first contact to totality: the decision about the corona states how much brighter the glare is at the limb than the corona. It is the drawn glare, at the limb's
+/// farthest point from the glare's middle.
+#[test]
+fn the_corona_is_compared_with_the_glare_that_is_drawn() {
+    let mut darkest = f64::INFINITY;
+    for minute in 0..8 {
+        let time = parse_time("2024-04-08T17:20:00Z").plus_seconds(600.0 * f64::from(minute));
+        let view = request(NaifId::SUN, time, 3.0, 64, 0.0, "-atmosphere,-clouds,+glow");
+        let scene = SESSION.scene(&ViewRequest { position: on_ground(NaifId::EARTH, DALLAS), ..view }).expect("a scene");
+        let (_, reason) = decision(&scene, NaifId::SUN, "corona");
+        let stated =
+            reason.split("the glare there is ").nth(1).and_then(|text| text.split(' ').next()).and_then(|text| text.parse::<f64>().ok());
+        let stated = stated.unwrap_or_else(|| panic!("{reason}"));
+        let glare = scene.glare.expect("glare");
+        let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
+        let towards = sun.centre_km.normalize();
+        let camera = &scene.camera;
+        let towards = DVec3::new(towards.dot(camera.right), towards.dot(camera.up), towards.dot(camera.forward));
+        let farthest = (glare.sun_direction.as_dvec3() - towards).length() + sun.radii_km.x / sun.centre_km.length();
+        let expected = f64::from(glare.strength.y) / (farthest * farthest) / corona::radiance(1.0);
+        // The reason has two digits.
+        assert!((stated / expected - 1.0).abs() < 0.06, "{minute}: {stated}, drawn {expected}");
+        darkest = darkest.min(stated);
+    }
+    assert!(darkest < 500.0, "{darkest}");
 }
 
 /// In totality the Moon's disc, lit by the Earth, is dark in front of the corona; from space, the Earth's disc hides the corona.

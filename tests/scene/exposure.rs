@@ -7,7 +7,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, glare};
 use orrery::time::Instant;
 
@@ -205,6 +205,32 @@ fn the_exposure_from_a_body_s_centre_is_that_from_beside_it() {
     assert!((centre - beside).abs() < 0.1, "{centre} from the centre, {beside} beside the Sun");
 }
 
+/// A camera at the centre of a body, a millimetre above its ground at the equator and at the pole, and a tenth of a radius over the pole: the exposure is a
+/// number, between that of the Sun's disc from its surface and that of the night sky.
+#[test]
+fn a_camera_at_or_on_a_body_has_an_exposure() {
+    let time = "2024-04-08T18:42:38Z";
+    let mut metered = 0;
+    for body in [10, 399, 301, 401, 599, 699, 999].map(NaifId) {
+        let ground = |latitude_deg: f64| Position::Ground { body, latitude_deg, longitude_deg: 0.0, height_km: 1e-6 };
+        let radius_km = SESSION.catalog().body(body).expect("a body").radii_km.z;
+        let over_pole = Position::Offset { body, offset_km: DVec3::Z * (1.1 * radius_km), axes: Axes::BodyFixed };
+        for (position, target) in [Position::Centre(body), ground(0.0), ground(90.0), over_pole]
+            .into_iter()
+            .flat_map(|position| [NaifId::SUN, NaifId::EARTH].map(|target| (position, target)))
+        {
+            if position == Position::Centre(target) {
+                continue;
+            }
+            let view = ViewRequest { width: 16, height: 16, ..request(target, time, position, Some(60.0)) };
+            let stops = scene(&view).exposure.stops;
+            assert!((-17.0..20.0).contains(&stops), "{body:?}, {position:?} to {target:?}: {stops}");
+            metered += 1;
+        }
+    }
+    assert_eq!(metered, 7 * 8 - 2);
+}
+
 /// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: at half of white for the mean slope.
 /// The slopes of a dozen places differ so much that the mean over them is 0.09 to 1.6 of white (measured). On smooth ground the meter would see night beyond the
 /// terminator: at that exposure the slopes are 80 to 1400 times white.
@@ -269,6 +295,30 @@ fn the_sprite_of_a_point_like_sun_is_metered() {
     let (white, _) = white_and_mean_levels(&at(40));
     let (white_before, _) = white_and_mean_levels(&ViewRequest { exposure: ExposureRequest::Stops(stops_of_large_image), ..at(40) });
     assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
+}
+
+/// The veil around the Sun and the glare of its sprite are switched by different effects: each that is drawn lowers the exposure of a small image, and none that is
+/// not drawn does.
+#[test]
+fn only_the_glare_that_is_drawn_is_metered() {
+    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
+    let stops = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        scene(&ViewRequest { width: 40, height: 40, effects, ..crescent_moon.clone() }).exposure.stops
+    };
+    let (both, veil, sprite, none) = (stops(""), stops("-points"), stops("-glow"), stops("-glow,-points"));
+    assert!(veil - both > 0.5 && none - veil > 0.5, "{both} with both, {veil} with the veil, {none} without glare");
+    assert!(none - sprite > 0.5, "{sprite} with the sprite, {none} without glare");
+    // In a whole-sphere image of this size a sprite is at most 16 pixels high.
+    let of_sphere = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        let composition = Composition { projection: Projection::Equirectangular, ..Composition::default() };
+        let view = ViewRequest { width: 80, height: 40, fov_deg: None, effects, composition, ..crescent_moon.clone() };
+        SESSION.draw(&view, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").scene.exposure.stops
+    };
+    let (sprite, none) = (of_sphere("-glow"), of_sphere("-glow,-points"));
+    assert!((none - sprite).abs() < 0.3, "whole sphere: {sprite} with the sprite, {none} without glare");
 }
 
 /// Near the Sun the corona covers the entire sky. It is metered there, too, also in a view away from the Sun, which would be white if it were exposed for a

@@ -29,6 +29,8 @@ pub struct Camera {
     pub height: u32,
     /// Whether the frame is one face of a dome image or of a whole-sphere image. The Sun's glare is then drawn even if the Sun is outside the frame.
     pub is_cube_face: bool,
+    /// Whether the frame belongs to a dome image or a whole-sphere image, in which no point's sprite covers more than a small part.
+    pub has_small_sprites: bool,
 }
 
 /// The apparent position, orientation and size of a body, f64.
@@ -184,7 +186,7 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false }
+        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false, has_small_sprites: false }
     }
 
     /// Half the width and height of the viewport, pixels.

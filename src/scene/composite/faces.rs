@@ -149,6 +149,7 @@ pub(super) fn frames(
         width: side_px,
         height: side_px,
         is_cube_face: true,
+        has_small_sprites: true,
         ..viewer.camera.clone()
     };
     let (mut frames, mut visible_rects, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);

@@ -64,10 +64,7 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         let model = meshes::model(frame.context, placed.body);
         let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
-        let disc_fraction = match frame.context.request.effects.override_of(Effect::Points) {
-            Some(false) => 1.0,
-            _ => point::disc_share(diameter_px),
-        };
+        let disc_fraction = point::drawn_disc_share(frame.context.request.effects.override_of(Effect::Points), diameter_px);
         Self { frame, placed, diameter_px, rect, model, ring_view, disc_fraction }
     }
 

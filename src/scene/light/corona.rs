@@ -126,7 +126,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The radiance by which the corona at the limb exceeds the smallest change of the glare there that is kept. `glare`: that which the frame draws.
+/// The radiance by which the corona at the limb exceeds the smallest change of the glare there that is kept. `glare`: that which the frame draws. Where the Sun
+/// is partly hidden, this is the limb opposite its visible part, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }

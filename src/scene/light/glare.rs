@@ -35,7 +35,7 @@ pub struct Glare {
     pub rect_in_clip: Vec4,
     /// Unit vector towards the middle of the visible part of the Sun, camera axes: right, up, forward.
     pub sun_direction: Vec3,
-    /// Square of the angle within which the glare is constant, radians squared: that of `VeilingGlare`, smaller for a partly hidden Sun.
+    /// Square of the angle within which the glare is constant, radians squared: smaller for a partly hidden Sun.
     pub core_angle_sq: f32,
     /// As in `VeilingGlare`, after the air between camera and Sun.
     pub strength: Vec3,
@@ -53,16 +53,14 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// Where the glare comes from: the unit vector towards the middle of the Sun's visible part, and the factor on the square of the angle within which the glare is
-/// constant. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with it.
-fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>, towards: DVec3) -> (DVec3, f64) {
+/// The middle of the Sun's visible part from the Sun's centre, in solar radii, and the factor on the square of the angle within which the glare is constant.
+/// With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with it.
+fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {
-        return (towards, light.clamp(0.0, 1.0));
+        return (DVec3::ZERO, light.clamp(0.0, 1.0));
     }
-    let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
-    let middle = crate::scene::visibility::hidden::visible_middle(placed, sun);
-    ((towards + middle * sin_radius).normalize(), light.sqrt())
+    (crate::scene::visibility::hidden::visible_middle(placed, sun), light.sqrt())
 }
 
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame, and 1 in each face of a
@@ -92,12 +90,15 @@ pub(crate) fn entered_fraction(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     entry_fraction(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
 }
 
-/// The glare around the Sun. Its radiance at an angle theta is `strength` / theta²; it is constant where theta² is below `core_angle_sq`.
+/// The glare around the Sun's visible part. Its radiance at an angle theta from there is `strength` / theta²; it is constant where theta² is below
+/// `core_angle_sq`. The air between camera and Sun is left out.
 pub(crate) struct VeilingGlare {
-    /// Unit vector towards the Sun, ICRF.
+    /// Unit vector towards the middle of the Sun's visible part, ICRF.
     pub towards: DVec3,
     pub strength: f64,
     pub core_angle_sq: f64,
+    /// Square of the angle between `towards` and the farthest point of the Sun's limb; at least `core_angle_sq`.
+    far_limb_angle_sq: f64,
     /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
     pub visible_fraction: f64,
 }
@@ -107,7 +108,6 @@ impl VeilingGlare {
     pub(crate) fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         // At the Sun's centre there is no glare.
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0)?;
-        let towards = sun.placement.centre_km / sun.distance_km;
         let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
         let entered = entered_fraction(camera, sun);
         if entered <= 0.0 {
@@ -115,11 +115,14 @@ impl VeilingGlare {
         }
         let visible_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-        let core_angle = sin_radius.max(camera.pixel_tangent());
+        let (middle, core_factor) = source(placed, sun);
+        let pixel_sq = camera.pixel_tangent().powi(2);
+        let core_angle_sq = (core_factor * (sin_radius * sin_radius).max(pixel_sq)).max(pixel_sq);
         Some(Self {
-            towards,
+            towards: (sun.placement.centre_km / sun.distance_km + middle * sin_radius).normalize(),
             strength: VEILING_GLARE * irradiance * visible_fraction,
-            core_angle_sq: core_angle * core_angle,
+            core_angle_sq,
+            far_limb_angle_sq: (sin_radius * (1.0 + middle.length())).powi(2).max(core_angle_sq),
             visible_fraction,
         })
     }
@@ -130,9 +133,9 @@ impl VeilingGlare {
         Self::of(camera, placed).filter(|_| request.effects.override_of_body(sun.body, Effect::Glare) != Some(false))
     }
 
-    /// Radiance at the Sun's limb.
+    /// Radiance at the point of the Sun's limb that is farthest from the visible part: the smallest of the limb.
     pub(crate) fn limb_radiance(&self) -> f64 {
-        self.strength / self.core_angle_sq
+        self.strength / self.far_limb_angle_sq
     }
 
     /// Radiance in a direction (a unit vector).
@@ -167,10 +170,8 @@ pub(crate) fn glare(
     transmittance: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Glare, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
-    let VeilingGlare { towards, strength, core_angle_sq, visible_fraction } = VeilingGlare::of(camera, placed)?;
-    let strength = transmittance(towards) * strength;
-    let (towards, core_factor) = source(placed, sun, towards);
-    let core_angle_sq = (core_factor * core_angle_sq).max(camera.pixel_tangent().powi(2));
+    let VeilingGlare { towards, strength, core_angle_sq, visible_fraction, .. } = VeilingGlare::of(camera, placed)?;
+    let strength = transmittance(sun.placement.centre_km / sun.distance_km) * strength;
     let limb_radiance = strength.max_element() / core_angle_sq;
     let on = threshold.is_exceeded_by_radiance(limb_radiance);
     let reason = if visible_fraction > 0.0 {

@@ -122,6 +122,7 @@ mod tests {
             width: 1000,
             height: 1000,
             is_cube_face: false,
+            has_small_sprites: false,
         }
     }
 

@@ -10,6 +10,7 @@
 
 mod geometry;
 mod ground;
+mod log_mean;
 mod near_corona;
 mod refracted_limb;
 mod ring_shadow;
@@ -30,12 +31,13 @@ use crate::scene::light::lights::{self, LightOn, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::{disc_share, point_peak};
+use crate::scene::point::{drawn_disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
+use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
 
@@ -48,11 +50,6 @@ const MAX_DUSK_STOPS: f64 = 3.0;
 const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of a targeted Sun, because a daylight sky around it is as bright as any ground; also of its corona, and of refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. At 2/3 the lit part of a crescent outweighs
-/// its night side, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
-const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
-/// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
-const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 /// Shares of the frame below which the Sun's disc is no longer the subject of an image but a light in it: if the Sun is the target, and if it is not.
 const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
@@ -87,35 +84,6 @@ pub(crate) struct Metered {
 pub(crate) struct MeterReading {
     pub metered: Vec<Metered>,
     pub glare: FrameGlare,
-}
-
-/// Accumulates a weighted mean of logarithms of radiance.
-#[derive(Clone, Copy, Default)]
-struct LogMean {
-    weight: f64,
-    log_sum: f64,
-}
-
-impl LogMean {
-    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers contrast.
-    fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
-        if share > 0.0 && radiance > 0.0 {
-            let contrast = radiance / (radiance + foreground_radiance);
-            let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
-            self.weight += weight;
-            self.log_sum += weight * radiance.ln();
-        }
-    }
-
-    fn merge(&mut self, other: &Self) {
-        self.weight += other.weight;
-        self.log_sum += other.log_sum;
-    }
-
-    fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
-        let radiance = (self.log_sum / self.weight).exp();
-        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
-    }
 }
 
 pub(crate) struct Meter<'m, 'a> {
@@ -228,6 +196,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
     }
 
+    /// Fraction of a body's light that the frame draws as a disc.
+    fn disc_share(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
+    }
+
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
@@ -304,7 +277,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let spread = area / (area + (1.0 - disc_share(diameter_px)) / point_peak());
+                let spread = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p) * far_weight;
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
@@ -410,7 +383,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let spread = area / (area + (1.0 - disc_share(2.0 * (area / PI).sqrt())) / point_peak());
+        let spread = area / (area + (1.0 - self.disc_share(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.

@@ -1,8 +1,8 @@
 //! The shadow of rings on the ground near the camera, for the light meter.
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the part of the ground that one ray of the meter stands for.
-//! It changes gradually, because it is a mean over the ray's footprint and the Sun's disc; at the equator it may step, where footprints reach across the ring
-//! plane. From 3 radii on there is no shadow: the entire disc is in view, of which the
+//! It changes gradually, because it is a mean over the ray's footprint and the Sun's disc, also where the footprint reaches across the ring plane at the
+//! equator. From 3 radii on there is no shadow: the entire disc is in view, of which the
 //! shadow covers a small part.
 
 use super::MeteredFrame;
@@ -51,17 +51,20 @@ impl RingShadowOnGround {
     /// The fraction of sunlight that the rings leave at a point, their own light included, of the ground (unit-sphere frame). `spacing`: angle between the meter's rays.
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
-        let to_ring_plane = -ground.z / self.sun.z;
-        if !(to_ring_plane > 0.0 && to_ring_plane.is_finite()) {
+        let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
+        // Only ground on the side of the ring plane that is turned away from the Sun is in shadow; near the equator that is a part of the footprint.
+        let beyond_plane = -ground.z * self.sun.z.signum();
+        let part_beyond = smoothstep(0.5 + beyond_plane / footprint);
+        let to_ring_plane = beyond_plane.max(0.0) / self.sun.z.abs();
+        if part_beyond <= 0.0 || !to_ring_plane.is_finite() {
             return 1.0;
         }
         let radius = (ground + self.sun * to_ring_plane).truncate().length();
         // A step on the ground moves the point in the ring plane by up to this factor.
         let stretch = 1.0 + self.sun.truncate().length() / self.sun.z.abs();
-        let footprint = spacing * (self.camera - ground).length();
         let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);
-        1.0 - self.weight * blocked * (1.0 - self.darkest)
+        1.0 - self.weight * part_beyond * blocked * (1.0 - self.darkest)
     }
 }
 
@@ -90,5 +93,36 @@ impl MeteredFrame<'_, '_> {
         let darkest = if has_ring_shine { RING_SHINE_IN_SHADOW } else { 0.0 };
         let semi_axes = p.body.radii_km / unit_km;
         Some(RingShadowOnGround { blocked_up_to, sun, sun_tangent, camera, semi_axes, weight, darkest })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From 30 degrees south to 30 degrees north, for a high and a low Sun on both sides of the ring plane: with steps an eighth as large, the largest change is
+    /// about an eighth, so there is no jump.
+    #[test]
+    fn the_shadow_changes_gradually_across_the_equator() {
+        for (sin_sun, spacing) in [0.45, -0.2, 0.05].into_iter().flat_map(|s| [0.01, 0.1, 0.3].map(|spacing| (s, spacing))) {
+            let rings = RingShadowOnGround {
+                blocked_up_to: vec![[1.1, 0.0], [1.52, 0.1], [1.95, 0.45], [2.03, 0.45], [2.27, 0.6]],
+                sun: DVec3::new((1.0_f64 - sin_sun * sin_sun).sqrt(), 0.0, sin_sun),
+                sun_tangent: 5e-4,
+                camera: DVec3::new(1.3, 0.0, 0.02),
+                semi_axes: DVec3::new(1.0, 1.0, 0.9),
+                weight: 1.0,
+                darkest: RING_SHINE_IN_SHADOW,
+            };
+            let largest_change = |steps: u32| {
+                let angle = |k: u32| f64::from(k) / f64::from(steps) - 0.5;
+                let all = (0..=steps).map(|k| rings.transmittance(DVec3::new(angle(k).cos(), 0.0, angle(k).sin()), spacing));
+                let all: Vec<f64> = all.collect();
+                assert!(all.iter().any(|t| *t < 0.8) && all.contains(&1.0), "{sin_sun} {spacing}: no shadow, or no light");
+                all.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max)
+            };
+            let (of_coarse, of_fine) = (largest_change(800), largest_change(6400));
+            assert!(of_fine < 0.25 * of_coarse, "{sin_sun} {spacing}: {of_coarse}, {of_fine} with smaller steps");
+        }
     }
 }

@@ -48,21 +48,31 @@ impl FrameGlare {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The Sun's glare over the frame, dimmed by the air around the camera.
+    /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite are switched by different effects, and each counts if it is drawn;
+    /// a sprite that is limited to a small part of the image does not change the median.
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
-        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN);
-        let Some((veil, sun)) = self.glare.as_ref().zip(sun) else { return FrameGlare::default() };
-        let Some(centre) = camera.clip(veil.towards) else { return FrameGlare::default() };
+        let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);
+        // The sprite is drawn at the Sun's centre, also if a part of the Sun is hidden.
+        let Some((sun, centre)) = sun.and_then(|sun| Some((sun, camera.clip(sun.placement.centre_km)?))) else {
+            return FrameGlare::default();
+        };
+        let glare_part = glare::entered_fraction(camera, sun);
+        let flux = if glare_part > 0.0 && !camera.has_small_sprites {
+            let point_share = 1.0 - self.disc_share(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
+            let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
+            point::flux(camera, sun).max_element() * point_share * visible_fraction * self.sun_transmittance
+        } else {
+            0.0
+        };
+        if self.glare.is_none() && flux <= 0.0 {
+            return FrameGlare::default();
+        }
         let samples = self.sample_frame(|ray| {
             let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size()).length());
-            [self.sun_transmittance * veil.radiance(ray.normalize()), distance_px]
+            let veil = self.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
+            [self.sun_transmittance * veil, distance_px]
         });
-        let point_share = 1.0 - point::disc_share(2.0 * (area_px(camera, sun) / PI).sqrt());
-        let glare_part = glare::entered_fraction(camera, sun);
-        // The veil's fraction includes that part.
-        let visible_fraction = veil.visible_fraction / glare_part;
-        let flux = point::flux(camera, sun).max_element() * point_share * visible_fraction * self.sun_transmittance;
         FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, glare_part }) }
     }
 }

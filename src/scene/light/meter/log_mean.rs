@@ -1,0 +1,69 @@
+//! The mean radiance of a subject of the light meter.
+//!
+//! In: parts of the subject, each with its share of the frame and its radiance. Out: a [`Metered`] subject. Always: the mean is finite, whatever the parts are.
+
+use super::Metered;
+use crate::catalog::NaifId;
+use crate::message::Argument;
+
+/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. At 2/3 the lit part of a crescent outweighs
+/// its night side, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
+const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
+/// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
+const WEIGHT_RADIANCE_CAP: f64 = 1.0;
+
+/// Accumulates a weighted mean of logarithms of radiance.
+#[derive(Clone, Copy, Default)]
+pub(super) struct LogMean {
+    pub weight: f64,
+    pub log_sum: f64,
+}
+
+impl LogMean {
+    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers contrast.
+    pub fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
+        if share > 0.0 && radiance > 0.0 {
+            let contrast = radiance / (radiance + foreground_radiance);
+            let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
+            let log = weight * radiance.ln();
+            // An infinite radiance or a foreground that is not a number would spoil the exposure of the entire frame.
+            if log.is_finite() {
+                self.weight += weight;
+                self.log_sum += log;
+            }
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        self.weight += other.weight;
+        self.log_sum += other.log_sum;
+    }
+
+    pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
+        let radiance = (self.log_sum / self.weight).exp();
+        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_without_a_finite_radiance_does_not_count() {
+        let mut mean = LogMean::default();
+        mean.add(0.1, 0.25, 0.0);
+        let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+        for number in numbers {
+            mean.add(number, 1.0, 0.0);
+            mean.add(0.1, number, 0.0);
+            mean.add(0.1, 1.0, number);
+            mean.add(0.1, number, number);
+        }
+        let metered = mean.metered("", None, 0.5).expect("a subject");
+        assert!((metered.radiance - 0.25).abs() < 1e-12 && metered.weight.is_finite(), "{metered:?}");
+        // Parts with a finite radiance do count.
+        mean.add(0.1, 1.0, 0.0);
+        assert!(mean.metered("", None, 0.5).expect("a subject").radiance > 0.26);
+    }
+}
