@@ -28,6 +28,7 @@ weekday-5 = Fr
 weekday-6 = Sa
 weekday-7 = So
 calendar-day-hint = Zu diesem Tag
+calendar-time = Uhrzeit
 calendar-hour = Stunde
 calendar-minute = Minute
 calendar-second = Sekunde

@@ -28,6 +28,7 @@ weekday-5 = Fr
 weekday-6 = Sa
 weekday-7 = Su
 calendar-day-hint = Go to this day
+calendar-time = Time of day
 calendar-hour = Hour
 calendar-minute = Minute
 calendar-second = Second
