@@ -8,7 +8,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
-use orrery::events::MoonEventType;
+use orrery::events::{MoonEventType, solar_eclipses};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
@@ -144,6 +144,23 @@ fn contacts_below_the_horizon_are_marked() {
         lines.filter(|l| near(l.time)).map(|l| l.is_up).collect::<Vec<_>>()
     };
     assert!(is_up_around(6.5).len() > 3 && is_up_around(6.5).iter().all(|up| *up) && is_up_around(12.5).iter().all(|up| !up));
+}
+
+/// The window's search leaves out the numbers in the Saros series, for which each eclipse requires up to seven others, and finds the same eclipses.
+#[test]
+fn the_search_computes_no_numbers_in_saros_series() {
+    let [from, to] = ["2024-01-01", "2026-01-01"];
+    let (catalog, ephemeris) = (session().catalog(), session().ephemeris());
+    let counted = solar_eclipses(catalog, ephemeris, parse_time(from), parse_time(to)).expect("within the theories");
+    let mut searched = 0;
+    for (event, eclipse) in between(&[EventKind::Solar], from, to).iter().zip(&counted) {
+        let SkyEvent::Solar(e) = event else { panic!("{event:?}") };
+        assert_eq!((e.greatest, e.saros_member), (eclipse.greatest, None));
+        assert!(eclipse.saros_member.is_some());
+        searched += 1;
+    }
+    assert_eq!((searched, counted.len()), (4, 4), "solar eclipses of 2024 and 2025");
+    assert!(between(&[EventKind::Lunar], from, to).iter().all(|e| matches!(e, SkyEvent::Lunar(e) if e.saros_member.is_none())));
 }
 
 fn open_events(window: &mut Window, utc: &str) {

@@ -84,10 +84,12 @@ pub fn events_between(
     for kind in kinds {
         match kind {
             EventKind::Solar => {
-                found.extend(events::solar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
+                let eclipses = events::uncounted_solar_eclipses(catalog, ephemeris, from, to)?;
+                found.extend(eclipses.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
             }
             EventKind::Lunar => {
-                found.extend(events::lunar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
+                let eclipses = events::uncounted_lunar_eclipses(catalog, ephemeris, from, to)?;
+                found.extend(eclipses.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
             }
             EventKind::Transit => {
                 found.extend(events::transits(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Transit(Box::new(e))));

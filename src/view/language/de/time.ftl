@@ -54,6 +54,7 @@ timeline-longer-hint = Eine längere Zeit zeigen (Mausrad, Pfeil nach unten)
 timeline-shorter = Kürzere Zeitleiste
 timeline-shorter-hint = Eine kürzere Zeit zeigen (Mausrad, Pfeil nach oben)
 timeline-drag-hint = Ziehen verschiebt die Zeit, das Mausrad ändert die Länge, ein Klick auf ein Ereignis zeigt es
+timeline-searching = Hier werden noch Ereignisse gesucht
 time-paused = angehalten
 unit-year = a
 unit-month = Mon.

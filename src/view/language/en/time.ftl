@@ -54,6 +54,7 @@ timeline-longer-hint = Show a longer time (wheel, arrow down)
 timeline-shorter = Shorter timeline
 timeline-shorter-hint = Show a shorter time (wheel, arrow up)
 timeline-drag-hint = Drag to move time, scroll to zoom, click an event to show it
+timeline-searching = Events are still being searched here
 time-paused = paused
 unit-year = yr
 unit-month = month
