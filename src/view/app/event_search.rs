@@ -354,8 +354,8 @@ impl SkyEvent {
         EventPlayback::of_span(first, last)
     }
 
-    /// The same at a place with these contacts, ordered by time. If the observed body rises or sets between two of them, playback begins or ends with the one that is
-    /// below the horizon.
+    /// The same at a place with these contacts, ordered by time. If the observed body rises or sets between two of them, playback begins or ends
+    /// with the one that is below the horizon.
     pub(crate) fn playback_at(&self, lines: &[ContactLine]) -> EventPlayback {
         let first_up = lines.iter().position(|line| line.is_up).unwrap_or(0);
         let last_up = lines.iter().rposition(|line| line.is_up).unwrap_or(lines.len());

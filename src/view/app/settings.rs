@@ -210,9 +210,9 @@ impl Settings {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining settings and an
-    /// error line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are kept, too: they may hold the
-    /// user's bookmarks.
+    /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
+    /// settings and an error line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are
+    /// kept, too: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,

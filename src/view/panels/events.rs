@@ -187,8 +187,8 @@ fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     begin_at(interface, worker, start);
 }
 
-/// Starts a search from an instant; a running search is dropped. A chosen event outside the searched span is dropped, too, because its details would not
-/// belong to the list.
+/// Starts a search from an instant; a running search is dropped. A chosen event outside the searched span is dropped, too, because its details
+/// would not belong to the list.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();

@@ -129,7 +129,8 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
 }
 
-/// Width of the date field for a shown date, points. It is that of the same date with the widest digits, so that the field keeps its width while time runs.
+/// Width of the date field for a shown date, points. It is that of the same date with the widest digits, so that the field keeps its width
+/// while time runs.
 fn date_field_width(ui: &egui::Ui, shown: &str) -> f32 {
     text_width(ui, shown.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
 }

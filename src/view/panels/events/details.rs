@@ -98,8 +98,8 @@ fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine
     view
 }
 
-/// Runs time through an event: at the observer's place if `at_place` says that the event is visible from it, otherwise in the best view. `at_place`: its contacts
-/// there, if the camera stands there.
+/// Runs time through an event: at the observer's place if `at_place` says that the event is visible from it, otherwise in the best view.
+/// `at_place`: its contacts there, if the camera stands there.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
