@@ -43,7 +43,25 @@ use sky::EclipseBodies;
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
     let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
-    eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at, |e, member| e.saros_member = member)
+    let mut found = eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at)?;
+    count_members(&mut found, eclipse_at, |e: &mut SolarEclipse, member| e.saros_member = member);
+    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+}
+
+/// As [`solar_eclipses`], without their numbers in the Saros series, which take most of the time.
+///
+/// # Errors
+/// As [`solar_eclipses`].
+pub fn uncounted_solar_eclipses(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    from: Instant,
+    to: Instant,
+) -> Result<Vec<SolarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
+    let found = eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at)?;
+    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
 }
 
 /// Eclipses of the Moon whose greatest phase is in `from..to`.
@@ -53,30 +71,55 @@ pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
     let bodies = EclipseBodies::of(catalog)?;
     let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
-    eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at, |e, member| e.saros_member = member)
+    let mut found = eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at)?;
+    count_members(&mut found, eclipse_at, |e: &mut LunarEclipse, member| e.saros_member = member);
+    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
 }
 
-/// The eclipses that `eclipse_at` finds at the syzygies of a phase, with their numbers in the Saros series.
+/// As [`lunar_eclipses`], without their numbers in the Saros series, which take most of the time.
+///
+/// # Errors
+/// As [`solar_eclipses`].
+pub fn uncounted_lunar_eclipses(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    from: Instant,
+    to: Instant,
+) -> Result<Vec<LunarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
+    let found = eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at)?;
+    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+}
+
+/// The eclipses that `eclipse_at` finds at the syzygies of a phase, with these syzygies.
 fn eclipses_at_phase<E>(
     phase: Phase,
     from: Instant,
     to: Instant,
     greatest: impl Fn(&E) -> Instant,
     eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
-    set_member: impl Fn(&mut E, Option<i64>),
-) -> Result<Vec<E>, EphemerisError> {
+) -> Result<Vec<(E, Syzygy)>, EphemerisError> {
     let mut found = Vec::new();
-    let mut starts = SeriesStarts::default();
     // Mean and true phase differ by less than a day.
     const MARGIN_S: f64 = 86_400.0;
     let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
-        if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))) {
-            // The start is unknown if the series may have begun before the theories' span.
-            set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
-            found.push(eclipse);
-        }
+        found.extend(eclipse_at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))).map(|eclipse| (eclipse, syzygy)));
         syzygy = syzygy.next();
     }
     Ok(found)
+}
+
+/// Sets the numbers of eclipses in their Saros series.
+fn count_members<E>(
+    eclipses: &mut [(E, Syzygy)],
+    eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
+    set_member: impl Fn(&mut E, Option<i64>),
+) {
+    let mut starts = SeriesStarts::default();
+    for (eclipse, syzygy) in eclipses {
+        // The start is unknown if the series may have begun before the theories' span.
+        set_member(eclipse, starts.member(*syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
+    }
 }

@@ -9,7 +9,7 @@ reason-quoted = { $text }
 reason-map-invented = the map is invented: { $how }
 reason-shape-invented = the shape is invented: { $how }
 # Light and its thresholds; also parts of other reasons.
-reason-of-white = { $light } of white (threshold { $threshold })
+reason-of-white = { $light } × white (threshold { $threshold })
 reason-of-linear-light = { $light } of sunlit white at 1 au (no threshold)
 reason-of-the-light = { $part } of the light (threshold { $threshold })
 reason-purpose-display = a display at this exposure: what adds less than { $threshold } of white to a pixel (half a level of 255 on black) is left out

@@ -9,7 +9,7 @@ reason-quoted = { $text }
 reason-map-invented = die Karte ist erfunden: { $how }
 reason-shape-invented = die Form ist erfunden: { $how }
 # Light and its thresholds; also parts of other reasons.
-reason-of-white = { $light } von Weiß (Schwelle { $threshold })
+reason-of-white = { $light } × Weiß (Schwelle { $threshold })
 reason-of-linear-light = { $light } von sonnenbeschienenem Weiß in 1 AE (ohne Schwelle)
 reason-of-the-light = { $part } des Lichts (Schwelle { $threshold })
 reason-purpose-display = eine Anzeige mit dieser Belichtung: was einem Pixel weniger als { $threshold } von Weiß hinzufügt, eine halbe Stufe von 255 auf Schwarz, fällt weg

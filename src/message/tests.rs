@@ -7,13 +7,13 @@ use std::collections::HashSet;
 fn messages_substitute_their_arguments() {
     let limit = reason!("of-white", light = format_args!("{:.2e}", 0.001), threshold = 2);
     let both = reason!("inside-sun").and(reason!("eclipse-at-most", light = limit));
-    assert_eq!(both.to_string(), "it is inside the Sun; at most 1.00e-3 of white (threshold 2)");
-    assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 of white (threshold 2)\"");
+    assert_eq!(both.to_string(), "it is inside the Sun; at most 1.00e-3 × white (threshold 2)");
+    assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 × white (threshold 2)\"");
     let names = reason!("eclipse-penumbra-of", bodies = vec!["Io".to_owned(), "Europa".to_owned()]);
     assert_eq!(names.to_string(), "penumbra of Io, Europa on its lit side");
     // An unknown id is its own text, and a missing argument its name: a mistake stays readable until the tests find it.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
-    assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 of white (threshold threshold)");
+    assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 × white (threshold threshold)");
 }
 
 #[test]

@@ -350,7 +350,7 @@ fn the_decision_on_the_refracted_limb_states_its_reason() {
         let (is_on, reason) = decision_of(request).expect("a decision");
         assert!(is_on == should_be_on && reason.contains(part_of_reason), "{is_on}: {reason}");
     };
-    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "of white (threshold");
+    assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "× white (threshold");
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
     assert_decision(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");

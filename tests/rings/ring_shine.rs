@@ -235,10 +235,10 @@ fn ring_shine_is_drawn_where_visible_and_its_reason_is_given() {
         (features.ring_shine, ring_shine_decision)
     };
     let (on, ring_shine_decision) = decision(699, "");
-    assert!(on && ring_shine_decision.is_some_and(|d| d.on && d.reason.to_string().contains("of white (threshold")));
+    assert!(on && ring_shine_decision.is_some_and(|d| d.on && d.reason.to_string().contains("× white (threshold")));
     for body in [599, 799, 899] {
         let (on, ring_shine_decision) = decision(body, "");
-        assert!(!on && ring_shine_decision.is_some_and(|d| !d.on && d.reason.to_string().contains("of white (threshold")), "{body}");
+        assert!(!on && ring_shine_decision.is_some_and(|d| !d.on && d.reason.to_string().contains("× white (threshold")), "{body}");
     }
     assert!(!decision(699, "-ring-shine").0);
     assert!(decision(799, "+ring-shine").0, "the rings of Uranus light it, although invisibly");

@@ -160,7 +160,7 @@ fn the_exposure_decides_what_is_visible() {
     assert!(unboosted.scene.background.is_none() && background_draws(&unboosted) == 0);
     for effect in ["milky-way", "zodiacal-light"] {
         assert!(
-            decision_of(&unboosted, effect).is_some_and(|(on, why)| !on && why.contains("of white (threshold")),
+            decision_of(&unboosted, effect).is_some_and(|(on, why)| !on && why.contains("× white (threshold")),
             "{:?}",
             unboosted.scene.sky_decisions
         );

@@ -1,13 +1,15 @@
 //! The window by keyboard, screen reader and touchpad: accessible names, focus order, keys and gestures.
 
+use crate::view::input::window_without_images;
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Action, Role};
-use egui::{Event, Key, Modifiers};
+use egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::time::Instant;
 use orrery::view::app::view_state::CameraPose;
+use orrery::view::language::Language;
 use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 
@@ -357,4 +359,35 @@ fn a_panel_is_dragged_to_the_other_side_by_its_title() {
     assert!((close(&harness).x - at_right).abs() < 1.0 && !harness.state().settings.panels.on_left);
     drag_title_by(&mut harness, -700.0);
     assert!(close(&harness).x < at_right - 200.0 && harness.state().settings.panels.on_left, "it is on the left, and the settings say so");
+}
+
+/// In a window of 400 x 300 points the texts of the help wrap and its rows scroll; in a large window they do neither.
+#[test]
+fn every_line_of_the_help_can_be_reached_in_a_small_window() {
+    const SEARCH_DOES: [&str; 2] = [
+        "search for bodies, stars, dates, events, places or shader keys; set an effect such as +eclipse or -rings",
+        "Körper, Sterne, Daten, Ereignisse, Orte oder Shader-Schlüssel suchen; einen Effekt setzen, +eclipse oder -rings",
+    ];
+    let mut window = window_without_images(SATURN);
+    let size = egui::vec2(400.0, 300.0);
+    window.set_size(size);
+    window.state_mut().help_shown = true;
+    for (language, texts) in
+        [(Language::English, ["Drag", SEARCH_DOES[0], "quit"]), (Language::German, ["Ziehen", SEARCH_DOES[1], "beenden"])]
+    {
+        window.state_mut().language = language;
+        window.run_steps(5);
+        for text in texts {
+            window.get_by_label(text).scroll_to_me();
+            window.run_steps(90);
+            let rect = window.get_by_label(text).rect();
+            assert!(Rect::from_min_size(egui::Pos2::ZERO, size).contains_rect(rect), "{text}: {rect}");
+        }
+    }
+    window.set_size(egui::vec2(1400.0, 900.0));
+    window.run_steps(10);
+    let [wrapped, single] = [SEARCH_DOES[1], "beenden"].map(|text| window.get_by_label(text).rect());
+    assert_eq!(wrapped.height(), single.height(), "a text still wraps");
+    let screen = Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(1400.0, 900.0));
+    assert!(screen.contains_rect(window.get_by_label("Ziehen").rect()) && screen.contains_rect(single), "{single}");
 }

@@ -2,12 +2,13 @@
 
 use crate::view::input::{Window, advance, window_without_images};
 use crate::view::interface::{CpuTestRenderer, interface, session};
+use egui::Event;
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
-use orrery::events::MoonEventType;
+use orrery::events::{MoonEventType, solar_eclipses};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
@@ -145,6 +146,23 @@ fn contacts_below_the_horizon_are_marked() {
     assert!(is_up_around(6.5).len() > 3 && is_up_around(6.5).iter().all(|up| *up) && is_up_around(12.5).iter().all(|up| !up));
 }
 
+/// The window's search leaves out the numbers in the Saros series, for which each eclipse requires up to seven others, and finds the same eclipses.
+#[test]
+fn the_search_computes_no_numbers_in_saros_series() {
+    let [from, to] = ["2024-01-01", "2026-01-01"];
+    let (catalog, ephemeris) = (session().catalog(), session().ephemeris());
+    let counted = solar_eclipses(catalog, ephemeris, parse_time(from), parse_time(to)).expect("within the theories");
+    let mut searched = 0;
+    for (event, eclipse) in between(&[EventKind::Solar], from, to).iter().zip(&counted) {
+        let SkyEvent::Solar(e) = event else { panic!("{event:?}") };
+        assert_eq!((e.greatest, e.saros_member), (eclipse.greatest, None));
+        assert!(eclipse.saros_member.is_some());
+        searched += 1;
+    }
+    assert_eq!((searched, counted.len()), (4, 4), "solar eclipses of 2024 and 2025");
+    assert!(between(&[EventKind::Lunar], from, to).iter().all(|e| matches!(e, SkyEvent::Lunar(e) if e.saros_member.is_none())));
+}
+
 fn open_events(window: &mut Window, utc: &str) {
     window.state_mut().viewer.view.tdb_s = parse_time(utc).tdb_seconds_past_j2000();
     window.state_mut().tab = Some(Tab::Events);
@@ -218,6 +236,75 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     window.get_by_label("Greatest").click();
     window.run_steps(2);
     assert!((window.state().viewer.view.tdb_s - greatest_s).abs() < 10.0);
+}
+
+/// From a place from which the event is visible, *Watch it* stays there; otherwise it goes to the best view and says so.
+#[test]
+fn watching_an_event_keeps_the_place_from_which_it_is_visible() {
+    let mut window = window_without_images(NaifId(499));
+    open_events(&mut window, "2019-01-10T00:00:00Z");
+    let place = |window: &Window| match window.state().viewer.view.eye {
+        CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } => Some((latitude_deg, longitude_deg)),
+        _ => None,
+    };
+    let greenwich = Some((Home::default().latitude_deg, Home::default().longitude_deg));
+    // Visible in Greenwich from the first contact to the last (Espenak, NASA).
+    window.get_by_label_contains("Total lunar eclipse, 2019-01-21").click();
+    window.run_steps(3);
+    window.get_by_label("Watch it").click();
+    window.run_steps(3);
+    assert_eq!(place(&window), None, "the best view is that of the Earth's centre");
+    window.get_by_label("From this place").click();
+    window.run_steps(3);
+    let greatest_s = window.state().viewer.view.tdb_s;
+    assert_eq!(place(&window), greenwich);
+    window.get_by_label("Watch it").click();
+    window.run_steps(3);
+    assert_eq!((place(&window), window.state().viewer.view.target), (greenwich, NaifId::MOON));
+    let state = window.state();
+    // The Moon is in the penumbra from 2.6 hours before the greatest eclipse.
+    let before_s = greatest_s - state.viewer.view.tdb_s;
+    assert!((9000.0..11_000.0).contains(&before_s) && !state.viewer.time_rate.is_paused(), "{before_s} s before");
+    assert_eq!(state.message_line(), "");
+    let eye = state.viewer.view.eye;
+    window.get_by_label_contains("Total solar eclipse, 2019-07-02").click();
+    window.run_steps(3);
+    window.state_mut().viewer.view.eye = eye;
+    window.run_steps(3);
+    window.get_by_label("Watch it").click();
+    window.run_steps(3);
+    assert!(place(&window).is_some_and(|(latitude_deg, _)| latitude_deg < 0.0), "{:?}", place(&window));
+    assert!(window.state().message_line().starts_with("Not visible from this place:"), "{}", window.state().message_line());
+}
+
+/// The details never show an event outside the span of the list.
+#[test]
+fn the_chosen_event_belongs_to_the_listed_span() {
+    let mut window = window_without_images(NaifId(499));
+    open_events(&mut window, "2024-01-01T00:00:00Z");
+    let has_details = |window: &Window| window.query_by_label("Watch it").is_some();
+    let search_from = |window: &mut Window, utc: &str| {
+        window.state_mut().viewer.view.tdb_s = parse_time(utc).tdb_seconds_past_j2000();
+        window.run_steps(2);
+        window.get_by_role_and_label(Role::Button, "Search").click();
+        window.run_steps(40);
+    };
+    window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC").click();
+    window.run_steps(3);
+    // The search from the displayed event finds it again.
+    window.get_by_role_and_label(Role::Button, "Search").click();
+    window.run_steps(40);
+    window.get_by_label_contains("Total solar eclipse, 2024-04-08 18:17 UTC");
+    assert!(has_details(&window));
+    search_from(&mut window, "2050-01-01T00:00:00Z");
+    assert!(!has_details(&window), "details of 2024 beside the events of 2050");
+    // An event that is found elsewhere takes the list with it: that of 2009-07-22 (Espenak, NASA).
+    window.state_mut().viewer.view.tdb_s = parse_time("2009-07-01T00:00:00Z").tdb_seconds_past_j2000();
+    window.run_steps(2);
+    window.event(Event::Text("e".into()));
+    window.run_steps(40);
+    assert!(has_details(&window));
+    window.get_by_label_contains("Total solar eclipse, 2009-07-22 02:35 UTC");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! inside the window, and no more texts are truncated than in English.
 
 use crate::support::sweep;
+use crate::view::input::window_without_images;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, Shape};
@@ -289,5 +290,23 @@ fn texts_in_images_are_in_the_requested_language() {
     ] {
         let all = texts_of(language, position);
         assert!(parts.iter().all(|part| all.contains(part)), "{language:?}: {all}");
+    }
+}
+
+/// Dates before Christ are the longest.
+#[test]
+fn the_date_field_shows_the_entire_date_in_every_language() {
+    let mut window = window_without_images(SATURN);
+    for (language, name) in [(Language::English, "Date and time"), (Language::German, "Datum und Uhrzeit")] {
+        window.state_mut().language = language;
+        for utc in ["2024-04-08T18:17:16Z", "-0584-05-22T14:26:00Z", "-2999-12-28T20:08:58Z"] {
+            window.state_mut().viewer.view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
+            window.run_steps(3);
+            let field = window.get_by_role_and_label(Role::TextInput, name);
+            let (text, width) = (field.accesskit_node().value().unwrap_or_default(), field.rect().width());
+            let body = egui::TextStyle::Body.resolve(&window.ctx.style_of(egui::Theme::Dark));
+            let needed = window.ctx.fonts_mut(|fonts| fonts.layout_no_wrap(text.clone(), body, egui::Color32::WHITE).size().x);
+            assert!(!text.is_empty() && width > needed + 4.0, "{text}: {needed} of {width} points");
+        }
     }
 }

@@ -41,6 +41,20 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
     assert!(window.query_by_label("Next month").is_none() && !window.state().quit_requested);
 }
 
+/// Hour, minute and second are below the days, with a colon between each two.
+#[test]
+fn the_time_of_day_is_separated_from_the_date() {
+    let mut window = window_without_images(NaifId(499));
+    press(&mut window, "Calendar");
+    let left_of = |name: &str| window.get_by_role_and_label(Role::SpinButton, name).rect().left();
+    let fields = ["Hour", "Minute", "Second"].map(left_of);
+    let mut colons: Vec<f32> = window.query_all_by_label(":").map(|colon| colon.rect().left()).collect();
+    colons.sort_by(f32::total_cmp);
+    let [first, second] = colons[..] else { panic!("{colons:?}") };
+    assert!(fields[0] < first && first < fields[1] && fields[1] < second && second < fields[2], "{fields:?}, {colons:?}");
+    assert!(window.get_by_label("Time of day").rect().top() > window.get_by_label("31 May 2017").rect().bottom());
+}
+
 #[test]
 fn the_slider_of_the_rate_is_logarithmic() {
     let mut window = window_without_images(NaifId(499));

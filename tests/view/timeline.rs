@@ -101,3 +101,23 @@ fn keys_move_and_zoom_the_timeline_and_the_wheel_zooms_it() {
     window.run_steps(3);
     assert!(window.query_by_role_and_label(Role::Slider, "Timeline").is_none(), "i hides the timeline");
 }
+
+/// Four centuries take some 300 searches, one a frame at most, from the middle outward; the ends say so meanwhile.
+#[test]
+fn a_part_that_is_still_to_be_searched_says_so() {
+    let mut window = window();
+    window.ctx.all_styles_mut(|style| {
+        style.interaction.tooltip_delay = 0.0;
+        style.interaction.show_tooltips_only_when_still = false;
+    });
+    window.state_mut().settings.panels.timeline_span_s = 400.0 * 365.25 * DAY_S;
+    let rect = timeline_rect(&window);
+    let is_told = |window: &mut Window, at: egui::Pos2| {
+        window.hover_at(at);
+        window.run_steps(3);
+        window.query_by_label_contains("Events are still being searched here").is_some()
+    };
+    assert!(is_told(&mut window, rect.left_center() + egui::vec2(5.0, -8.0)));
+    assert!(is_told(&mut window, rect.right_center() - egui::vec2(5.0, 8.0)));
+    assert!(!is_told(&mut window, rect.center() + egui::vec2(0.5, 12.0)), "the middle was searched first");
+}

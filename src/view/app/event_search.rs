@@ -84,10 +84,12 @@ pub fn events_between(
     for kind in kinds {
         match kind {
             EventKind::Solar => {
-                found.extend(events::solar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
+                let eclipses = events::uncounted_solar_eclipses(catalog, ephemeris, from, to)?;
+                found.extend(eclipses.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
             }
             EventKind::Lunar => {
-                found.extend(events::lunar_eclipses(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
+                let eclipses = events::uncounted_lunar_eclipses(catalog, ephemeris, from, to)?;
+                found.extend(eclipses.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
             }
             EventKind::Transit => {
                 found.extend(events::transits(catalog, ephemeris, from, to)?.into_iter().map(|e| SkyEvent::Transit(Box::new(e))));
@@ -186,6 +188,8 @@ const GROUND_CAMERA_KM: f64 = 0.01;
 const LOW_BODY_DEG: f64 = 2.0;
 /// Approximate real seconds in which *Watch* plays an event.
 const PLAYBACK_S: f64 = 30.0;
+/// Difference of the times that two searches give for one event, at most.
+const SAME_EVENT_S: f64 = 60.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
 
@@ -206,6 +210,13 @@ impl SkyEvent {
             Self::Transit(e) => e.greatest,
             Self::Moons(e) => e.greatest,
         }
+    }
+
+    /// Whether this is the other event, found by another search.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by)) } else { None };
+        let apart_s = (tdb_s(self.greatest()) - tdb_s(other.greatest())).abs();
+        self.kind() == other.kind() && bodies(self) == bodies(other) && apart_s < SAME_EVENT_S
     }
 
     /// Contacts for the entire Earth, ordered by time.
@@ -340,11 +351,17 @@ impl SkyEvent {
     /// than that.
     pub(crate) fn playback(&self) -> EventPlayback {
         let (first, last) = self.local_span();
-        let length_s = (tdb_s(last) - tdb_s(first)).max(1.0);
-        EventPlayback {
-            from_tdb_s: tdb_s(first) - LEAD_FRACTION * length_s,
-            to_tdb_s: tdb_s(last) + LEAD_FRACTION * length_s,
-            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
+        EventPlayback::of_span(first, last)
+    }
+
+    /// The same at a place with these contacts, ordered by time. If the observed body rises or sets between two of them, playback begins or ends
+    /// with the one that is below the horizon.
+    pub(crate) fn playback_at(&self, lines: &[ContactLine]) -> EventPlayback {
+        let first_up = lines.iter().position(|line| line.is_up).unwrap_or(0);
+        let last_up = lines.iter().rposition(|line| line.is_up).unwrap_or(lines.len());
+        match (lines.get(first_up.saturating_sub(1)), lines.get(last_up + 1).or(lines.last())) {
+            (Some(first), Some(last)) => EventPlayback::of_span(first.time, last.time),
+            _ => self.playback(),
         }
     }
 
@@ -408,6 +425,15 @@ pub(crate) struct EventPlayback {
 }
 
 impl EventPlayback {
+    fn of_span(first: Instant, last: Instant) -> Self {
+        let length_s = (tdb_s(last) - tdb_s(first)).max(1.0);
+        Self {
+            from_tdb_s: tdb_s(first) - LEAD_FRACTION * length_s,
+            to_tdb_s: tdb_s(last) + LEAD_FRACTION * length_s,
+            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
+        }
+    }
+
     /// Whether a time is within the playback, or at most its length before or after it: elsewhere the event may be earlier or later than in the best view.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.to_tdb_s - self.from_tdb_s;

@@ -85,6 +85,21 @@ impl KnownEvents {
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
 
+    /// The parts of a displayed span that are still to be searched, before and after the searched span.
+    pub(crate) fn unsearched(&self, from_s: f64, to_s: f64) -> [Option<(f64, f64)>; 2] {
+        let Some((first_s, last_s)) = self.searched else { return [Some((from_s, to_s)), None] };
+        let before = (first_s > from_s && !self.is_exhausted[0]).then(|| (from_s, first_s.min(to_s)));
+        let after = (last_s < to_s && !self.is_exhausted[1]).then(|| (last_s.max(from_s), to_s));
+        [before, after]
+    }
+
+    /// Formats the titles again, in the current language.
+    pub(crate) fn rewrite_titles(&mut self, title: impl Fn(&SkyEvent) -> String) {
+        for known in &mut self.events {
+            known.title = title(&known.event);
+        }
+    }
+
     /// The known events in a span, ordered by time.
     pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
         let first_from = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
@@ -95,6 +110,8 @@ impl KnownEvents {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::NaifId;
+    use crate::events::{MoonEvent, MoonEventType};
     use crate::units::DAYS_PER_JULIAN_YEAR;
 
     const DAY_S: f64 = SECONDS_PER_DAY;
@@ -119,6 +136,41 @@ mod tests {
         assert_eq!(searches_needed(&mut known, -10.0 * DAY_S, 50.0 * DAY_S), 1, "only the new part before the searched span");
         assert_eq!(searches_needed(&mut known, 9000.0 * DAY_S, 9100.0 * DAY_S), 10, "the search starts again elsewhere");
         assert_eq!(known.searched, Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
+    }
+
+    #[test]
+    fn the_unsearched_parts_shrink_from_the_middle_to_the_ends() {
+        let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
+        let (from_s, to_s) = (0.0, 100.0 * DAY_S);
+        assert_eq!(known.unsearched(from_s, to_s), [Some((from_s, to_s)), None]);
+        for step in 1..=4 {
+            let next = known.next(from_s, to_s).expect("a search");
+            known.add(&next, Some(Vec::new()));
+            let [before, after] = known.unsearched(from_s, to_s).map(|part| part.map_or(0.0, |(a, b)| b - a));
+            assert_eq!(before + after, (100.0 - 10.0 * f64::from(step)) * DAY_S);
+            assert!((before - after).abs() <= 10.0 * DAY_S, "{before} {after}");
+        }
+        searches_needed(&mut known, from_s, to_s);
+        assert_eq!(known.unsearched(from_s, to_s), [None; 2]);
+        let later = known.next(50.0 * DAY_S, 150.0 * DAY_S).expect("a search");
+        known.add(&later, None);
+        assert_eq!(known.unsearched(50.0 * DAY_S, 150.0 * DAY_S), [None; 2], "nothing is searched beyond the ephemeris");
+    }
+
+    /// A change of the language changes the titles, and searches nothing again.
+    #[test]
+    fn titles_are_rewritten_without_a_search() {
+        let mut known = KnownEvents::new(&[EventKind::Moons], 10.0);
+        let next = known.next(0.0, 10.0 * DAY_S).expect("a search");
+        let greatest = Instant::from_tdb_seconds_past_j2000(5.0 * DAY_S);
+        let (moon, planet) = (NaifId(501), NaifId(599));
+        let event = MoonEvent { class: MoonEventType::Transit, moon, planet, by: None, greatest, contacts: Vec::new() };
+        let found = KnownEvent { tdb_s: 5.0 * DAY_S, title: "before".into(), event: Arc::new(SkyEvent::Moons(event)) };
+        known.add(&next, Some(vec![found]));
+        searches_needed(&mut known, 0.0, 10.0 * DAY_S);
+        known.rewrite_titles(|event| format!("{:?}", event.kind()));
+        assert_eq!(known.between(0.0, 10.0 * DAY_S).iter().map(|e| e.title.as_str()).collect::<Vec<_>>(), ["Moons"]);
+        assert_eq!(searches_needed(&mut known, 0.0, 10.0 * DAY_S), 0);
     }
 
     /// The built-in series reach from 3001 BC to AD 3000; a kernel may reach further.

@@ -1,8 +1,12 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
 //! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
-//! `.broken`, or `.broken-2` and so on if that exists; missing fields have their defaults.
+//! `.broken`, or `.broken-2` and so on if that exists, and its valid fields and bookmarks are used; missing fields have their defaults; unknown fields,
+//! and bookmarks of another version of the program, are written back unchanged (`other_version`).
 
+mod other_version;
+
+use self::other_version::OtherVersion;
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
@@ -165,9 +169,14 @@ pub struct Settings {
     /// `None`: the window was never closed.
     #[serde(rename = "place")]
     pub window_placement: Option<WindowPlacement>,
+    /// Written by `other_version::Saved`.
+    #[serde(skip_serializing)]
     pub bookmarks: Vec<Bookmark>,
     /// Newest first.
     pub recent: Vec<Bookmark>,
+    /// What only another version of the program can read.
+    #[serde(skip)]
+    pub other_version: OtherVersion,
 }
 
 impl Default for Settings {
@@ -188,6 +197,7 @@ impl Default for Settings {
             window_placement: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),
+            other_version: OtherVersion::default(),
         }
     }
 }
@@ -200,9 +210,9 @@ impl Settings {
         self.recent.truncate(MAX_RECENT);
     }
 
-    /// Reads settings from a file; a missing file gives the default settings. If the file cannot be used, returns the default settings and an error
-    /// line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are kept, too: they may hold the
-    /// user's bookmarks.
+    /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
+    /// settings and an error line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are
+    /// kept, too: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -210,14 +220,21 @@ impl Settings {
             Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
-        match serde_json::from_str::<Self>(&text) {
-            Ok(settings) => {
-                // egui would panic at a scale of 0.
-                let zoom = settings.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
-                (Self { zoom, home: settings.home.or_default(), ..settings }, None)
-            }
-            Err(e) => (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
+        let (read, unread) = match other_version::read(&text) {
+            Ok(read) => read,
+            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
+        };
+        // egui would panic at a scale of 0.
+        let zoom = read.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
+        let settings = Self { zoom, home: read.home.or_default(), ..read };
+        if let Some(unread) = unread {
+            let aside = set_aside(path);
+            // The valid part is written at once: the settings writer waits for a change.
+            let written = settings.save(path).err().map_or(String::new(), |e| format!("; {e}"));
+            return (settings, Some(format!("{}: {unread}; {aside}{written}", path.display())));
         }
+        let notice = settings.other_version.notice().map(|notice| format!("{}: {notice}", path.display()));
+        (settings, notice)
     }
 
     /// Writes the file atomically.
@@ -227,7 +244,7 @@ impl Settings {
     pub(crate) fn save(&self, path: &Path) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
-        write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, self).map_err(Error::other))
+        write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, &self.saved()).map_err(Error::other))
     }
 
     /// The path of the settings file in the user's configuration folder.

@@ -5,7 +5,7 @@
 //! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::error_texts`).
 
 use super::dates::{date_text_of, instant_text};
-use super::numbers::localised;
+use super::numbers::number_text;
 use super::{Language, body_name, current, filled, message_marked, messages, named, plain, text};
 use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
@@ -29,7 +29,7 @@ pub fn reason_text(reason: &Reason) -> String {
 fn argument_text(argument: &Argument) -> String {
     let name_text = |name: &str| named("model", body_name(name)).to_owned();
     match argument {
-        Argument::Number(number) => localised(number.clone()),
+        Argument::Number(number) => number_text(number),
         Argument::Name(name) => name_text(name),
         Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
         Argument::English(text) => detail_text(text),
@@ -114,8 +114,10 @@ mod tests {
         set(Language::German);
         assert_eq!(
             reason_text(&both),
-            "nächster Halbschatten: Mond, er geht um das 1,50-fache seines Radius vorbei; höchstens 2 von Weiß (Schwelle 1); von Hand gesetzt"
+            "nächster Halbschatten: Mond, er geht um das 1,50-fache seines Radius vorbei; höchstens 2 × Weiß (Schwelle 1); von Hand gesetzt"
         );
+        let light = reason!("of-white", light = format_args!("{:.2e}", 1190.0), threshold = format_args!("{:.2e}", 1.52e-4));
+        assert_eq!(reason_text(&light), "1.190 × Weiß (Schwelle 0,000152)");
         let time = Argument::Time("2024-04-08T18:17:16Z".into());
         let path = reason!("lines-shadow-path", body = "Moon", time = time);
         assert!(reason_text(&path).contains("8. April 2024, 18:17:16 UTC"), "{}", reason_text(&path));

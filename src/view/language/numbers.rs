@@ -6,6 +6,9 @@
 use super::text;
 use std::fmt::Display;
 
+/// Largest exponent of ten of a number that is written without it.
+const MAX_WRITTEN_EXPONENT: i32 = 9;
+
 /// A number with a fixed number of decimals.
 pub(crate) fn decimal(value: impl Display, digits: usize) -> String {
     localised(format!("{value:.digits$}"))
@@ -29,6 +32,30 @@ pub(crate) fn group_mark() -> &'static str {
     text!("number-group-mark")
 }
 
+/// A number with `digits` decimals and thousands separators.
+pub(crate) fn grouped(value: f64, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.abs());
+    let (whole, rest) =
+        text.split_once('.').map_or((text.as_str(), String::new()), |(whole, decimals)| (whole, localised(format!(".{decimals}"))));
+    let groups: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
+    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, groups.join(group_mark()))
+}
+
+/// A number that another layer has written: `1.19e3` becomes `1 190`, with as many significant digits.
+pub(crate) fn number_text(number: &str) -> String {
+    without_exponent(number).unwrap_or_else(|| localised(number.to_owned()))
+}
+
+/// `None` if the number has no exponent, or one that would require too many digits.
+fn without_exponent(number: &str) -> Option<String> {
+    let (mantissa, exponent) = number.split_once('e')?;
+    let exponent: i32 = exponent.parse().ok()?;
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let decimals = i32::try_from(decimals).ok()? - exponent;
+    let value: f64 = number.parse().ok()?;
+    (exponent.abs() <= MAX_WRITTEN_EXPONENT).then(|| grouped(value, usize::try_from(decimals).unwrap_or(0)))
+}
+
 /// The text of sliders and number fields, for egui.
 pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) -> String {
     localised(egui::emath::format_with_decimals_in_range(value, decimals))
@@ -41,5 +68,31 @@ pub(crate) fn typed_number(text: &str) -> Option<f64> {
         // A text with the language's decimal mark may also contain its thousands separators.
         mark if mark != "." && plain.contains(mark) => plain.replace(group_mark(), "").replace(mark, ".").parse().ok(),
         _ => plain.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::language::{Language, set};
+
+    #[test]
+    fn numbers_of_other_layers_have_no_exponent_and_keep_their_digits() {
+        for (number, english, german) in [
+            ("1.19e3", "1 190", "1.190"),
+            ("1.2e6", "1 200 000", "1.200.000"),
+            ("9.99e0", "9.99", "9,99"),
+            ("1.52e-4", "0.000152", "0,000152"),
+            ("-5.60e-2", "-0.0560", "-0,0560"),
+            ("3.20e-15", "3.20e-15", "3,20e-15"),
+            ("243703.4", "243703.4", "243703,4"),
+            ("NaN", "NaN", "NaN"),
+        ] {
+            set(Language::English);
+            assert_eq!(number_text(number), english);
+            set(Language::German);
+            assert_eq!(number_text(number), german);
+        }
+        set(Language::English);
     }
 }

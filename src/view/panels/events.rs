@@ -1,13 +1,16 @@
 //! The Events panel: eclipses, transits and moons' events around the displayed date, searched in the background.
 //!
 //! In: kinds of events, a range of dates, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only
-//! appended, nearest event first, so that no row moves under the pointer; a search continues while the panel is closed, and stops on request.
+//! appended, nearest event first, so that no row moves under the pointer; a search continues while the panel is closed, and stops on request;
+//! the searched span contains the chosen event. Not here: the chosen event's buttons and contacts (`details`).
+
+mod details;
 
 use super::icons::{self, Icon};
-use super::{Interface, accessible, information};
+use super::{Interface, accessible};
 use crate::catalog::Catalog;
 use crate::ephemeris::EphemerisError;
-use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
+use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
@@ -15,11 +18,11 @@ use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::dates::{minute_text, month_day_second_text};
-use crate::view::language::{decimal, named, plain, text};
+use crate::view::language::dates::minute_text;
+use crate::view::language::{plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::text::{LayoutJob, TextWrapping};
-use egui::{Button, Color32, ComboBox, Grid, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
+use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
 /// Ranges of the search around the displayed date, days, and the ids of their names.
@@ -31,15 +34,13 @@ const YEAR_RANGE: usize = 1;
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Height of a row of the table of an event's contacts, and of the line above the table, points.
-const CONTACT_ROW_HEIGHT: f32 = 24.5;
-/// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
-const MIN_CONTACT_ROWS: usize = 5;
 /// Largest number of rows.
 const MAX_ROWS: usize = 1000;
 /// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
 /// another time.
 const PLAYBACK_TOLERANCE_S: f64 = 10.0;
+/// Time between the start of a search and the chosen event, which the search has to find again.
+const SEARCH_MARGIN_S: f64 = 60.0;
 
 /// A row of the list.
 struct Row {
@@ -98,6 +99,20 @@ impl EventsPanel {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }
 
+    /// Whether the time of an event is within the span of the last search.
+    fn covers(&self, event: &SkyEvent) -> bool {
+        let Some((backward, start)) = self.searched else { return false };
+        let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
+        let distance_s = if backward { -later_s } else { later_s };
+        (0.0..=RANGES_DAYS[self.range].0 * SECONDS_PER_DAY).contains(&distance_s)
+    }
+
+    /// The start of a search that finds this event first.
+    fn start_beside(&self, event: &SkyEvent) -> Instant {
+        let (first, last) = event.span();
+        if self.backward { last.plus_seconds(SEARCH_MARGIN_S) } else { first.plus_seconds(-SEARCH_MARGIN_S) }
+    }
+
     /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error.
     pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
         self.local = None;
@@ -130,7 +145,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     progress(&mut interface.events, ui);
     if let Some(event) = interface.events.chosen.clone() {
-        Panel::bottom("event").resizable(false).show(ui, |ui| details(interface, ui, worker, &event, actions));
+        Panel::bottom("event").resizable(false).show(ui, |ui| details::show(interface, ui, worker, &event, actions));
     }
     list(interface, ui, worker, actions);
 }
@@ -163,18 +178,26 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     changed
 }
 
-/// Starts a search from the displayed date; a running search is dropped.
+/// Starts a search from the displayed date, which finds the chosen event if that is displayed; a running search is dropped.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
-    begin_at(interface, worker, interface.viewer.destination().time());
+    let time = interface.viewer.destination().time();
+    let panel = &interface.events;
+    let displayed = panel.chosen.as_ref().filter(|event| event.playback().is_near(time.tdb_seconds_past_j2000()));
+    let start = displayed.map_or(time, |event| panel.start_beside(event));
+    begin_at(interface, worker, start);
 }
 
-/// Starts a search from an instant; a running search is dropped.
+/// Starts a search from an instant; a running search is dropped. A chosen event outside the searched span is dropped, too, because its details
+/// would not belong to the list.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
     panel.searched = Some((panel.backward, start));
+    if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event)) {
+        (panel.chosen, panel.local) = (None, None);
+    }
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
 }
@@ -317,7 +340,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     let panel = &interface.events;
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, shown| {
         for event_row in &panel.rows[shown] {
-            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| Arc::ptr_eq(chosen, &event_row.event));
+            let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| chosen.is_same(&event_row.event));
             if row(ui, event_row, row_height, is_chosen).clicked() {
                 clicked = Some(Arc::clone(&event_row.event));
             }
@@ -336,116 +359,15 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
-/// Selects an event that was found outside this panel, and shows the best view of it.
+/// Selects an event that was found outside this panel, and shows the best view of it. If the list belongs to another span, the search starts again.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
-    interface.events.playback = None;
-    interface.events.chosen = Some(event);
-}
-
-/// Shows the chosen event: buttons for its actions, and its contacts.
-fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>, actions: &mut Vec<Action>) {
-    ui.add_space(4.0);
-    ui.strong(event.title(worker.session().catalog()));
-    ui.label(event.summary());
-    let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
-    if delta_t_error_s >= SHOWN_DELTA_T_ERROR_S {
-        let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
-        ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
-    }
-    let home = interface.information.home;
-    let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
-    ui.horizontal_wrapped(|ui| {
-        let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
-        if ui.add(watch).on_hover_text(text!("events-watch-hint")).clicked() {
-            let playback = event.playback();
-            let view = best_view(interface, worker, event);
-            actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
-            actions.push(Action::RunAt(playback.rate));
-            interface.events.playback = Some(playback);
-        }
-        if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {
-            actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
-        }
-        let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
-        let can_see = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
-        if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
-            let maximum = local_contacts.iter().flat_map(|(lines, _)| lines).find(|l| l.name == "maximum");
-            // Without a maximum, as for moons' events, any altitude well above the horizon will do.
-            let altitude_deg = maximum.map_or(45.0, |l| l.altitude_deg);
-            let place =
-                crate::events::GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
-            let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
-            view.tdb_s = maximum.map_or(view.tdb_s, |l| l.time.tdb_seconds_past_j2000());
-            actions.push(Action::Show(Box::new(view)));
-        }
-    });
-    information::place_fields(ui, &mut interface.information);
-    // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
-    // A lunar eclipse has the same contacts everywhere, and a maximum.
-    let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
-    let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
-    ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
-        ui.set_min_height(height);
-        contacts(interface, ui, worker, event);
-    });
-    ui.add_space(4.0);
-}
-
-/// Shows the name of a contact, with a tooltip that explains it.
-fn contact_name(ui: &mut egui::Ui, name: &str) {
-    let label = ui.label(named("contact", name));
-    let about = named("contact-about", name);
-    if about != name {
-        label.on_hover_text(about);
-    }
-}
-
-/// Shows the contacts at the chosen place, or those for the entire Earth if the event does not occur at that place.
-fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
-    let home = interface.information.home;
     let panel = &mut interface.events;
-    if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
-        let asked_event = Arc::clone(event);
-        let question = move |session: &crate::session::Session| {
-            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
-        };
-        panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
+    let start = panel.start_beside(&event);
+    let is_listed_elsewhere = panel.searched.is_some() && !panel.covers(&event);
+    panel.playback = None;
+    panel.chosen = Some(event);
+    if is_listed_elsewhere {
+        begin_at(interface, worker, start);
     }
-    let (lines, is_visible) = match panel.contacts_at(event, home) {
-        None => {
-            accessible::spinner(ui, text!("events-contacts-coming"));
-            return;
-        }
-        Some(Err(why)) => {
-            ui.weak(why);
-            return;
-        }
-        Some(Ok((lines, is_visible))) => (lines, *is_visible),
-    };
-    if !is_visible {
-        ui.colored_label(ui.visuals().warn_fg_color, text!("events-not-visible"));
-    }
-    Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
-        if lines.is_empty() {
-            for (name, time) in event.contacts() {
-                contact_name(ui, name);
-                ui.monospace(month_day_second_text(*time));
-                ui.end_row();
-            }
-        }
-        for line in lines {
-            contact_name(ui, line.name);
-            ui.monospace(month_day_second_text(line.time));
-            // The centre is below the horizon and the refracted upper limb is not: the altitude would contradict the contact's visibility.
-            if line.is_up && line.altitude_deg < 0.0 {
-                ui.label(text!("events-at-horizon"));
-            } else if line.is_up {
-                ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
-            } else {
-                ui.weak(text!("events-below-horizon"));
-            }
-            ui.end_row();
-        }
-    });
 }

@@ -290,7 +290,7 @@ impl Interface {
     fn apply_language(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
-            self.timeline = timeline::Timeline::default();
+            self.timeline.rewrite_texts(worker.session().catalog());
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
             (self.reply, self.notice) = (String::new(), None);
             self.search.forget_failure();

@@ -4,7 +4,7 @@ use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALES;
 use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
-use egui::{Key, Modifiers, Popup};
+use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
 /// Text ids of the keys and of their effects, for the help window. The texts of `key-panels` have the panels as arguments.
 const SHORTCUTS: &[(&str, &str)] = &[
@@ -48,6 +48,11 @@ const ROLL_STEP_DEG: f64 = 5.0;
 
 /// The largest digit on a key.
 const MAX_DIGIT: usize = 9;
+
+/// Space that the frame and the title of the help window take beside its rows, points.
+const HELP_FRAME: Vec2 = vec2(32.0, 56.0);
+/// Largest width of these rows, in heights of a line of text; longer texts wrap.
+const HELP_WIDTH_LINES: f32 = 72.0;
 
 /// Handles the keys pressed in this frame.
 pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
@@ -157,21 +162,28 @@ fn close_topmost(interface: &mut Interface) {
     }
 }
 
-/// Shows the window that lists the shortcuts.
+/// Shows the window that lists the shortcuts. Its texts wrap and its rows scroll as the program's window requires.
 pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     let panels = Tab::ALL.map(|tab| interface.language.inside_sentence(tab.title())).join(", ");
+    let room = (ctx.content_rect().size() - HELP_FRAME).max(Vec2::ZERO);
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
-        egui::Grid::new("sheet").num_columns(2).striped(true).show(ui, |ui| {
-            for (keys, effect) in SHORTCUTS {
-                if *keys == "key-panels" {
-                    ui.strong(text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)));
-                    ui.label(text!("key-panels-does", panels = panels));
-                } else {
-                    ui.strong(plain(keys));
-                    ui.label(plain(effect));
+        let width = room.x.min(HELP_WIDTH_LINES * ui.text_style_height(&TextStyle::Body));
+        // egui's limit follows the last height; the minimum lets the rows grow again with the program's window.
+        ScrollArea::vertical().max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+            ui.set_max_width(width);
+            Grid::new("sheet").num_columns(2).min_row_height(0.0).striped(true).show(ui, |ui| {
+                for (keys, effect) in SHORTCUTS {
+                    let (keys, effect) = match *keys {
+                        "key-panels" => {
+                            (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
+                        }
+                        _ => (plain(keys).to_owned(), plain(effect).to_owned()),
+                    };
+                    ui.strong(keys);
+                    ui.add(Label::new(effect).wrap());
+                    ui.end_row();
                 }
-                ui.end_row();
-            }
+            });
         });
     });
 }

@@ -17,7 +17,7 @@ use crate::view::language::{plain, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit};
+use egui::{Button, Color32, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending.
@@ -62,6 +62,11 @@ const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
+/// Space of the date field beside its text, points: its margins and the cursor.
+const DATE_FIELD_MARGIN: f32 = 16.0;
+/// A digit that is at least as wide as any other in the font of the interface.
+const WIDEST_DIGIT: &str = "0";
+
 /// Rates with the longest texts, in minutes and months per second: scene seconds per real second.
 const LONGEST_RATES: [f64; 2] = [-59.9 * 60.0, -11.9 * 2_629_800.0];
 
@@ -101,7 +106,8 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let clock = interface.settings.clock;
     let shown = clock.civil_time(time).map_or_else(|| instant_text(time), civil_text);
     let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
-    let response = ui.add(TextEdit::singleline(&mut text).desired_width(140.0));
+    let width = date_field_width(ui, &shown);
+    let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
     if response.has_focus() && (interface.time_bar.typed.is_some() || text != shown) {
         interface.time_bar.typed = Some(text.clone());
@@ -123,6 +129,17 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
 }
 
+/// Width of the date field for a shown date, points. It is that of the same date with the widest digits, so that the field keeps its width
+/// while time runs.
+fn date_field_width(ui: &egui::Ui, shown: &str) -> f32 {
+    text_width(ui, shown.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
+}
+
+/// Width of a text in the font of labels and fields, points.
+fn text_width(ui: &egui::Ui, text: String) -> f32 {
+    ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
+}
+
 /// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
 fn typed_time(typed: &str, clock: ShownTimeZone, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
@@ -131,7 +148,8 @@ fn typed_time(typed: &str, clock: ShownTimeZone, now: Instant) -> Option<Instant
 
 /// Date and time of day in digits.
 fn civil_text(civil: NaiveDateTime) -> String {
-    format!("{} {}", date_in_digits(&civil.format("%Y-%m-%d").to_string()), civil.format("%H:%M:%S"))
+    let date = date_in_digits(&civil.format("%Y-%m-%d").to_string());
+    text!("date-field", date = date, clock = civil.format("%H:%M:%S").to_string())
 }
 
 /// Shows the button that opens the calendar, and applies the time chosen in it.
@@ -200,13 +218,18 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             }
         }
     });
+    ui.separator();
     ui.horizontal(|ui| {
+        ui.label(text!("calendar-time"));
         let (mut hour, mut minute, mut second) = (civil.hour(), civil.minute(), civil.second());
-        for (value, max, name) in [
-            (&mut hour, 23, text!("calendar-hour")),
-            (&mut minute, 59, text!("calendar-minute")),
-            (&mut second, 59, text!("calendar-second")),
+        for (mark, value, max, name) in [
+            (None, &mut hour, 23, text!("calendar-hour")),
+            (Some(":"), &mut minute, 59, text!("calendar-minute")),
+            (Some(":"), &mut second, 59, text!("calendar-second")),
         ] {
+            if let Some(mark) = mark {
+                ui.label(mark);
+            }
             accessible::number(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
         }
         let time =
@@ -239,9 +262,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     }
     let paused_text = |rate| text!("time-paused-at", speed = rate_text(rate));
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let font = egui::TextStyle::Body.resolve(ui.style());
-    let width_of = |rate| ui.painter().layout_no_wrap(paused_text(rate), font.clone(), egui::Color32::PLACEHOLDER).size().x;
-    let width = LONGEST_RATES.into_iter().map(width_of).fold(0.0, f32::max);
+    let width = LONGEST_RATES.into_iter().map(|rate| text_width(ui, paused_text(rate))).fold(0.0, f32::max);
     let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
     // A point more, because positions are rounded to pixels.
     let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];
@@ -289,6 +310,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::language::{Language, set};
 
     #[test]
     fn a_typed_time_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
@@ -303,6 +325,10 @@ mod tests {
             let text = "2024-04-08 18:17:00";
             assert_eq!(clock.civil_time(typed(text, clock)).map(civil_text), Some(text.to_owned()));
         }
+        set(Language::German);
+        let german = "08.04.2024, 18:17:00";
+        assert_eq!(ShownTimeZone::Utc.civil_time(typed(german, ShownTimeZone::Utc)).map(civil_text), Some(german.to_owned()));
+        set(Language::English);
         assert!(typed_time("next Tuesday", ShownTimeZone::Utc, now).is_none());
     }
 

@@ -2,10 +2,12 @@
 //!
 //! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
 //! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when
-//! found; events of moons, of which there are dozens a week, appear only on short spans. Not here: the axis (`app::timeline`).
+//! found, and the parts that are still to be searched are lighter; events of moons, of which there are dozens a week, appear only on short
+//! spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
 use super::{Interface, events};
+use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::event_search::{EventKind, SkyEvent};
@@ -33,6 +35,9 @@ const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP_FRACTION: f64 = 0.02;
 
+/// Opacity of the fill over the parts of the timeline that are still to be searched.
+const UNSEARCHED_OPACITY: f32 = 0.6;
+
 /// Zoom of the buttons that change the span, wheel notches.
 const BUTTON_NOTCHES: f64 = 2.0;
 
@@ -56,6 +61,22 @@ impl Default for Timeline {
     fn default() -> Self {
         let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
         Self { rare: track(RARE, 500.0), frequent: track(FREQUENT, 3.0) }
+    }
+}
+
+impl Timeline {
+    /// Formats the titles of the known events again, in the current language. Running searches, whose titles are in the previous language, start again.
+    pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
+        for track in [&mut self.rare, &mut self.frequent] {
+            track.running = None;
+            track.known.rewrite_titles(|event| event.title(catalog));
+        }
+    }
+
+    /// Whether a time is in a part of the axis whose eclipses and transits are still to be searched.
+    fn is_unsearched(&self, axis: &TimeAxis, tdb_s: f64) -> bool {
+        let parts = self.rare.known.unsearched(axis.start_s(), axis.end_s());
+        parts.into_iter().flatten().any(|(from_s, to_s)| (from_s..to_s).contains(&tdb_s))
     }
 }
 
@@ -164,6 +185,12 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
         painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
+    // The parts that are still to be searched are lighter: their marks are missing.
+    for (from_s, to_s) in interface.timeline.rare.known.unsearched(axis.start_s(), axis.end_s()).into_iter().flatten() {
+        let part = egui::Rangef::new(screen_x(axis.position(from_s)), screen_x(axis.position(to_s)));
+        let fill = visuals.widgets.noninteractive.bg_stroke.color.gamma_multiply(UNSEARCHED_OPACITY);
+        painter.rect_filled(Rect::from_x_y_ranges(part, rect.top()..=dates_top), 0.0, fill);
+    }
     let middle_y = 0.5 * (rect.top() + dates_top);
     for (position, event) in marks(interface, axis) {
         let radius = MARK_RADII[usize::from(!event.event.is_notable())];
@@ -193,7 +220,11 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     let x_points = f64::from(at.x - rect.left());
     let tooltip = match event_at(interface, axis, x_points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
-        None => minute_text(Instant::from_tdb_seconds_past_j2000(axis.time_s(x_points))),
+        None => {
+            let time_s = axis.time_s(x_points);
+            let date = minute_text(Instant::from_tdb_seconds_past_j2000(time_s));
+            if interface.timeline.is_unsearched(axis, time_s) { format!("{date}\n{}", text!("timeline-searching")) } else { date }
+        }
     };
     response.on_hover_text_at_pointer(tooltip)
 }

@@ -33,6 +33,7 @@ events-some = { $n } Ereignisse { $searched }
 events-row-hint = Zeigen: { $summary }
 events-watch = Ansehen
 events-watch-hint = Die Zeit in einer halben Minute durch das Ereignis laufen lassen
+events-watch-elsewhere = Von diesem Ort aus nicht sichtbar: gezeigt, von wo es am besten zu sehen ist
 events-greatest = Maximum
 events-greatest-hint = Den Moment der größten Finsternis zeigen, vom besten Standpunkt aus
 events-from-place = Von diesem Ort

@@ -1,5 +1,6 @@
 # How dates and numbers are written. A message for a date uses those of the offered arguments that it needs.
 date-digits = { $year }-{ $month }-{ $day }
+date-field = { $date } { $clock }
 date-minute = { $date } { $clock } UTC
 date-month-day-second = { $month }-{ $day } { $clock }
 month-short-1 = Jan

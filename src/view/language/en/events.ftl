@@ -33,6 +33,7 @@ events-some = { $n } events { $searched }
 events-row-hint = Show it: { $summary }
 events-watch = Watch it
 events-watch-hint = Run time through the event in half a minute
+events-watch-elsewhere = Not visible from this place: shown from where it is seen best
 events-greatest = Greatest
 events-greatest-hint = Show the moment of the greatest eclipse, from the best viewpoint
 events-from-place = From this place

@@ -1,0 +1,150 @@
+//! Settings files that another version of the program has written.
+//!
+//! In: the text of a settings file. Out: the settings that this version can read, and the rest. Always: a field or bookmark that cannot be read affects no
+//! other; fields with unknown names and bookmarks that cannot be read are saved as they were, so that the other version still finds them.
+
+use super::{Bookmark, Settings};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// The field of bookmarks.
+const BOOKMARKS: &str = "bookmarks";
+/// Fields with lists of views, of which each is read on its own.
+const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
+
+/// What this version cannot read, and keeps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OtherVersion {
+    /// Fields with unknown names.
+    fields: Map<String, Value>,
+    bookmarks: Vec<Value>,
+}
+
+impl OtherVersion {
+    /// What the user should know, in one line.
+    pub(super) fn notice(&self) -> Option<String> {
+        match self.bookmarks.len() {
+            0 => None,
+            1 => Some("1 bookmark of another version of this program is kept, but not shown".into()),
+            n => Some(format!("{n} bookmarks of another version of this program are kept, but not shown")),
+        }
+    }
+}
+
+/// A bookmark of this version or of another.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum SavedBookmark<'s> {
+    This(&'s Bookmark),
+    Other(&'s Value),
+}
+
+/// The content of a settings file.
+#[derive(Serialize)]
+pub(super) struct Saved<'s> {
+    #[serde(flatten)]
+    settings: &'s Settings,
+    bookmarks: Vec<SavedBookmark<'s>>,
+    #[serde(flatten)]
+    other_fields: &'s Map<String, Value>,
+}
+
+impl Settings {
+    /// The settings as they are written to a file.
+    pub(super) fn saved(&self) -> Saved<'_> {
+        let (these, others) = (self.bookmarks.iter(), self.other_version.bookmarks.iter());
+        let bookmarks = these.map(SavedBookmark::This).chain(others.map(SavedBookmark::Other)).collect();
+        Saved { settings: self, bookmarks, other_fields: &self.other_version.fields }
+    }
+}
+
+/// The settings in a text. The second value says which fields are invalid; they have their defaults.
+///
+/// # Errors
+/// If the text is not a JSON object.
+pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json::Error> {
+    let fields: Map<String, Value> = serde_json::from_str(text)?;
+    let defaults = serde_json::to_value(Settings::default().saved())?;
+    let mut other_version = OtherVersion::default();
+    let (mut valid, mut invalid) = (Map::new(), Vec::new());
+    for (name, value) in fields {
+        if defaults.get(&name).is_none() {
+            other_version.fields.insert(name, value);
+            continue;
+        }
+        let value = match value {
+            Value::Array(entries) if LISTS.contains(&name.as_str()) => {
+                let (read, unread): (Vec<Value>, Vec<Value>) = entries.into_iter().partition(|entry| Bookmark::deserialize(entry).is_ok());
+                if name == BOOKMARKS {
+                    other_version.bookmarks = unread;
+                }
+                Value::Array(read)
+            }
+            value => value,
+        };
+        let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
+        match serde_json::from_value::<Settings>(alone) {
+            Ok(_) => drop(valid.insert(name, value)),
+            Err(e) => invalid.push(format!("{name}: {e}")),
+        }
+    }
+    let settings = Settings { other_version, ..serde_json::from_value::<Settings>(Value::Object(valid))? };
+    Ok((settings, (!invalid.is_empty()).then(|| invalid.join("; "))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+    use crate::time::Instant;
+    use crate::view::app::view_state::ViewState;
+    use glam::DVec3;
+    use serde_json::json;
+
+    fn bookmark(name: &str) -> Bookmark {
+        let view = ViewState::around(NaifId::MOON, DVec3::new(1e4, 0.0, 0.3), 1737.4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1));
+        Bookmark { name: name.into(), view }
+    }
+
+    /// A newer version writes a field that this one does not know, and a bookmark with an unknown option of its view.
+    #[test]
+    fn settings_of_a_newer_version_survive_this_one() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        let ours = Settings { zoom: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
+        let mut newer = serde_json::to_value(ours.saved()).expect("JSON");
+        newer["telescope"] = json!({"aperture_mm": 150});
+        let mut unknown = newer["bookmarks"][0].clone();
+        unknown["view"]["polarisation"] = json!(0.5);
+        let entries = newer["bookmarks"].as_array_mut().expect("a list");
+        entries.insert(1, unknown.clone());
+        std::fs::write(&path, newer.to_string()).expect("a file");
+        let (settings, notice) = Settings::load(&path);
+        assert_eq!((settings.zoom, &settings.bookmarks), (1.1, &ours.bookmarks));
+        assert!(notice.expect("a line").contains("1 bookmark of another version"));
+        assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
+        // This version saves a change; nothing of the newer one is lost.
+        Settings { names: false, ..settings }.save(&path).expect("a file");
+        let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
+        assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
+        assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));
+    }
+
+    /// A field whose value this version cannot read has its default; the file is set aside, and the rest is written in its place.
+    #[test]
+    fn an_invalid_field_affects_no_other() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        let ours = Settings { names: false, bookmarks: vec![bookmark("a")], recent: vec![bookmark("r")], ..Settings::default() };
+        let mut other = serde_json::to_value(ours.saved()).expect("JSON");
+        other["unit"] = json!("furlongs");
+        other["recent"].as_array_mut().expect("a list").push(json!({"name": "x"}));
+        std::fs::write(&path, other.to_string()).expect("a file");
+        let (settings, line) = Settings::load(&path);
+        assert_eq!(settings, ours);
+        let line = line.expect("a line");
+        assert!(line.contains("unit: ") && line.contains("settings.json.broken"), "{line}");
+        assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), other.to_string());
+        assert_eq!(Settings::load(&path), (ours, None), "the valid part is in the file, and is not reported again");
+    }
+}

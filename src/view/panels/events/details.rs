@@ -1,0 +1,175 @@
+//! The chosen event in the Events panel: its buttons, and its contacts at the observer's place.
+//!
+//! In: the chosen event, the place. Out: actions that show the event or play it. Always: *Watch it* keeps a camera that stands at the place, if
+//! the event is visible from there. Not here: the list of events.
+
+use super::{LocalView, best_view};
+use crate::catalog::NaifId;
+use crate::events::GeodeticPosition;
+use crate::time::SHOWN_DELTA_T_ERROR_S;
+use crate::view::app::event_search::{ContactLine, SkyEvent};
+use crate::view::app::settings::Home;
+use crate::view::app::view_state::{CameraPose, ViewState, within_half_turn_deg};
+use crate::view::app::viewer::Action;
+use crate::view::error_texts::error_text;
+use crate::view::language::dates::month_day_second_text;
+use crate::view::language::{decimal, named, text};
+use crate::view::panels::icons::{self, Icon};
+use crate::view::panels::{Interface, accessible, information};
+use crate::view::worker::render_worker::{RenderWorker, ask};
+use egui::{Grid, vec2};
+use std::sync::Arc;
+
+/// Height of a row of the table of an event's contacts, and of the line above the table, points.
+const CONTACT_ROW_HEIGHT: f32 = 24.5;
+/// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
+const MIN_CONTACT_ROWS: usize = 5;
+/// Difference in latitude and longitude below which two places are the same: a kilometre.
+const SAME_PLACE_DEG: f64 = 0.01;
+
+/// Shows the chosen event: buttons for its actions, and its contacts.
+pub(super) fn show(
+    interface: &mut Interface,
+    ui: &mut egui::Ui,
+    worker: &dyn RenderWorker,
+    event: &Arc<SkyEvent>,
+    actions: &mut Vec<Action>,
+) {
+    ui.add_space(4.0);
+    ui.strong(event.title(worker.session().catalog()));
+    ui.label(event.summary());
+    let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
+    if delta_t_error_s >= SHOWN_DELTA_T_ERROR_S {
+        let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
+        ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
+    }
+    let home = interface.information.home;
+    let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
+    let can_see = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
+    let is_at_place = stands_at(&interface.viewer.destination().eye, home);
+    ui.horizontal_wrapped(|ui| {
+        let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
+        // From the place, only the contacts tell whether the event is visible there.
+        let is_ready = !is_at_place || interface.events.contacts_at(event, home).is_some();
+        if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
+            watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| is_at_place), actions);
+            if is_at_place && !can_see {
+                interface.reply(text!("events-watch-elsewhere"));
+            }
+        }
+        if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {
+            actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
+        }
+        let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
+        if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
+            let lines = local_contacts.as_ref().map(|(lines, _)| lines.as_slice()).unwrap_or_default();
+            let view = view_from_place(interface, event, lines);
+            actions.push(Action::Show(Box::new(view)));
+        }
+    });
+    information::place_fields(ui, &mut interface.information);
+    // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
+    // A lunar eclipse has the same contacts everywhere, and a maximum.
+    let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
+    let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
+    ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
+        ui.set_min_height(height);
+        contacts(interface, ui, worker, event);
+    });
+    ui.add_space(4.0);
+}
+
+/// Whether a camera stands at a place on the Earth's ground.
+fn stands_at(eye: &CameraPose, home: Home) -> bool {
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *eye else { return false };
+    let apart_deg = [latitude_deg - home.latitude_deg, within_half_turn_deg(longitude_deg - home.longitude_deg)];
+    apart_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
+}
+
+/// The view of an event from the observer's place at its best moment there. `lines`: its contacts at the place.
+fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine]) -> ViewState {
+    let Home { latitude_deg, longitude_deg } = interface.information.home;
+    let maximum = lines.iter().find(|line| line.name == "maximum");
+    // Without a maximum, as for moons' events, any altitude well above the horizon will do.
+    let altitude_deg = maximum.map_or(45.0, |line| line.altitude_deg);
+    let place = GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 };
+    let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
+    view.tdb_s = maximum.map_or(view.tdb_s, |line| line.time.tdb_seconds_past_j2000());
+    view
+}
+
+/// Runs time through an event: at the observer's place if `at_place` says that the event is visible from it, otherwise in the best view.
+/// `at_place`: its contacts there, if the camera stands there.
+fn watch_event(
+    interface: &mut Interface,
+    worker: &dyn RenderWorker,
+    event: &SkyEvent,
+    at_place: Option<&(Vec<ContactLine>, bool)>,
+    actions: &mut Vec<Action>,
+) {
+    let (view, playback) = match at_place {
+        Some((lines, true)) => (view_from_place(interface, event, lines), event.playback_at(lines)),
+        _ => (best_view(interface, worker, event), event.playback()),
+    };
+    actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
+    actions.push(Action::RunAt(playback.rate));
+    interface.events.playback = Some(playback);
+}
+
+/// Shows the name of a contact, with a tooltip that explains it.
+fn contact_name(ui: &mut egui::Ui, name: &str) {
+    let label = ui.label(named("contact", name));
+    let about = named("contact-about", name);
+    if about != name {
+        label.on_hover_text(about);
+    }
+}
+
+/// Shows the contacts at the chosen place, or those for the entire Earth if the event does not occur at that place.
+fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
+    let home = interface.information.home;
+    let panel = &mut interface.events;
+    if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
+        let asked_event = Arc::clone(event);
+        let question = move |session: &crate::session::Session| {
+            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
+        };
+        panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
+    }
+    let (lines, is_visible) = match panel.contacts_at(event, home) {
+        None => {
+            accessible::spinner(ui, text!("events-contacts-coming"));
+            return;
+        }
+        Some(Err(why)) => {
+            ui.weak(why);
+            return;
+        }
+        Some(Ok((lines, is_visible))) => (lines, *is_visible),
+    };
+    if !is_visible {
+        ui.colored_label(ui.visuals().warn_fg_color, text!("events-not-visible"));
+    }
+    Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
+        if lines.is_empty() {
+            for (name, time) in event.contacts() {
+                contact_name(ui, name);
+                ui.monospace(month_day_second_text(*time));
+                ui.end_row();
+            }
+        }
+        for line in lines {
+            contact_name(ui, line.name);
+            ui.monospace(month_day_second_text(line.time));
+            // The centre is below the horizon and the refracted upper limb is not: the altitude would contradict the contact's visibility.
+            if line.is_up && line.altitude_deg < 0.0 {
+                ui.label(text!("events-at-horizon"));
+            } else if line.is_up {
+                ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
+            } else {
+                ui.weak(text!("events-below-horizon"));
+            }
+            ui.end_row();
+        }
+    });
+}
