@@ -1,8 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
 //! There are 3.2 * 10^12 combinations ([`count_before_reduction`]), so nothing here lists them all. A combination of a few dimension values *can
-//! occur* if some canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the
-//! rules read, and one of them is completed with the combination.
+//! occur* if some canonical features have it. To decide that, the combination is added to each of the [`skeletons`]: all canonical features over
+//! only those dimensions that the rules read. It can occur if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
