@@ -129,13 +129,13 @@ fn air() -> String {
                 Value::U32(vectors_per_occluder),
             ),
             constant(
-                "Length of the array of the tables of all possible occluders, followed by one vector per occluder with the distances that its columns span.",
+                "Vectors of all possible occluders' tables, then one vector per occluder with the distances that its columns span.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_VECTORS",
                 Value::U32(occluders * (vectors_per_occluder + 1)),
             ),
             constant(
-                "Index in that array of the first vector of distances.",
+                "Index of the first vector of distances in the array of all these vectors.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_RANGES",
                 Value::U32(occluders * vectors_per_occluder),

@@ -88,8 +88,8 @@ fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) 
     after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` dimensions out of `count`, in ascending order, with the index of its first combination of values in the list of all
-/// choices' combinations; and the length of that list.
+/// Every choice of `t` out of `count` dimensions, in ascending order. The combinations of values of all choices form one list, choice after choice: each
+/// choice comes with the index of its first combination in that list, and the list's length is returned, too.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {

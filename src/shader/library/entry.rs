@@ -1,9 +1,10 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
 //! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module
-//! name, text, IR, source map and tape (the software renderer's program of the module). Always: bytes that decode are complete, name this generator and the requested module, and contain
-//! valid IR and a tape that fits its entry points. The checksum is not a signature: anyone who can write to the folder can write an entry
-//! that passes these checks. naga's encoding omits spans, which matter only for error messages.
+//! name, text, IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are complete, name this
+//! generator and the requested module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone
+//! who can write to the folder can write an entry that passes these checks. naga's encoding omits spans, which matter only for error
+//! messages.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};

@@ -87,6 +87,7 @@ struct Damaged;
 pub struct DiskStatus {
     /// Folder of this generator; `None` for a library that is only in memory.
     pub folder: Option<PathBuf>,
+    /// Entries of this generator, and their bytes.
     pub entries: u64,
     pub bytes: u64,
     /// Entries and bytes of other generators (older or newer programs).
