@@ -1,7 +1,7 @@
 //! Builds the scenes and the plan of a composed image, which consists of several frames.
 //!
-//! In: a request whose composition is not plain. Out: the scene of the entire image, and its plan. Always: the light is metered once, by a camera
-//! that sees the middle of the image, and every frame has that exposure.
+//! In: a request for anything but one perspective frame: a dome, an equirectangular map, a stereo pair or a warped image. Out: the scene of the entire image,
+//! and its plan. Always: the light is metered once, by a camera that sees the middle of the image, and every frame has that exposure.
 
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};

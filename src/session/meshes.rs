@@ -1,8 +1,8 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
 //! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and the Sun's heights above the local horizon at their vertices
-//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by [`TOLERANCE_RAD`]. The error for an
-//! unreadable file is a single line.
+//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by [`TOLERANCE_RAD`]. An error is a
+//! single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};

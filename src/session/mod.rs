@@ -125,9 +125,11 @@ pub struct Session {
     /// The glyph atlas of the last requested size.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
+    /// The software renderer and the GPU.
     devices: Devices,
     /// Map and mesh files that could not be read, each reported once.
     unreadable_files: Mutex<BTreeSet<String>>,
+    /// Receives the messages for the user.
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     /// Times by thread, so that a frame's times do not include background work.
     stages: Mutex<HashMap<ThreadId, Stages>>,

@@ -75,7 +75,7 @@ impl Stages {
     pub fn cpu(&self, stage: Stage) -> Option<Duration> {
         self.cpu[stage as usize]
     }
-    /// The sum of both, stage by stage.
+    /// The times of `self` and `other`, added stage by stage.
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         for stage in Stage::ALL {

@@ -1,6 +1,7 @@
 //! Counts the operations of a module on the software renderer.
 //!
-//! In: a module with its tapes. Out: counts that do not depend on the machine.
+//! In: a module with its tapes: the lists of operations that the software renderer runs, each on many pixels or vertices (lanes) at once. Out: counts that do
+//! not depend on the machine.
 
 use crate::render::software::lower::programs_from_bytes;
 use crate::render::software::program::{ProgramError, ShaderStage};

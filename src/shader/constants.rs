@@ -75,7 +75,7 @@ fn air() -> String {
                 Value::U32(shared::GROUND_DEPTH_TERMS),
             ),
             constant(
-                "Multiple-scattering table: height rows; one extra row is for level ground.",
+                "Table of the light scattered more than once: its height rows. One more row is for level ground.",
                 "air_table",
                 "MULTI_SCATTER_HEIGHTS",
                 Value::U32(shared::MULTI_SCATTER_HEIGHTS),
@@ -86,7 +86,12 @@ fn air() -> String {
                 "MULTI_SCATTER_SUNS",
                 Value::U32(shared::MULTI_SCATTER_SUNS),
             ),
-            constant("The constant in x.", "air_table", "MULTI_SCATTER_BEND", Value::F32(shared::MULTI_SCATTER_BEND)),
+            constant(
+                "Constant in that x: the smaller it is, the denser are the columns near the horizon.",
+                "air_table",
+                "MULTI_SCATTER_BEND",
+                Value::F32(shared::MULTI_SCATTER_BEND),
+            ),
             constant(
                 "The first column is at x = -MULTI_SCATTER_BELOW_HORIZON.",
                 "air_table",
@@ -106,7 +111,7 @@ fn air() -> String {
                 Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
-                "Table of the light scattered more than once in an eclipse: columns, one per distance from the occluder's limb.",
+                "Table of the part of that light which an eclipse leaves: its columns, one per distance from the occluder's limb.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_COLUMNS",
                 Value::U32(shared::IN_SHADOW_COLUMNS),
@@ -118,25 +123,25 @@ fn air() -> String {
                 Value::U32(shared::IN_SHADOW_HEIGHTS),
             ),
             constant(
-                "Vectors of that table per occluder.",
+                "Vectors of that table per occluder: its rows, the extra one included, times its columns.",
                 "air_table && eclipse_1",
                 "OCCLUDER_TABLE_ROWS",
                 Value::U32(vectors_per_occluder),
             ),
             constant(
-                "Vectors of the tables of all possible occluders, then one vector per occluder with the distances that its columns span.",
+                "Vectors of all possible occluders' tables, then one vector per occluder with the distances that its columns span.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_VECTORS",
                 Value::U32(occluders * (vectors_per_occluder + 1)),
             ),
             constant(
-                "Index in that array of the first vector of distances.",
+                "Index of the first vector of distances in the array of all these vectors.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_RANGES",
                 Value::U32(occluders * vectors_per_occluder),
             ),
             constant(
-                "Texels of the coarse image of the air per pixel, along each axis.",
+                "Texels per pixel, along each axis, of the coarse image of the air (lib/air/coarse.wesl).",
                 "reads_coarse_air",
                 "COARSE_AIR_PER_PIXEL",
                 Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
@@ -161,7 +166,12 @@ fn rings() -> String {
                 "RING_SLANTS_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLANTS_PER_OCTAVE)),
             ),
-            constant("Rows of a ring's table that contain its bins.", "", "RING_BIN_ROWS", Value::I32(shared::RING_BIN_ROWS as usize)),
+            constant(
+                "Rows of a ring's table that contain the bins by which a radius is found (lib/ring/intervals.wesl).",
+                "",
+                "RING_BIN_ROWS",
+                Value::I32(shared::RING_BIN_ROWS as usize),
+            ),
             constant(
                 "Rows of the ring profile's table before those of the first slant.",
                 "",
@@ -181,7 +191,7 @@ fn rings() -> String {
                 Value::F32(shared::MIN_COSINE),
             ),
             constant(
-                "Strips into which the Sun's disc is divided when the Sun is low.",
+                "Strips into which the Sun's disc is divided when the Sun is low over the rings.",
                 "ring_shadow_penumbra",
                 "SUN_STRIPS",
                 Value::I32(shared::SUN_STRIPS),
@@ -242,7 +252,7 @@ fn draw() -> String {
     let _ = writeln!(text, "// Vectors per overlaid image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
     let _ = writeln!(
         text,
-        "// Lattices of procedural detail, one per size.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
+        "// Lattices of procedural detail (lib/detail.wesl), one per size.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
         shared::DETAIL_ROWS
     );
     let table = [

@@ -1,8 +1,8 @@
 //! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
 //!
 //! [`id`] names a shader module: a body's by its [`key`], a simple shader by the name of its fragment. [`mod@emit`] writes its WGSL from the [`fragments`];
-//! [`module`] parses, validates, reflects and lowers it; [`library`] caches the result, in a folder that [`generator`] names. Below, a module is such a shader
-//! module, and a fragment is always a WESL source file of shaders/, never the fragment stage.
+//! [`module`] parses, validates, reflects and lowers it (to a program for the software renderer); [`library`] caches the result, in a folder that [`generator`]
+//! names. Below, a module is such a shader module, and a fragment is always a WESL source file of shaders/, never the fragment stage.
 
 #[doc(hidden)]
 pub mod compare;

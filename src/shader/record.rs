@@ -117,7 +117,7 @@ impl DigestRecord {
         Ok(record)
     }
 
-    /// This record without the modules that are not in `ids`.
+    /// This record without the modules that are not in `ids`. The flags, as in [`recorded_modules`], are not read.
     #[must_use]
     pub fn only(&self, ids: &[(ModuleId, bool)]) -> Self {
         let found = |(id, _): &(ModuleId, bool)| self.modules.get_key_value(&id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
@@ -162,8 +162,8 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: simple shaders, probes, the covering sets and the reachable keys. The flag is true if the module's translations
-/// are recorded too.
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies). The flag is true if the
+/// module's translations are recorded too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
     let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();

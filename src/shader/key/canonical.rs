@@ -6,6 +6,7 @@ use std::sync::OnceLock;
 
 /// If `applies` holds, `dimension` can be set to `value` without changing the image.
 pub struct CanonicalRule {
+    /// Name of the dimension.
     pub dimension: &'static str,
     /// The value's text in the key (empty: the value that the key omits).
     pub value: &'static str,
@@ -38,7 +39,7 @@ fn shows_normal(f: &DrawFeatures) -> bool {
     (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
-/// Whether the draw fills a part of the coarse image of the air.
+/// Whether the draw fills a part of the coarse image of the air, in which the draws of ground and clouds interpolate.
 fn fills_coarse_image(f: &DrawFeatures) -> bool {
     f.air_pass.fills_image()
 }
@@ -46,6 +47,7 @@ fn fills_coarse_image(f: &DrawFeatures) -> bool {
 const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
     CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
+/// Why such a draw has none of the other features.
 const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {

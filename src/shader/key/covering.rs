@@ -1,8 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
 //! There are 3.2 * 10^12 combinations ([`count_before_reduction`]), so nothing here lists them all. A combination of a few dimension values *can
-//! occur* if some canonical features have it. To decide that, [`skeletons`] provides the canonical features over the dimensions that the
-//! rules read, and one of them is completed with the combination.
+//! occur* if some canonical features have it. To decide that, the combination is added to each of the [`skeletons`]: all canonical features over
+//! only those dimensions that the rules read. It can occur if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -88,8 +88,8 @@ fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) 
     after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` dimensions out of `count`, in ascending order, with the index of its first combination of values in the list of all
-/// choices' combinations; and the length of that list.
+/// Every choice of `t` out of `count` dimensions, in ascending order. The combinations of values of all choices form one list, choice after choice: each
+/// choice comes with the index of its first combination in that list, and the list's length is returned, too.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {

@@ -43,7 +43,9 @@ impl KeyPart {
 
 /// One dimension. A value is an index into `texts` and `feature_names`.
 pub struct Dimension {
+    /// The name by which the canonical rules refer to it.
     pub name: &'static str,
+    /// The part of the key's text that contains its value.
     pub part: KeyPart,
     /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
@@ -51,7 +53,9 @@ pub struct Dimension {
     pub feature_names: &'static [&'static str],
     /// Whether a value also enables the features of all lesser values (as counts do).
     pub cumulative: bool,
+    /// The value in a draw's features.
     pub get: fn(&DrawFeatures) -> usize,
+    /// Changes a draw's features to this value.
     pub set: fn(&mut DrawFeatures, usize),
 }
 

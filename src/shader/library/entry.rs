@@ -1,9 +1,10 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
 //! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module
-//! name, text, IR, source map and tape. Always: bytes that decode are complete, name this generator and the requested module, and contain
-//! valid IR and a tape that fits its entry points. The checksum is not a signature: anyone who can write to the folder can write an entry
-//! that passes these checks. naga's encoding omits spans, which matter only for error messages.
+//! name, text, IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are complete, name this
+//! generator and the requested module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone
+//! who can write to the folder can write an entry that passes these checks. naga's encoding omits spans, which matter only for error
+//! messages.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
@@ -56,7 +57,7 @@ struct DecodedModule {
     tape: Vec<u8>,
 }
 
-/// The bytes of an entry; `None` if the module cannot be encoded.
+/// The bytes of an entry; `None` if the module cannot be encoded. `generator`: the generator digest.
 pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
     let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
     let module = EncodedModule { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };

@@ -2,7 +2,7 @@
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the
 //! generator would emit now, whatever the state of the disk; readers in any process see either a complete entry or none; a disk error is
-//! reported once and is never fatal. Not here: which renderer runs the tape, and where messages go; the caller supplies both.
+//! reported once and is never fatal. Not here: the lowering of modules for the software renderer, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -87,6 +87,7 @@ struct Damaged;
 pub struct DiskStatus {
     /// Folder of this generator; `None` for a library that is only in memory.
     pub folder: Option<PathBuf>,
+    /// Entries of this generator, and their bytes.
     pub entries: u64,
     pub bytes: u64,
     /// Entries and bytes of other generators (older or newer programs).

@@ -5,7 +5,7 @@
 
 use super::condition::Condition;
 
-/// The block that every module has.
+/// Index of the block that every module has.
 pub const ROOT: u32 = 0;
 
 /// The condition under which a part of the text is emitted.

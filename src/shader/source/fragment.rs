@@ -15,6 +15,7 @@ const REMOVED: u32 = u32::MAX;
 pub struct Piece {
     /// Bytes of the fragment's text.
     pub span: Range<usize>,
+    /// Index into [`Fragment::blocks`].
     pub block: u32,
 }
 
@@ -30,6 +31,7 @@ pub struct FragmentLine {
 /// One imported item.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Import {
+    /// The block of the import statement: index into [`Fragment::blocks`].
     pub block: u32,
     /// From 1.
     pub line: u32,
