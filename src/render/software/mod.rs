@@ -42,6 +42,7 @@ pub mod vertex;
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub(crate) use inspect_pixel::{NamedValue, PixelValues};
+// The functions with which the shader library lowers and stores modules.
 pub use lower::lowering;
 pub use raster::setup::VertexGrid;
 pub use renderer::{Options, Precision, SoftwareRenderer};

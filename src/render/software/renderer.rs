@@ -73,7 +73,7 @@ impl From<Program> for EntryPoint {
 pub(super) struct EntryPoints {
     pub vertex: EntryPoint,
     pub fragment: EntryPoint,
-    /// Set if this is the shipped tone map.
+    /// Set if the module is the shipped (not edited) tone map.
     pub tone_map: Option<ToneMapFields>,
 }
 
