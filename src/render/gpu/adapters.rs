@@ -21,7 +21,7 @@ pub enum AdapterKind {
     Software,
 }
 
-/// What an adapter reports about itself.
+/// What an adapter reports about itself. The user sees it as text and in JSON reports.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct AdapterFacts {
     pub name: String,

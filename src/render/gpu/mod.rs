@@ -1,6 +1,6 @@
 //! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
 //!
-//! In: a [`Plan`](super::plan::Plan) and the modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
+//! In: a [`Plan`](super::plan::Plan) and the shader modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
 //! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame (`GpuSurface`). Always: the plan
 //! determines passes, order, blending, depth and uniform bytes; every failure is a [`GpuError`] and never a panic, so that the caller can draw the
 //! same plan in software. The device, pipelines, uploaded textures within a budget, and targets of the last size are kept between frames.
@@ -36,6 +36,7 @@ pub enum GpuError {
     Lost(String),
     #[error("the graphics device is out of memory")]
     Memory,
+    /// A draw whose module or data are unsuitable.
     #[error("{draw}: {what}")]
     Draw { draw: String, what: String },
     #[error("{adapter} cannot draw {width}x{height} pixels; each side may have at most {max_side}")]

@@ -1,7 +1,7 @@
 //! Cache of render pipelines. The key of a pipeline is its module, target, samples, blending, depth, culling, vertex attributes and unfiltered
 //! textures.
 //!
-//! A module is passed to wgpu as the library's naga IR, so no text is parsed again; wgpu adds its bounds checks. Bind group 0 follows the module's
+//! A module is passed to wgpu as the shader library's naga IR, so no text is parsed again; wgpu adds its bounds checks. Bind group 0 follows the module's
 //! reflected layout: the uniform block (at a dynamic offset into one buffer per frame), textures, samplers.
 
 use super::{GpuError, with_error_scopes};

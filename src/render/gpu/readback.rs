@@ -10,7 +10,7 @@ use wgpu::{
 /// Maximum size of a band in bytes, unless one row is larger.
 const BAND_BYTES: u64 = 64 << 20;
 
-/// The staging buffer, kept between frames.
+/// The staging buffer (CPU-visible memory into which the GPU copies), kept between frames.
 #[derive(Default)]
 pub(crate) struct Readback {
     buffer: Option<Buffer>,

@@ -82,10 +82,11 @@ pub struct GpuRenderer {
     resolves_by_shader: bool,
     /// The error that every later draw returns: the device was lost, or an error occurred outside a frame.
     fatal_error: Arc<Mutex<Option<GpuError>>>,
-    /// For off-screen frames.
+    /// Resources for off-screen frames.
     resources: Mutex<FrameResources>,
-    /// For frames of windows, separate so that a window never waits for a view that is being drawn.
+    /// Resources for frames of windows, separate so that a window never waits for a view that is being drawn.
     pub(super) window_resources: Mutex<FrameResources>,
+    /// Images of off-screen frames that stay in GPU memory, where windows read them.
     finished_images: Mutex<GpuImages>,
 }
 
@@ -363,6 +364,7 @@ impl GpuRenderer {
         Ok(())
     }
 
+    /// Finds a draw's pipeline, and binds its textures, samplers and uniforms.
     fn prepare<'a>(
         &self,
         resources: &mut FrameResources,
@@ -410,6 +412,7 @@ impl GpuRenderer {
         Ok(PreparedDraw { draw, pipeline, bind_group, offsets })
     }
 
+    /// Encodes a pass: its draws, and the resolve of its samples.
     fn encode(&self, encoder: &mut CommandEncoder, resources: &FrameResources, pass: &Pass, draws: &[PreparedDraw<'_>], pass_index: usize) {
         let target = &resources.targets[pass_index];
         let [r, g, b, a] = pass.clear.map(f64::from);
@@ -443,6 +446,7 @@ impl GpuRenderer {
             label: Some(pass.name),
             color_attachments: &[Some(colour)],
             depth_stencil_attachment,
+            // If a shader resolves the samples, the time of the pass ends with that resolve.
             timestamp_writes: timestamp_writes(Some(begin_query), target.resolve.is_none().then_some(end_query)),
             occlusion_query_set: None,
             multiview_mask: None,

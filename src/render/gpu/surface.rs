@@ -83,7 +83,7 @@ impl GpuRenderer {
         })
     }
 
-    /// Submits a plan that draws to a window's texture, which `resources` do not keep, even after an error.
+    /// Submits a plan that draws to a window's texture. Afterwards, even after an error, `resources` no longer contain that texture.
     fn submit_to_window(
         &self,
         resources: &mut FrameResources,

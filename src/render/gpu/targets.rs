@@ -24,11 +24,13 @@ pub(super) struct PassTarget {
     pub samples: u32,
     /// The resolved colour, which later passes read.
     pub colour: wgpu::Texture,
+    /// The view of `colour`.
     pub view: TextureView,
     /// The multisampled colour, if the target has several samples per pixel.
     pub multisampled: Option<TextureView>,
     /// The pass that resolves the samples with a shader; `None` if the driver resolves them.
     pub resolve: Option<ResolvePass>,
+    /// `None` if the pass has no depth buffer.
     pub depth: Option<TextureView>,
 }
 

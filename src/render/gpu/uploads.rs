@@ -2,8 +2,8 @@
 //!
 //! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
 //! decoded texture. The least recently used textures are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
-//! one level) is identified by a digest of its content, because the scene module computes tables again in each frame. Persistent tables, which their
-//! owner keeps, are identified by address like maps.
+//! one mip level, such as the profile of a ring) is identified by a digest of its content, because the scene module computes tables again in each frame.
+//! Persistent tables, which their owner keeps, are identified by address like maps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
 use sha2::{Digest, Sha256};

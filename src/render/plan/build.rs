@@ -1,4 +1,4 @@
-//! Builds the plan of a scene: its passes, the modules of its draws and their uniform bytes.
+//! Builds the plan of a scene: its passes, the shader modules of its draws and their uniform bytes.
 //!
 //! In: the scene, the layouts reflected from the modules, and the decoded maps. Out: a [`Plan`]. Always: uniform fields are filled by name from
 //! `DrawUniforms`; a field of the module that the scene does not supply is an error, not zero. Not here: the choice of what is drawn (scene).
@@ -87,7 +87,7 @@ fn step_name(draw: &Draw) -> &'static str {
 
 /// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
-/// 2. Opaque bodies, translucent layers (rings, shells) and the corona, from far to near: an antialiased limb is blended over the object behind it,
+/// 2. Opaque bodies, translucent layers (rings, skies, clouds) and the corona, from far to near: an antialiased limb is blended over the object behind it,
 ///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
 ///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
@@ -97,7 +97,7 @@ pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Sampling
     steps_with(scene, provider, sampling, None)
 }
 
-/// Like [`steps`]. `faces_draw`: a draw between the stars and the bodies, which combines the faces of a dome or a whole sphere.
+/// Like [`steps`]. `faces_draw`: for a dome or a whole sphere, the draw that resamples its faces (frames along the axes of a cube), in which the bodies are.
 pub(super) fn steps_with(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -109,7 +109,7 @@ pub(super) fn steps_with(
     Ok(steps)
 }
 
-/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: a draw over the stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: as in [`steps_with`]; it is drawn over the stars and behind all bodies.
 pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -142,7 +142,7 @@ pub(super) fn hdr_steps(
         let mut start = first_draw;
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, end) = (run[0].body, start + run.len());
-            // The layers of a ringed body need not be consecutive: moons may be between them.
+            // The layers of a ringed body (ring behind, globe, ring in front) need not be consecutive: moons may be between them.
             let is_first = !scene.draws[..start].iter().any(belongs_to(body));
             let is_last = !scene.draws[end..].iter().any(belongs_to(body));
             start = end;
@@ -247,6 +247,7 @@ fn body_draw(
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {
         ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
+        // The two triangles of the draw's rectangle.
         _ => (Vertices::Count(6), Cull::None),
     };
     Ok(PlanDraw {

@@ -1,5 +1,6 @@
-//! The coarse image of the air. A first pass evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the
-//! occluders to its ground. A second pass marks the texels around which interpolation is accurate enough.
+//! The coarse image of the air, between whose texels the draws of bodies interpolate the light of the air instead of evaluating it at each pixel. A first pass
+//! evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the occluders to its ground. A second pass marks
+//! the texels around which interpolation is accurate enough.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the
 //! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a band of
@@ -37,12 +38,12 @@ fn reads_coarse_air(draw: &Draw) -> bool {
     draw.features.air_pass.is_reader()
 }
 
-/// The features of the draws that fill the subimages of a draw, in the order of the subimages: the air, then the sunlight past occluders.
+/// The features of the draws that fill a body's subimages, in the order of the subimages: the air, then the sunlight past occluders.
 fn subimages_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
     [draw.features.coarse_air(), draw.features.coarse_sunlight()].into_iter().flatten()
 }
 
-/// Indices of the ground's and the clouds' draw of a body, if the ground's draw also shows the clouds and draw `k` is one of the two.
+/// Indices of a body's two draws of ground and clouds, if the ground's draw also shows the clouds and draw `k` is one of the two.
 fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
     let is_part = |d: &Draw, part| d.body == draws[k].body && d.part == part && d.features.air_pass == AirPass::ReadWithClouds;
     let find = |part| draws.iter().position(|d| is_part(d, part));
@@ -132,6 +133,7 @@ pub(super) fn steps(
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
+            // `bound`: the error of interpolation that is accepted, relative to the light (x) and absolute (y); see `coarse_bound`.
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
@@ -166,6 +168,7 @@ fn samples_draw(
         uniform_bytes,
         textures: Vec::new(),
         samplers: Vec::new(),
+        // The two triangles of `uniforms.rect_in_clip`.
         vertices: Vertices::Count(6),
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,

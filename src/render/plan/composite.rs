@@ -1,8 +1,9 @@
 //! Plans of images that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
-//! In: the scene module's [`Composite`]. Out: one plan with the passes of every frame, followed by the passes that combine the frames. Always: the
-//! faces of a dome or sphere are combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined,
-//! since an anaglyph combines display values. Not here: the choice of frames (scene::composite).
+//! In: the scene module's [`Composite`]. Out: one plan with the passes of every frame, followed by the passes that combine the frames. The frames of a dome
+//! or sphere are the faces of a cube around the camera, those of a stereo pair the views of both eyes. Always: the faces are combined before bloom and tone
+//! map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values. Not here: the choice of frames
+//! (scene::composite).
 
 use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with};
 use super::error::PlanError;
@@ -107,7 +108,8 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         append(&mut combined, plan(scene, provider, sampling)?.passes);
         images.push(last_pass(&combined));
     }
-    // Both frames are wider than an eye's image by the left eye's column offset; the right eye's image starts at column 0.
+    // `eyes.columns`: the column of each frame at which the eye's image starts. It is 0 for the right eye; both frames are wider than an eye's image by
+    // the left eye's column.
     let [left_column_offset, _] = eyes.columns;
     let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column_offset, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
@@ -176,7 +178,7 @@ fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Re
     Ok(PlanDraw { blend: Blend::PremultipliedOver, ..draw })
 }
 
-/// Draws the warp mesh over the whole screen, textured with an image of `image_px` pixels.
+/// Draws the warp mesh over the projector's whole screen, textured with an image of `image_px` pixels.
 fn warp_draw(
     mesh: &WarpMesh,
     [width, height]: [u32; 2],

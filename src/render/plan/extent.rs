@@ -1,9 +1,10 @@
 //! Bounds the pixels that a body's draw can change, so that a renderer may skip the others: by the outline of its ellipsoid on the screen, and by
 //! marked texels.
 //!
-//! In: the uniforms of a body's draw. Their silhouette form is |ray|^2 (1 - q^2), a quadratic form over the draw's rectangle; q is the distance of
-//! the view ray from the centre in the unit-sphere frame. Out: quadratic forms over pixel coordinates that are positive inside an outline. Always:
-//! each outline is an ellipse, so its form is concave: it is least at a corner of a rectangle, and nowhere above its tangent plane at the middle.
+//! In: the uniforms of a body's draw. Their silhouette form is a quadratic polynomial over the draw's rectangle, |ray|^2 (1 - q^2). Here the body's axes are
+//! scaled so that its ellipsoid is the unit sphere, and q is the distance of the view ray from the centre. Out: quadratic polynomials ("forms") of the pixel
+//! coordinates that are positive inside an outline. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least at a corner, and
+//! nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
@@ -58,7 +59,8 @@ impl Extent {
                 let inside = outline(uniforms.silhouette_form.map(|row| row.as_dvec4()))?;
                 Some(Self { inside, outside: None, marked })
             }
-            // If the centre is behind the camera, the form is also positive for rays that meet the ellipsoid behind the camera.
+            // `depth_row.w` is positive if the body's centre is in front of the camera. If it is behind, the form is also positive for rays that meet the
+            // ellipsoid behind the camera.
             BodyPart::Sky if uniforms.depth_row.w > 0.0 => {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
                 Some(Self { inside: outline(air_top_form(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
@@ -119,6 +121,7 @@ fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
     let length_sq =
         [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
+    // `top` is this quantity of the air's top, not a height.
     let top_radius_sq_minus_1 = f64::from(uniforms.air.top);
     [0, 1].map(|row: usize| ground[row] + top_radius_sq_minus_1 * length_sq[row].extend(0.0))
 }

@@ -16,12 +16,15 @@ pub struct TargetDescriptor {
     pub width: u32,
     pub height: u32,
     pub format: ColourFormat,
-    /// 1 or 4.
+    /// Samples per pixel, 1 or 4.
     pub samples: u8,
+    /// Clear colour, as stored in the target.
     pub clear: [f32; 4],
+    /// Whether the target has a depth buffer.
     pub depth: bool,
 }
 
+/// How a step writes its resource.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Write {
     /// Creates a resource, filled with the clear colour.
@@ -37,7 +40,7 @@ pub struct Read {
     pub binding: u32,
 }
 
-/// Draws, with the resource that they write and the resources that they read.
+/// A part of a pass: draws, with the resource that they write and the resources that they read.
 #[derive(Clone, Debug)]
 pub struct PassStep {
     pub name: &'static str,

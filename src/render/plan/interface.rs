@@ -1,8 +1,8 @@
 //! One frame of the window: the textured triangles of the user interface. The rendered view is one of the textures.
 //!
-//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: a step of the render graph, and the plan
-//! (list of passes) of that step, which the GPU or the software renderer executes. Always: blending is premultiplied, of sRGB-encoded values. The window has a plan of its own because it is redrawn more often than the view, whose image is
-//! a texture here. Not here: the layout of panels.
+//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: a step of the render graph, and the plan (list of passes) of that
+//! step, which the GPU or the software renderer executes. Always: premultiplied sRGB-encoded values are blended without decoding. The window has a plan of its
+//! own because it is redrawn more often than the view, whose image is a texture here. Not here: the layout of panels.
 
 use super::error::PlanError;
 use super::graph::{self, PassStep, TargetDescriptor, Write};
@@ -47,6 +47,7 @@ pub fn interface_step(
     [width, height]: [u32; 2],
     provider: &impl ResourceProvider,
 ) -> Result<PassStep, PlanError> {
+    // In clip space, which is 2 wide and 2 high.
     let pixel_size = glam::Vec2::new(2.0 / width as f32, 2.0 / height as f32);
     let template = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
     let draws = primitives.into_iter().map(|primitive| {

@@ -55,6 +55,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
             all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
+        // A body that fills the image is not named.
         if let Some(side) = label.name_side
             && label.radius_px < FILLS_IMAGE * f64::from(height)
         {
@@ -67,7 +68,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
     all
 }
 
-/// A text over its own shadow. `left_px`: the left end of its centre line; `shadow_px`: the shadow's offset in x and y.
+/// A text over its own shadow. `left_px`: the left end of the line at half the text's height; `shadow_px`: the shadow's offset in x and y.
 fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
     let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
     let mut all = Vec::new();
@@ -102,7 +103,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Names of surface features, caption, scale bar and compass.
+/// Caption, scale bar and compass, and the names of surface features with their ring-shaped markers, all drawn in the same way.
 fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(labels.size_px);
     let margin = &labels.margin;

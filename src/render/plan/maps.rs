@@ -12,7 +12,7 @@ use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
 
-/// The texture variables of shaders/lib/maps.wesl and overlay.wesl.
+/// The texture variables of shaders/lib/maps.wesl and overlay.wesl, and the map that each shows.
 const MAPS: [(&str, MapRole); 7] = [
     ("albedo_map", MapRole::Albedo),
     ("normal_map", MapRole::Normal),
@@ -30,7 +30,7 @@ pub const RING_PROFILE: &str = "ring_profile";
 /// The texture variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
 
-/// The texture variable of the Moon's limb profile.
+/// The texture variable of the Moon's limb profile: heights of the terrain along the Moon's edge.
 pub const LIMB_TABLE: &str = "limb_table";
 
 /// The role of a texture variable's image; `None` if the image is not a map of a body.
@@ -53,6 +53,7 @@ pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecodin
         (_, MapRole::Normal) => PoleFilter::Normals,
         _ => PoleFilter::Values,
     };
+    // The cloud map's values for a clear sky and for a closed deck, stored as bits of f32.
     let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
     let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
     MapDecoding { format: map_format(role), poles, opacity }

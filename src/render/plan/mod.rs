@@ -22,6 +22,7 @@ pub use composite::{composite, composite_modules};
 pub use error::PlanError;
 pub use extent::{Extent, MarkedImage};
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
+// The constants are names of texture variables, whose textures `limb_table`, `ring_profile` and `ring_shine` make.
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, GpuImage, Instances, ModuleProvider, Pass, Plan, PlanDraw,

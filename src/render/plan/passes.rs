@@ -24,6 +24,7 @@ pub struct SamplerState {
 /// The image that a texture binding reads.
 #[derive(Clone, Debug)]
 pub enum TextureSource {
+    /// An image in CPU memory.
     Image(SharedTexture),
     /// An image whose owner keeps it alive until its content changes, so that its address identifies the content.
     Persistent(SharedTexture),
@@ -130,6 +131,7 @@ pub struct PlanDraw {
     pub extent: Option<Extent>,
 }
 
+/// The format of a pass's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
     /// Linear HDR target. The GPU renderer may store it in half floats.
@@ -140,15 +142,18 @@ pub enum ColourFormat {
     Rgba8Unorm,
 }
 
+/// Draws into one target, which is cleared first.
 #[derive(Clone, Debug)]
 pub struct Pass {
     pub name: &'static str,
     pub width: u32,
     pub height: u32,
     pub format: ColourFormat,
-    /// 1 or 4.
+    /// Samples per pixel, 1 or 4.
     pub samples: u8,
+    /// Clear colour, as stored in the target.
     pub clear: [f32; 4],
+    /// Whether the pass has a depth buffer.
     pub depth: bool,
     pub draws: Vec<PlanDraw>,
 }
@@ -175,7 +180,7 @@ pub struct Plan {
     pub passes: Vec<Pass>,
 }
 
-/// The uniforms of one draw of a simple shader.
+/// The uniforms of one draw of a simple shader (a fixed module, as opposed to the generated ones of bodies).
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimpleDraw {
     pub module: &'static str,

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 /// Supplies the layouts of modules, decoded maps and glyphs.
 pub trait ResourceProvider {
+    /// The uniform fields and the texture and sampler bindings of a module.
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError>;
     /// A map by its file name.
     fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError>;

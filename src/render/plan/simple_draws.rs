@@ -1,6 +1,7 @@
 //! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline.
 //!
-//! In: the scene and the layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
+//! A simple shader is one fixed module, `shaders/entry/<name>.wesl`, whereas the module of a body is generated from the body's features. In: the scene and the
+//! layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
 //! that [`modules`] returns are used. Not here: the draws of bodies, labels and small bodies; the choice of what is drawn (scene).
 
 use super::error::PlanError;
@@ -128,7 +129,7 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that nearer bodies hide.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// Radius of a sprite in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
+/// A vec4: a sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
 fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
     let [core, glare] = point_spread(f64::from(radius_px)).map(|amplitude| amplitude / f64::from(stretch));
     vec![radius_px, core as f32, glare as f32, stretch]
@@ -159,6 +160,7 @@ pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
     [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_attribute(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    // A radius of 0: another frame of a composed image draws the star.
     let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
     sprites("stars", &drawn_here, &STAR_SPRITE, scene, provider)
 }
@@ -232,6 +234,7 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
 }
 
+/// The Sun's glare, drawn by the module `glow`.
 pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(glare) = &scene.glare else { return Ok(Vec::new()) };
     let draw = simple_draw("glow", scene, provider, |w| {
@@ -317,6 +320,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
+    // Keeps the radiance above `threshold` after exposure, up to `max_excess` above it.
     let downsample = |exposure: f32, threshold: f32, max_excess: f32| {
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
@@ -351,6 +355,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             "bloom, wide, downsampled",
             &[NARROW_HALO.blurred],
             linear_target(WIDE_HALO.downsampled, sixteenth),
+            // All of the image: the bright pass has applied exposure, threshold and limit.
             downsample(1.0, 0.0, f32::MAX)?,
         ),
         screen_step(

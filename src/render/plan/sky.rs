@@ -22,7 +22,7 @@ pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { poles: PoleFilter::Va
 static BLACK_MAP: LazyLock<SharedTexture> =
     LazyLock::new(|| Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level::new(1, 1, vec![0, 0, 0, 255])] }));
 
-/// The diffuse sky. `opacity`: 0 in a face of a composed image, because the face is later blended over the stars.
+/// The diffuse sky. `opacity`: 0 in a face (a cube-face frame) of a dome or sphere, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING))?;

@@ -16,25 +16,26 @@ use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_S
 use std::sync::Arc;
 
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(planets) = &scene.minor_planets else { return Ok(Vec::new()) };
+    let Some(minor_planets) = &scene.minor_planets else { return Ok(Vec::new()) };
     let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
-    let (orbits, count) = (&planets.columns, u32::try_from(planets.times.len()).unwrap_or(u32::MAX));
-    let attributes = vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &planets.times)];
+    let (orbits, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
+    let attributes =
+        vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &minor_planets.times)];
     let draw = simple_draw("minor_planets", scene, provider, |w| {
-        w.vec3("right", planets.axes[0])?;
-        w.vec3("up", planets.axes[1])?;
-        w.vec3("forward", planets.axes[2])?;
-        w.vec3("camera_high", planets.camera_parts[0])?;
-        w.vec3("camera_low", planets.camera_parts[1])?;
-        w.vec3("velocity", planets.velocity)?;
-        w.vec3("colour", planets.colour)?;
+        w.vec3("right", minor_planets.axes[0])?;
+        w.vec3("up", minor_planets.axes[1])?;
+        w.vec3("forward", minor_planets.axes[2])?;
+        w.vec3("camera_high", minor_planets.camera_parts[0])?;
+        w.vec3("camera_low", minor_planets.camera_parts[1])?;
+        w.vec3("velocity", minor_planets.velocity)?;
+        w.vec3("colour", minor_planets.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
-        w.f32("flux_per_irradiance", planets.flux_per_irradiance)?;
-        w.f32("peak_over_white", planets.peak_over_white)?;
-        w.f32("mark_flux", planets.mark_flux)?;
+        w.f32("flux_per_irradiance", minor_planets.flux_per_irradiance)?;
+        w.f32("peak_over_white", minor_planets.peak_over_white)?;
+        w.f32("mark_flux", minor_planets.mark_flux)?;
         w.f32("light_time", LIGHT_TIME as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;
@@ -53,6 +54,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
             (3, |a| a.point.to_array().to_vec()),
             (3, |a| a.first_derivative.to_array().to_vec()),
             (3, |a| a.second_derivative.to_array().to_vec()),
+            // The argument of Stumpff's functions, then the first and the last parameter on the arc.
             (3, |a| vec![a.alpha, a.range[0], a.range[1]]),
             (2, |a| a.opacity.to_vec()),
             (3, |a| a.colour.to_array().to_vec()),

@@ -6,7 +6,7 @@ use crate::scene::uniform_value;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
-/// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps on a map.
+/// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps of a filtered map read.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {

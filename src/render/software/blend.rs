@@ -36,7 +36,7 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
     }
 }
 
-/// As [`blend_lanes`] over pixels of one colour; `target` is only written.
+/// As [`blend_lanes`], over pixels that all have the colour `colour`; `target` is only written.
 #[inline(always)]
 pub(crate) fn blend_over_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];

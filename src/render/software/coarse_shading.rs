@@ -1,9 +1,9 @@
 //! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
 //!
-//! In: a draw whose plan permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), one triangle over a part of a tile. Out: its light
-//! added to that part. Always: the error is at most a 500th of the light (0.25 of a level of 255 at white, less in the dark), because the second differences
-//! between points are bounded. Where they exceed the bound, as near the Sun and where the light ends, nothing is drawn, and every pixel is shaded. Not here:
-//! which light is smooth (scene).
+//! In: a draw whose plan permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and one triangle that covers a part of a tile: the
+//! 64x32 pixels that one batch of 128 points spans. Out: its light added to that part. Always: the error is at most a 500th of the light (0.25 of a level of
+//! 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as near the Sun and where the
+//! light ends, nothing is drawn here, and the caller shades every pixel. Not here: which light is smooth (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -18,32 +18,33 @@ use super::tiles::TileTarget;
 
 /// Distance between neighbouring points, in pixels.
 const SPACING: usize = 4;
-/// The points of one batch, in the order of a block's pixels: they are the pixel centres of one block, moved apart by `SPACING`.
+/// The points of one batch, in the order of a block's pixels (a block is 16x8 pixels): their positions are the pixel centres of a block times `SPACING`.
 const COLUMNS: usize = 16;
 const ROWS: usize = 8;
 const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE as usize);
-/// Quads across the part of a tile that the points of a batch span, and lanes in one row of quads.
+/// Quads across the part, and lanes in one row of quads.
 const QUADS_ACROSS: usize = COLUMNS * SPACING / 2;
 const ROW_LANES: usize = 4 * QUADS_ACROSS;
-/// Rows of quads in that part, and in a block.
+/// Rows of quads in the part and in a block, and lanes in one row of a block's quads.
 const QUAD_ROWS: usize = ROWS * SPACING / 2;
 const QUAD_ROWS_OF_BLOCK: usize = 4;
 const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
-/// Blocks across that part, and in it.
+/// Blocks across the part, and in the whole part.
 const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
 const PART_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
 
-/// Second differences between three points, relative to the middle one, above which every pixel is shaded. A linear function through two points departs from a
-/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at a tile's edge, where t is 1.375.
-/// The sum over both axes is 0.516 / 256, a 500th.
+/// Second difference of three points, relative to the middle one, above which every pixel is shaded. A linear function through two points departs from a
+/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at the part's edge, where t is 1.375.
+/// The sum over both axes is 0.516 / 256, about a 500th.
 const SMOOTH_DIFFERENCE: f32 = 1.0 / 256.0;
 
 /// One colour component at the points, row by row.
 type Grid = [[f32; COLUMNS]; ROWS];
-/// One component at all columns of pixels, for each row of points: both rows of a quad have the same value.
+/// One component at all columns of pixels, for each row of points, in lane order: both rows of a quad have the same value.
 type Expanded = [[f32; ROW_LANES]; ROWS];
 
-/// The quad's cell, given by its first point, along an axis with `points` points; quads beyond the outer points use the outermost cells.
+/// The cell (the interval between two neighbouring points) in which a quad lies along an axis with `points` points, by the index of its first point. Quads
+/// beyond the outer points use the outermost cells.
 const fn cell_of_quad(quad: usize, points: usize) -> usize {
     let cell = quad.saturating_sub(1) / (SPACING / 2);
     if cell < points - 2 { cell } else { points - 2 }
@@ -55,7 +56,7 @@ const fn position_in_cell(pixel: usize, points: usize) -> f32 {
     ((2 * pixel + 1) as f32 - first_point as f32) / (2 * SPACING) as f32
 }
 
-/// Positions in their cells of pixels in lane order, from pixel `first` of the row on.
+/// For the pixels of a row of quads, in lane order from column `first` on: the position of each in its cell.
 const fn across<const N: usize>(first: usize) -> [f32; N] {
     let mut positions = [0.0; N];
     let mut lane = 0;
@@ -65,11 +66,12 @@ const fn across<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
+/// These positions for the first quad of a row, for the two quads of any cell between two points, and for the last quad.
 static ACROSS_FIRST: [f32; 4] = across(0);
 static ACROSS_PAIR: [f32; 8] = across(2);
 static ACROSS_LAST: [f32; 4] = across(COLUMNS * SPACING - 2);
 
-/// For each row of quads, the positions in their cells of the lanes of a block.
+/// For each row of quads, the vertical position in its cell of each lane of a block.
 static DOWN: [[f32; BLOCK_ROW_LANES]; QUAD_ROWS] = {
     let mut positions = [[0.0; BLOCK_ROW_LANES]; QUAD_ROWS];
     let mut k = 0;
@@ -123,7 +125,7 @@ fn between<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) ->
     values
 }
 
-/// Interpolates along the rows.
+/// Interpolates along the rows, from points to pixels.
 #[inline(always)]
 fn expand(grid: &Grid, expanded: &mut Expanded) {
     for (points, lanes) in grid.iter().zip(expanded) {
@@ -142,7 +144,7 @@ fn expand(grid: &Grid, expanded: &mut Expanded) {
     }
 }
 
-/// Interpolates between rows: the lanes of a block, `block` blocks from the left, whose first row of quads is `first_row`.
+/// Interpolates between rows: fills the lanes of the block whose first row of quads is `first_row`. `block`: number of blocks to its left.
 #[inline(always)]
 fn fill_block_lanes(expanded: &Expanded, block: usize, first_row: usize, lanes: &mut [f32; BLOCK_PIXELS]) {
     for (row, lanes) in lanes.as_chunks_mut::<BLOCK_ROW_LANES>().0.iter_mut().enumerate() {
@@ -168,7 +170,7 @@ impl InterpolatedLight {
         Self { expanded: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block: [[0.0; BLOCK_PIXELS]; 3] }
     }
 
-    /// Interpolates along the rows. Returns false if the light is not smooth.
+    /// Takes the light at the points, and interpolates along the rows. Returns false if the light is not smooth.
     #[inline(always)]
     fn set(&mut self, light: [&[f32; LANES]; 3]) -> bool {
         let has_equal_bits = |a: usize, b: usize| (0..LANES).fold(0, |bits, i| bits | (light[a][i].to_bits() ^ light[b][i].to_bits())) == 0;
@@ -234,7 +236,7 @@ impl InterpolatedLight {
         let run = &*run;
         let lanes = job.fragment_plan.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b), Some(a)] = lanes else { return false };
-        // What is added to alpha is not light.
+        // Only red, green and blue are interpolated. A draw that also changes alpha is shaded at every pixel.
         if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.set([r, g, b]) {
             return false;
         }
@@ -254,7 +256,7 @@ pub(super) struct Tile<'a> {
     pub corner: [u32; 2],
 }
 
-/// Draws the parts of a tile in which the light of a full-screen draw is smooth. Returns their blocks, one bit each.
+/// Draws the parts of a tile in which the light of a full-screen draw is smooth. Returns the blocks that it has drawn, one bit each.
 pub(super) fn shade_coarsely<R: Real>(
     job: &DrawJob<'_, R>,
     triangles: &[u32],

@@ -1,4 +1,4 @@
-//! The input of tile shading: a draw whose triangles are set up, and the quads that the triangles cover.
+//! The input of tile shading: a draw whose triangles are set up (converted to edge functions and planes), and the quads that the triangles cover.
 
 use super::fragment_plan::FragmentPlan;
 use super::math::Real;
@@ -7,7 +7,7 @@ use super::stage::{LANES, LaneProgram};
 use super::texel_marks::TexelMarks;
 use crate::render::plan::{Blend, Extent, ShadingRate};
 
-/// Number of quads in a batch.
+/// Number of quads in a batch, the lanes that a program shades at once.
 pub(super) const QUADS_PER_BATCH: usize = LANES / 4;
 
 /// Two by two pixels that a triangle covers partly or completely.

@@ -31,7 +31,7 @@ pub(crate) struct FragmentPlan {
     /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour_outputs: [Option<usize>; 4],
     pub(super) depth_output: Option<usize>,
-    /// Depth is tested before shading.
+    /// Whether depth is tested before shading: the program neither discards nor writes depth.
     pub(super) early_depth_test: bool,
     pub(super) depth: DepthState,
 }

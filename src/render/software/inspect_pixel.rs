@@ -2,8 +2,8 @@
 //! after the last assignment.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
-//! pixel or its red is NaN there. Of a mesh only the visible triangle is drawn. The module is lowered again with its named values as outputs;
-//! rasteriser, kernels and textures are the same as for images.
+//! pixel or its red is NaN there. Of a mesh only the visible triangle is drawn. The module is lowered again (compiled to a tape, see
+//! [`lower`](super::lower)) with its named values as outputs; rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
 use super::exec::{ExecutionCounts, LaneMask};

@@ -1,8 +1,8 @@
 //! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
 //!
-//! In: the quads of a batch, those of one source triangle in succession, and the draw's geometry. Out: the inputs of the fragment stage for all
-//! lanes. Always: planes are evaluated at offsets from the triangle's first quad in the batch, because small offsets round least; a lane's value does
-//! not depend on other triangles in the batch. Not here: which quads are covered.
+//! In: the quads of a batch, those of one source triangle (a triangle before clipping) in succession, and the draw's geometry. Out: the inputs of the
+//! fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in the
+//! batch, because small offsets round least; a lane's value does not depend on other triangles in the batch. Not here: which quads are covered.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -134,7 +134,7 @@ pub(super) fn fill_quads<R: Real>(
     fill(job, run, &spans, [&x, &y]);
 }
 
-/// As [`fill_quads`] for the lanes of one triangle. `points`: their positions relative to the corner of the quad `first`.
+/// As [`fill_quads`] for a batch of one triangle. `points`: the positions of its lanes relative to the corner of the quad `first`.
 #[inline(always)]
 pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, points: [&[f32]; 2], tile: [u32; 2]) {
     let spans = [Span::new(job, [0, QUADS_PER_BATCH], first, tile)];

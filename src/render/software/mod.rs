@@ -1,11 +1,12 @@
 //! The software renderer: executes the plan's modules on the CPU.
 //!
-//! [`lower`] turns a module's naga IR into a [`program`], a tape of lane operations. [`exec`] runs the tape with vector kernels. [`raster`] turns
-//! triangles into covered quads of pixels.
+//! [`lower`] turns a module's naga IR into a [`program`]: a tape, that is a list of instructions, each of which computes a scalar for many lanes at once. A
+//! lane is a pixel or a vertex. [`exec`] runs the tape with vector kernels. [`raster`] turns triangles into covered quads of 2x2 pixels.
 //!
-//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of lanes
-//! (`lane_inputs`) and runs them (`coarse_shading`: smooth light at fewer points), [`tiles`] stores a tile's colour, `tile_depth` its depth, and `tile_rows` writes the tile into the image. `pass_fusion` lets the
-//! tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the shipped tone map in native code, without its tape.
+//! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of 128 lanes
+//! (`lane_inputs`) and runs them (`coarse_shading`: smooth light at fewer points), [`tiles`] stores a tile's colour, `tile_depth` its depth, and `tile_rows`
+//! writes the tile into the image. `pass_fusion` lets the tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the tone map in
+//! native code instead of running its tape, unless the user has edited its shader.
 
 pub mod blend;
 mod coarse_shading;
@@ -41,6 +42,7 @@ pub mod vertex;
 pub use error::RenderError;
 use error::{try_grow, try_vec};
 pub(crate) use inspect_pixel::{NamedValue, PixelValues};
+// The functions with which the shader library lowers and stores modules.
 pub use lower::lowering;
 pub use raster::setup::VertexGrid;
 pub use renderer::{Options, Precision, SoftwareRenderer};

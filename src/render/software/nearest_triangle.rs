@@ -1,4 +1,4 @@
-//! Finds the triangles of a mesh of which one is visible at a pixel's centre.
+//! Finds the triangles of a mesh that may be the visible one at a pixel's centre.
 //!
 //! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices
 //! of that triangle only. The rasteriser rounds corners, and gives a centre on an edge to one of the two triangles; the first candidate that it covers
@@ -13,7 +13,7 @@ use crate::render::plan::{Cull, PlanDraw, Vertices};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// Displacement of an edge, in pixels along each axis, with which a triangle is still a candidate: more than the rounding of corners
+/// A triangle whose edges miss the pixel's centre by less than this, in pixels along each axis, is still a candidate. It is more than the rounding of corners
 /// ([`VertexGrid`](super::VertexGrid)), which is at most 1/512.
 const MARGIN_PX: f64 = 1.0 / 256.0;
 

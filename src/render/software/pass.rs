@@ -57,9 +57,9 @@ struct PassJobs<'a, R: Real> {
 struct FusedPass<'a, R: Real> {
     full_screen: DrawJob<'a, R>,
     overlay: PassJobs<'a, R>,
-    /// The full-screen draw's result for the first pass's clear colour, if that result is the same at every pixel.
+    /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
-    /// The uniforms of the full-screen draw if it is the shipped tone map, which native code then applies to complete blocks.
+    /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map, which native code then applies to complete blocks.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
@@ -246,7 +246,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let mut image = Vec::new();
     super::try_grow(&mut image, count, allocation)?;
     let pixels = &*PIXEL_CENTRES;
-    // Boxed: a worker changes hands for each tile.
+    // Boxed, because each tile moves a worker out of the list and back.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
     image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
@@ -291,7 +291,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     Ok(image)
 }
 
-/// The state in which one thread runs one fragment program.
+/// One thread's working state for running one fragment program.
 type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// Buffers for drawing tiles of one pass.

@@ -1,8 +1,8 @@
 //! Fuses two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
 //!
 //! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it
-//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block that is
-//! being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
+//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block (16x8
+//! pixels) that is being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
 
 use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
 use super::math::Real;
@@ -106,10 +106,10 @@ impl Program {
     /// Whether a lane's position affects only the coordinates of the texels that the lane loads, so that equal texels give equal results.
     /// False for programs with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
-        // Slots whose value depends on the lane's position.
+        // Slots (arrays of one value per lane) whose value depends on the lane's position.
         let mut dependent: BTreeSet<u16> =
             (0..).zip(&self.inputs).filter(|(_, input)| !matches!(input, LaneInput::FrontFacing)).map(|(k, _)| k).collect();
-        // Dependent slots at the jumps to each target.
+        // For each target of jumps, the slots that are dependent at one of these jumps.
         let mut at_targets: HashMap<usize, BTreeSet<u16>> = HashMap::new();
         for (at, instr) in self.lane_tape.iter().enumerate() {
             dependent.extend(at_targets.remove(&at).unwrap_or_default());

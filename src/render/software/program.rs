@@ -1,5 +1,5 @@
-//! A lowered entry point: its inputs, outputs and tapes. `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs
-//! (`stage`).
+//! A lowered entry point: its inputs, its outputs and its two tapes (lists of instructions, see `tape`), one for each draw and one for each batch of lanes.
+//! `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs (`stage`).
 //!
 //! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q to 4q + 3
 //! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane ^ 1 and dpdy with lane ^ 2.
@@ -50,7 +50,7 @@ pub enum LaneOutput {
     FragDepth,
 }
 
-/// A texture that the program reads, with or without a sampler, as binding numbers in group 0.
+/// A texture that the program reads, with or without a sampler: their binding numbers in group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct TextureUse {
     pub texture_binding: u32,
@@ -86,7 +86,7 @@ pub struct Program {
     /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
     pub inputs: Vec<LaneInput>,
     pub outputs: Vec<LaneOutput>,
-    /// Location of each output after the run.
+    /// The slot of each output after the run.
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,

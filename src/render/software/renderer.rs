@@ -1,7 +1,8 @@
 //! Executes a plan on the CPU.
 //!
 //! In: a plan and its modules. Out: a frame and its timings. Always: passes run in order, and a pass may read the output of an earlier pass; the
-//! image does not depend on the number of threads. A module's tape is decoded once and cached. The renderer has its own thread pool.
+//! image does not depend on the number of threads. A module's tape (its compiled instructions) is decoded once and cached. The renderer has its own thread
+//! pool.
 
 use super::RenderError;
 use super::exec::KernelBinding;
@@ -72,7 +73,7 @@ impl From<Program> for EntryPoint {
 pub(super) struct EntryPoints {
     pub vertex: EntryPoint,
     pub fragment: EntryPoint,
-    /// Set if this is the shipped tone map.
+    /// Set if the module is the shipped (not edited) tone map.
     pub tone_map: Option<ToneMapFields>,
 }
 
@@ -92,7 +93,7 @@ pub struct SoftwareRenderer {
     decoded: Mutex<DecodedModules>,
 }
 
-/// Both stages of a draw, bound to its uniforms and textures.
+/// The vertex and the fragment stage of a draw, bound to its uniforms and textures.
 pub(super) struct BoundStages<'a, R: Real> {
     pub vertex: TapeStage<'a, R>,
     pub fragment: TapeStage<'a, R>,
@@ -333,7 +334,7 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
 }
 
-/// The marked texels between which a draw discards pixels. `outputs`: images of earlier passes.
+/// The marked texels between which a draw discards pixels (see [`MarkedImage`](crate::render::plan::MarkedImage)). `outputs`: images of earlier passes.
 fn marks_of(draw: &PlanDraw, outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
     let marked = draw.extent?.marked?;
     match &draw.textures.iter().find(|t| t.binding == marked.binding)?.source {

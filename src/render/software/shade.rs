@@ -1,8 +1,8 @@
 //! Shades a tile: gathers the quads of one draw into batches, runs, depth-tests and blends them.
 //!
-//! A batch is 32 quads in the order in which they were covered; a block has as many. Quads of several triangles of one draw share a batch, so that small
-//! triangles use all lanes too; the batches of a large triangle are complete 16x8 blocks. If a program neither discards nor writes depth, depth is
-//! tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
+//! A batch is 32 quads (128 lanes) in the order in which triangles cover them; a block of 16x8 pixels has as many. Quads of several triangles of one draw
+//! share a batch, so that small triangles use all lanes too; the batches of a large triangle are complete blocks. If a program neither discards nor writes
+//! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
 use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
@@ -146,7 +146,7 @@ impl TileShader<'_> {
             let [tile_x, tile_y] = self.tile;
             // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
             let mut edge_blocks = 0_u64;
-            // The block visited last, of those that an edge of the triangle crosses.
+            // Of the blocks that an edge of the triangle crosses, the one visited last.
             let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if drawn_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {

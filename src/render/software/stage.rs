@@ -1,8 +1,8 @@
 //! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
-//! The rasteriser does not depend on the tape. A [`LaneProgram`] is one entry point bound to one draw's uniforms and textures; each thread
-//! creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `tape_stage` runs lowered programs; tests supply
-//! hand-written stages, so that they check coverage, interpolation and blending without a shader compiler.
+//! The rasteriser does not depend on the tape, the compiled form of a shader. A [`LaneProgram`] is one entry point bound to one draw's uniforms and
+//! textures; each thread creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `tape_stage` runs lowered programs; tests
+//! supply hand-written stages, so that they check coverage, interpolation and blending without a shader compiler.
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
@@ -26,11 +26,11 @@ pub trait LaneProgram<R: Real>: Sync {
     fn is_position_independent(&self) -> bool {
         false
     }
-    /// The tone map with its uniforms, if this is the shipped one.
+    /// The uniforms of the tone map, if the entry point is the shipped (not edited) tone map.
     fn tone_map(&self) -> Option<ToneMapUniforms> {
         None
     }
-    /// The marked texels between which the draw discards pixels, if it does.
+    /// The marked texels between which the draw discards pixels (see `texel_marks`), if there are any.
     fn marks(&self) -> Option<&TexelMarks> {
         None
     }

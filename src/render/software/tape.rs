@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Location of an operand.
+/// Location of an operand: the number of a slot or of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Operand {
     /// One value per lane.
@@ -52,7 +52,7 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// One operation of a chain.
+/// One operation of a chain: operations that one kernel computes, each of which takes the result of the previous one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
@@ -60,7 +60,7 @@ pub struct FusedOp {
     pub chained_operand: u8,
 }
 
-/// The type of a uniform word.
+/// The type of a 32-bit word of the uniform block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WordKind {
     Float,

@@ -1,4 +1,4 @@
-//! Shader stages that run the tape of a lowered module.
+//! Shader stages that run the tape (list of instructions) of a lowered module.
 //!
 //! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at the loop limit, no further batch
 //! runs. Not here: how a tape is executed (`exec`).
@@ -20,8 +20,9 @@ pub(crate) struct TapeStage<'a, R: Real> {
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     bound: Arc<BoundProgram<R>>,
-    /// If set, this native code runs in place of the program.
+    /// If set, native code with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
+    /// As [`LaneProgram::marks`].
     marks: Option<TexelMarks>,
     /// A batch was stopped at the loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,

@@ -1,9 +1,8 @@
 //! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedImage`]).
 //!
-//! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely, kept
-//! completely, or neither; named, like those of [`Extent`](crate::render::plan::Extent), for the draw: it misses
-//! what it discards and covers what it keeps. Always: the answers agree with the draw's module.
-//! A rectangle with marked and unmarked texels gets neither answer, and the module decides for each of its pixels.
+//! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely (the draw
+//! "misses" it), kept completely (the draw "covers" it), or neither; these are the terms of [`Extent`](crate::render::plan::Extent). Always: the answers agree
+//! with the draw's module. A rectangle with marked and unmarked texels gets neither answer, and the module decides for each of its pixels.
 
 use super::sample::texels::{Decode, Float, Texels};
 use crate::image::TexelFormat;

@@ -14,8 +14,8 @@ pub(super) fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
 /// Reversed depth of a tile's samples, pixels in lane order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileDepth {
-    /// Four samples per pixel. If the target has one, it is the first; only [`Self::test_all`] writes and tests the other three, too. Their values can only
-    /// make that test fail, and the caller then tests the covered samples alone.
+    /// Four samples per pixel. A target with one sample per pixel uses the first; only [`Self::test_all`] then also writes and tests the other three. Their
+    /// values can at worst make that test fail, and the caller then tests the covered samples alone.
     samples: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
     valid_blocks: u32,

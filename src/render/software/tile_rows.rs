@@ -49,7 +49,7 @@ fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels:
     }
 }
 
-/// Writes a block's pixels, given as little-endian words by rows.
+/// Writes a block's pixels, given row by row as little-endian words of four display bytes.
 #[inline(always)]
 fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRows) {
     for (row, words) in rows.iter_mut().skip(y0).zip(words) {
@@ -73,7 +73,7 @@ fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T
     }
 }
 
-/// Two rows of a block's pixels from the channels of their eight quads.
+/// Writes two rows of a block's pixels, given the channels of their eight quads.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUninit<[f32; 4]>; BLOCK_WIDTH]; 2]) {

@@ -35,7 +35,7 @@ pub(crate) struct TileTarget {
     clear_colour: [f32; 4],
     /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
     written_blocks: u32,
-    /// Bit `k`: block `k` is grey. Its red is stored for all three components; what is stored for green and blue is stale.
+    /// Bit `k`: block `k` is grey, with equal red, green and blue. Only its red is valid, and stands for all three; its stored green and blue are stale.
     grey_blocks: u32,
     pub(crate) depth: TileDepth,
 }
@@ -64,7 +64,7 @@ impl TileTarget {
         self.depth.clear(depth);
     }
 
-    /// Makes all that is stored for a block valid: on the first write, fills it with the clear colour; copies the red of a grey block.
+    /// Makes all that is stored for a block valid: fills it with the clear colour on the first write, or copies a grey block's red to green and blue.
     #[inline(always)]
     fn prepare_block(&mut self, block: usize) {
         if has_bit(self.grey_blocks, block) {

@@ -1,4 +1,4 @@
-//! The shipped tone map (shaders/entry/tone_map.wesl) as one function over the pixels of a block, in place of its tape.
+//! The shipped tone map (shaders/entry/tone_map.wesl) as one native function over the pixels of a block, which replaces its tape (list of instructions).
 //!
 //! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255
 //! thresholds. The tape has an error of up to a thousandth of a level, so that both may differ by one level where a value is that close to the middle
@@ -17,7 +17,7 @@ const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 const MODULE: &str = "tone_map";
 /// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead.
-/// After a change of the fragments, adapt `compress` and record the new digest here.
+/// After a change of its fragments (WESL source files), adapt `compress` and record the new digest here.
 const REPEATED_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
@@ -54,10 +54,10 @@ pub struct ToneMapUniforms {
     linear_limit: f32,
 }
 
-/// The table's first value, 2^-13, is shown as level 0; its last is the largest value below 1.
+/// Bits of the table's first value, 2^-13, which is shown as level 0, and of its last, the largest value below 1.
 const FIRST: u32 = (127 - 13) << 23;
 const LAST: u32 = 0x3f7f_ffff;
-/// A cell's values have equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The curve's slope
+/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The curve's slope
 /// is at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
@@ -114,7 +114,7 @@ fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
     }
 }
 
-/// The same bytes by gather instructions.
+/// Encoding with gather instructions, which gives the same bytes.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST, LANES, LAST, LEVELS};

@@ -1,5 +1,5 @@
-//! The shipped tone map as a fragment stage, in native code: for a pass that is not fused with the one before, and for tiles in which other draws cover
-//! part of the image.
+//! The shipped tone map as a fragment stage, in native code: for a tone-map pass that is not fused with the HDR pass before it (pass_fusion.rs), and for tiles
+//! of a fused one that other draws, such as labels, cover in part.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
 //! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).

@@ -28,7 +28,7 @@ pub(crate) struct AssembledDraw {
     pub setup_seconds: f64,
 }
 
-/// The vertex output that a fragment program's varying reads, and how it is interpolated.
+/// A varying of the fragment program: the vertex output that it reads, and how it is interpolated.
 #[derive(Clone, Copy, Debug)]
 struct Varying {
     vertex_output: usize,

@@ -1,7 +1,7 @@
 //! Binds a program to SIMD kernels: instructions become runs of kernel calls, with control-flow and texture steps between them.
 //!
-//! In: a program and a kernel class. Out: [`BoundProgram`]. Always: every offset lies inside the arena that the executor allocates for the program.
-//! Not here: running the program.
+//! In: a program and a kernel class (instruction set). Out: [`BoundProgram`]. Always: every offset lies inside the arena, the memory that the executor
+//! allocates for the program's slots and registers. Not here: running the program.
 
 use super::LANES;
 use super::double_loops::double_loops;
@@ -226,13 +226,13 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read before a write that no jump can skip, in tape order. Tape order suffices for
-/// inputs and for results of texture reads: the next iteration of a loop, and the code after it, read them only through a loop variable, and
-/// [`double_loops`] does not exchange the place of a texture read's result. A skip of instructions without an active lane ([`Instr::SkipIfNoLane`]) does
-/// not count as a jump: what it skips is merged by a select, which reads the old value, or the skip leaves a loop.
+/// Whether the value that a slot has before the instruction `from` is read. The instructions are searched in tape order, up to a write that no jump can skip.
+/// This suffices for inputs and for results of texture reads: the next iteration of a loop, and the code after it, read them only through a loop variable, and
+/// [`double_loops`] does not exchange the place of a texture read's result. [`Instr::SkipIfNoLane`] does not count as a jump: either the results of what it
+/// skips are merged by a select, which reads the old value, or the skip leaves a loop.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
-    // Instructions before this one can be skipped by a jump.
+    // A jump can skip instructions before this one.
     let mut skippable_until = from;
     for (at, instr) in program.lane_tape.iter().enumerate().skip(from) {
         if instr.operands().iter().any(reads) {

@@ -3,8 +3,8 @@
 //! In: a checked program. Out: a checked program with the same results. A place is a slot or a register. At the end of a loop's body, copies move the
 //! next value of each loop variable to the variable's place. In the second body the two places are exchanged, so both bodies run without these copies;
 //! only a jump out of the second body makes them. Only loops that end with copies and an unconditional jump back are doubled; a loop that ends with a
-//! test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if another value may be read from its place or
-//! from that of its next value. Not here: the stored program, which has one body.
+//! test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if some other value may be read from one of the two
+//! places. Not here: changes of the stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
@@ -37,7 +37,7 @@ pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
     if loops.is_empty() {
         return Cow::Borrowed(program);
     }
-    // New index of each instruction, of which those of a doubled loop are its first body's; the end of the tape is the last entry.
+    // New index of each instruction, and last that of the tape's end. For an instruction of a doubled loop: its index in the first body.
     let mut new_index = Vec::with_capacity(tape.len() + 1);
     let mut doubled = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
@@ -68,7 +68,7 @@ pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
     Cow::Owned(Program { lane_tape: lane_tape.collect(), ..program.clone() })
 }
 
-/// How to read the target of a jump on the new tape.
+/// What the target of a jump on the new tape refers to.
 #[derive(Clone, Copy)]
 enum Target {
     /// An index on the original tape.
@@ -84,7 +84,7 @@ fn append_doubled(tape: &[Instr], found: &InnerLoop, pairs: &[Pair], new_index: 
         |at: usize| at >= copies && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
     let kept: Vec<usize> = (head..back).filter(|at| !is_removed(*at)).collect();
     let (first, second) = (doubled.len(), doubled.len() + kept.len());
-    // Position in a body of each instruction of the loop; of a removed one, the position of the next instruction that is not.
+    // Position in a body of an instruction of the loop; for a removed instruction, that of the next kept one.
     let position = |at: usize| kept.partition_point(|k| *k < at);
     new_index.extend((head..back).map(|at| first + position(at)));
     // The jump back itself. Nothing jumps to it; the entry keeps the indices in step.

@@ -1,4 +1,4 @@
-//! Tests of the lanes of a slot with AVX2: which lanes have any bit set, and whether any has.
+//! Tests of the lanes of a slot with AVX2: which lanes have any bit set, and whether there is such a lane.
 
 use super::{LANES, LaneMask};
 

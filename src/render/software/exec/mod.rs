@@ -46,7 +46,8 @@ pub(crate) const LANE_BITS: [u32; 32] = {
     bits
 };
 
-/// The values of a program for one draw: the registers after the draw tape has run, and the uniform block, which the lane tape may read.
+/// The values of a program for one draw: the registers after the draw tape (the instructions that run once per draw) has run, and the uniform block, which the
+/// lane tape (the instructions that run per batch) may read.
 #[derive(Clone, Debug)]
 pub struct Prepared<R> {
     registers: Vec<R>,
@@ -205,6 +206,7 @@ impl<R: Real> Executor<R> {
         self.counts
     }
 
+    /// The lanes for which a slot that contains a mask is set.
     fn mask_of(&self, slot: u32) -> LaneMask {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = R::as_f32(&self.arena[slot as usize].0).and_then(|lanes| lanes.first_chunk())
@@ -315,6 +317,7 @@ impl<R: Real> Executor<R> {
         }
     }
 
+    /// The loop over the steps; false if it was stopped at the loop limit.
     fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;

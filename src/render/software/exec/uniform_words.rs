@@ -34,8 +34,8 @@ impl UniformElements {
         self.value(words.get(word).copied().unwrap_or(0))
     }
 
-    /// The words from the first element's to the last one's, and the number of words from one element to the next; `None` if the block ends before the last
-    /// element's, or if offset or stride are not whole words.
+    /// The part of the block from the first element's word to the last element's word, and the number of words from one element to the next. `None` if the
+    /// block ends before the last element's word, or if offset or stride are not whole words.
     fn span(self, words: &[u32]) -> Option<(&[u32], u32)> {
         let (first, step) = (self.offset as usize / 4, self.stride / 4);
         let last = (self.last_index() as usize).checked_mul(step as usize)?;

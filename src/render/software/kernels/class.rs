@@ -3,11 +3,11 @@
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Lanes that the kernels of less frequent operations process at a time; [`LANES`] is a multiple of it.
+/// Number of lanes that the kernels of less frequent operations process at a time; [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
 
-/// Lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the calls dominate, with more the
-/// L1 cache overflows.
+/// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
+/// more the data no longer fit into the L1 cache.
 pub const LANES: usize = 128;
 
 /// Lanes of a kernel's inner loop. The compiler unrolls a loop of this length even if the kernel has many operations. It does not unroll a loop over all

@@ -76,7 +76,7 @@ unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const
     unsafe { base.add(*unchecked_ref(offsets.add(k)) as usize) }
 }
 
-/// The type of a chain.
+/// The type of a chain, by nesting: [`chains::Then`] around the type of the chain before each operation.
 macro_rules! nested {
     ($chain:ty) => { $chain };
     ($chain:ty, $op:ident $at:literal $(, $next:ident $next_at:literal)*) => {
@@ -84,6 +84,7 @@ macro_rules! nested {
     };
 }
 
+/// A module with all kernels, compiled for one class: `$feature` enables its instruction set.
 macro_rules! class {
     ($module:ident, $has_fma:literal, $(#[$feature:meta])*) => {
         mod $module {
@@ -237,6 +238,7 @@ macro_rules! chain_kernels {
     };
 }
 
+// The classes without fused multiply-add: SSE2, which every x86-64 machine has, and the portable class.
 class!(plain, false,);
 #[cfg(target_arch = "x86_64")]
 class!(avx2, true, #[target_feature(enable = "avx2,fma")]);

@@ -68,6 +68,7 @@ fn to_half(x: f32) -> u32 {
     sign | if a >= 0x4780_0000 { nan_or_infinity } else { finite }
 }
 
+/// The value of the 16 bits of a half-precision number.
 #[inline(always)]
 fn from_half(h: u32) -> f32 {
     let sign = (h & 0x8000) << 16;

@@ -1,4 +1,4 @@
-//! Builds the steps in SSA form: constant folding, simplification, value numbering, and the rate of each value.
+//! Builds the steps (instructions in SSA form): constant folding, simplification, value numbering, and the rate of each value.
 //!
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. An operation has the highest rate among its operands.
@@ -20,20 +20,23 @@ enum Computation {
 #[derive(Default)]
 pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
+    /// Index of each constant, by its type and its bits.
     constant_index: HashMap<(u8, u64), u32>,
     /// Steps of the draw tape.
     pub draw: Vec<SsaStep>,
     /// Steps of the lane tape.
     pub code: Vec<SsaStep>,
+    /// The numbers that were given last.
     last_value: u32,
     last_label: JumpLabel,
+    /// Values computed on the draw tape, which are available everywhere.
     draw_available: HashMap<Computation, SsaValue>,
     /// The operands of each `select` between lanes, by its result.
     selects: HashMap<SsaValue, [SsaValue; 3]>,
     /// The operand of each `BNot`, by its result.
     negated: HashMap<SsaValue, SsaValue>,
-    /// Available expressions of each open region, innermost last. They are kept by region, because a value from a region that may be skipped must not
-    /// be used outside it.
+    /// Values computed on the lane tape in each open region (code that may be skipped), innermost last. They are kept by region, because a value from a region
+    /// that may be skipped must not be used outside it.
     available: Vec<HashMap<Computation, SsaValue>>,
 }
 
@@ -176,10 +179,12 @@ impl SsaBuilder {
         self.op(Op::BNot, &[a])
     }
 
+    /// The result as a constant, if all operands are constants.
     fn fold(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
         if matches!(op, Op::Copy) {
             return None;
         }
+        // The operands as f64 lanes store them: integers and booleans as bits.
         let mut raw = [0.0f64; 3];
         for (r, a) in raw.iter_mut().zip(args) {
             *r = match self.known_constant(*a)? {
@@ -207,6 +212,7 @@ impl SsaBuilder {
         })
     }
 
+    /// A value that equals the result and needs fewer or cheaper operations, if one is known.
     fn simplify(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
         let is_constant = |this: &Self, v: SsaValue, c: Constant| this.known_constant(v) == Some(c);
         let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
@@ -322,11 +328,13 @@ impl SsaBuilder {
     }
 }
 
+/// The type of an operation's result.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ResultKind {
     Float,
     Int,
     Bool,
+    /// That of the first operand.
     Same,
 }
 

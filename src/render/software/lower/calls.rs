@@ -16,7 +16,7 @@ impl<'m> Lowerer<'m> {
 
     /// Inlines a call; returns the scalars of its result.
     pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<SsaValue>> {
-        // For the time of the call, `env` has the flag of `return`, the result and the local variables at its end.
+        // During the call, `env` ends with the flag that `return` sets, the scalars of the result, and the local variables.
         let base = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);

@@ -1,7 +1,7 @@
 //! Adds named intermediate values to the outputs of a program, for inspecting a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are each `let`, and
-//! each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; in its second call by the
+//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are the value of each `let`, and
+//! that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; in its second call by the
 //! same caller the prefix is `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is
 //! NaN. Programs that draw images have none of these outputs.
 

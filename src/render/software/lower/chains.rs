@@ -15,6 +15,7 @@ struct ChainOp {
     /// Index in the code.
     index: usize,
     op: FusedOp,
+    /// All operands, including the previous result.
     args: SsaValues,
 }
 
@@ -139,7 +140,8 @@ fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
     (op, args)
 }
 
-/// The operands of a piece of a chain, and their kinds. The operands of the first operation come first, then the others of each further operation.
+/// The operands of a piece of a chain, and their kinds (a set bit: one value per lane, as in `kind_bits`). The operands of the first operation come first,
+/// then those of each further operation that are not the previous result.
 fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
     let mut all = piece.first()?.args.clone();
     for op in &piece[1..] {

@@ -1,7 +1,7 @@
 //! Lowers branches, switches and loops.
 //!
-//! Both sides of a branch on a lane value run, each after a jump that skips it if no lane needs it; scalars that differ between the sides are
-//! merged by a `select`. Loops remain loops: the scalars that change in a loop become loop variables (phi values).
+//! Both sides of a branch on a lane value (a condition that may differ between lanes) run, each after a jump that skips it if no lane needs it; scalars that
+//! differ between the sides are merged by a `select`. Loops remain loops: the scalars that change in a loop become loop variables (phi values).
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
@@ -60,8 +60,8 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if this iteration has changed no scalar yet except the flag of `break`. If no lane remains here, the iteration has no
-    /// effect, and no further one runs.
+    /// The exit of the innermost loop, if this iteration has changed no scalar yet except the flag of `break`. If no lane remains here, the rest of the iteration
+    /// has no effect and no further iteration runs, so that a jump to the exit may replace both.
     pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;

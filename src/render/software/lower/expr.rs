@@ -1,4 +1,4 @@
-//! Lowers expressions. Each becomes a list of scalar values, a place, or a texture or sampler.
+//! Lowers expressions. Each becomes a list of scalar values, a place (the target of a pointer), or a texture or sampler.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -233,7 +233,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Scalar kind of a value, including a matrix.
+    /// The kind of a value's scalars: those of a scalar, vector or matrix.
     pub(crate) fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
             TypeInner::Matrix { scalar, .. } => supported_kind(*scalar, self.span),
@@ -372,6 +372,7 @@ impl<'m> Lowerer<'m> {
         Ok(out)
     }
 
+    /// Index in the program's list of textures, to which the texture and sampler are added if necessary.
     pub(crate) fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
         let is_supported = matches!(

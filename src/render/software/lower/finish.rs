@@ -2,8 +2,8 @@
 //! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
-//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap; except a
-//! copy, which then emits no instruction.
+//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
+//! is a copy, which then emits no instruction.
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
@@ -13,6 +13,7 @@ use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
+/// The assembled tapes, as fields of a [`Program`](crate::render::software::program::Program).
 pub(crate) struct FinishedTapes {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,

@@ -55,6 +55,7 @@ pub(crate) struct Lowerer<'m> {
     pub env: Vec<SsaValue>,
     /// The callers, and last the function being lowered.
     pub frames: Vec<CallFrame<'m>>,
+    /// The textures that the program reads, so far.
     pub textures: Vec<TextureUse>,
     /// Size of the uniform block in bytes; 0 if there is none.
     pub uniform_size: u32,
@@ -62,6 +63,7 @@ pub(crate) struct Lowerer<'m> {
     pub span: Span,
     /// Mask of the lanes that are active here.
     pub active_mask: SsaValue,
+    /// The module's variables: textures, samplers, the uniform block and private variables.
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
@@ -70,11 +72,12 @@ pub(crate) struct Lowerer<'m> {
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::named_values::NamedValueCapture>,
-    /// Statements so far, weighted by the length of `env`; at most [`MAX_STATEMENTS`].
+    /// Number of statements so far; with a large `env`, a statement counts as several. At most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each called function named like a native operation, such as `filtered_map`: whether its body equals the shipped fragment's (`native.rs`).
+    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that of the shipped WESL
+    /// source (`native.rs`).
     pub matches_native: HashMap<Handle<Function>, bool>,
 }
 

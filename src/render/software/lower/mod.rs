@@ -5,9 +5,9 @@
 //!
 //! Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of
 //! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
-//! (`calls.rs`), pointers are resolved to places (`place.rs`). Both sides of a branch on a lane value run, each after a jump that skips it if
-//! no lane needs it; loops remain loops (`control_flow.rs`). The builder folds constants and applies value numbering (`builder.rs`); passes over the
-//! steps then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! (`calls.rs`), pointers are resolved to places (`place.rs`). Both sides of a branch on a lane value (one that may differ between lanes) run, each after a
+//! jump that skips it if no lane needs it; loops remain loops (`control_flow.rs`). The builder folds constants and applies value numbering (`builder.rs`);
+//! passes over the steps (SSA instructions) then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;
@@ -207,6 +207,7 @@ fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
     }
 }
 
+/// The inputs and outputs of an entry point, one for each scalar.
 struct EntryPointInterface {
     inputs: Vec<LaneInput>,
     /// The value of each input, in order; `lower_entry_point` appends the mask of active lanes.

@@ -1,10 +1,10 @@
 //! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
 //! shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
 //!
-//! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that
-//! an edited fragment runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped fragments agree.
-//! If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::repeated_sha256`] shows, no call of it is
-//! replaced: the renderer interprets it, slowly but correctly.
+//! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that a fragment
+//! (WESL source file) that the user has edited runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped
+//! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::repeated_sha256`] shows, no call
+//! of it is replaced: the renderer interprets it, slowly but correctly.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
@@ -25,7 +25,7 @@ use std::sync::OnceLock;
 struct NativeFunction {
     name: &'static str,
     shipped_source: &'static str,
-    /// The [`source_digest`] of the source that the native operation repeats. To be recorded after the operation has been adapted to an edited source.
+    /// The [`source_digest`] of the source that the native operation repeats. Record it anew after adapting the operation to an edited source.
     repeated_sha256: &'static str,
     op: TextureOp,
     /// Whether its second parameter is a sampler; the first is the texture.
@@ -52,8 +52,8 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
 /// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
-/// SHA-256 of a source without its comments and with single spaces, so that neither a comment nor the layout changes it. The text and not the lowered
-/// body, which would change with every improvement of the lowering.
+/// SHA-256 of a source without its comments and with single spaces, so that neither a comment nor the layout changes it. It is taken of the text, because the
+/// lowered body would change with every improvement of the lowering.
 fn source_digest(source: &str) -> String {
     let code = source.lines().map(|line| line.split("//").next().unwrap_or(""));
     let words: Vec<&str> = code.flat_map(str::split_whitespace).collect();
@@ -68,8 +68,8 @@ struct FunctionBody {
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own. `constants` get the first numbers, so that equal bodies number their constants alike. `resources`: the function's
-/// textures and samplers, in the order of its parameters.
+/// Lowers a function on its own; also returns the constants to which its steps refer. `constants` get the first numbers, so that equal bodies number their
+/// constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
 fn lower_body(
     module: &Module,
     info: &ModuleInfo,

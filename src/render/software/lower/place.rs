@@ -46,7 +46,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// Child `index` of a composite type: its type, its offset in scalars, and its offset in uniform bytes.
+    /// Child `index` of a composite type (a component, column, element or member): its type, its offset in scalars, and its offset in uniform bytes.
     pub(crate) fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {

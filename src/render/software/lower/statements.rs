@@ -1,7 +1,7 @@
 //! Lowers the statements of a block in order.
 //!
 //! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it were inside
-//! `if (!flag)`. Therefore stores need no guards, and the rest is skipped when no lane is active any more. An exit from a loop that all lanes take
+//! `if (!flag)`. Therefore single stores need no test of the flag, and the rest is skipped when no lane is active any more. An exit from a loop that all lanes take
 //! together may be a jump instead (`control_flow.rs`).
 
 use super::error::Result;

@@ -35,7 +35,7 @@ pub(crate) enum SsaStep {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Copies a value. Only loop variables and captured named values are written more than once, and their later writes are `Assign`.
+    /// Copies a value. Only loop variables and captured named values (`capture.rs`) are written more than once; their later writes are `Assign`.
     Assign {
         dst: SsaValue,
         from: SsaValue,

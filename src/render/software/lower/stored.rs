@@ -8,7 +8,8 @@
 //! - `tape.rs` and `program.rs`: the format that is stored.
 //!
 //! Complete folders are embedded, so that a new file in them is covered. Not covered: code that only runs tapes (`exec`, `sample`, `raster`, `shade`
-//! and the rest of `render::software`) and does not change stored tapes. naga and the fragments are covered by the generator's own digest.
+//! and the rest of `render::software`) and does not change stored tapes. naga and the fragments (WESL source files) are covered by the digest of the shader
+//! generator.
 
 use include_dir::{Dir, include_dir};
 use sha2::{Digest, Sha256};

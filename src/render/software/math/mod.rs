@@ -33,7 +33,9 @@ pub trait Real:
     fn from_lane_bits(bits: u32) -> Self;
     /// The bits of the stored integer.
     fn lane_bits(self) -> u32;
+    /// The element that stores a mask: all ones if it is set.
     fn from_mask(set: bool) -> Self;
+    /// Whether the stored mask is set.
     fn mask(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
@@ -47,7 +49,7 @@ pub trait Real:
     fn bit_or(self, b: Self) -> Self;
     fn bit_xor(self, b: Self) -> Self;
     fn bit_not(self) -> Self;
-    /// The bits of the value rounded to f32, and the reverse (WGSL `bitcast`).
+    /// The bits of the value rounded to f32, and the value of such bits (WGSL `bitcast`).
     fn f32_bits(self) -> u32;
     fn from_f32_bits(bits: u32) -> Self;
     /// Saturating conversions; NaN becomes 0.
@@ -61,7 +63,7 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// Magnitude of self, sign of `s`.
     fn with_sign(self, s: Self) -> Self;
-    /// Nearest integer, ties to even, without a rounding instruction.
+    /// Nearest integer, ties to even, without a rounding instruction. As a float, like the three below.
     fn round(self) -> Self;
     /// Nearest integer (ties to even), floor and truncation, each by one instruction on machines that have it and by a library call on others.
     fn round_native(self) -> Self;

@@ -7,7 +7,7 @@
 use super::clip::{ClipVertex, clip};
 use crate::render::software::{RenderError, try_grow};
 
-/// Fixed-point steps per pixel.
+/// Number of fixed-point steps per pixel.
 pub(crate) const SUBPIXEL: i64 = 4096;
 
 /// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
@@ -50,7 +50,7 @@ pub(crate) struct EdgeFunction {
     pub c: i64,
 }
 
-/// A triangle in fixed point.
+/// A triangle in fixed point: a source triangle or a clipped part of one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RasterTriangle {
     pub edges: [EdgeFunction; 3],
@@ -77,7 +77,7 @@ impl Plane {
     }
 }
 
-/// The plane equations of one source triangle, which its clipped parts share.
+/// The plane equations of one source triangle (a triangle before clipping), which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SourceTriangle {
     /// Origin of the planes, in pixels.

@@ -1,4 +1,4 @@
-//! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl.
+//! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl does.
 //!
 //! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not
 //! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
@@ -15,7 +15,7 @@ use crate::render::plan::AddressMode;
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
-/// Interpolates for a batch.
+/// Interpolates for all active lanes of a batch.
 #[inline(always)]
 pub(super) fn interpolate<R: Real, D: Decode>(
     decode: D,

@@ -12,7 +12,7 @@ pub(super) struct TexelsBeside {
 pub(crate) struct Corners {
     /// Top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],
-    /// Rightwards and downwards.
+    /// Rightwards from the left texels, and downwards from the upper ones.
     pub fraction: [__m256; 2],
 }
 

@@ -1,6 +1,7 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
-//! In: a batch's coordinates and footprints, arrays of `BATCH` lanes. Out: four linear values per lane, for the active lanes.
+//! In: a batch's coordinates and footprints (the areas of the pixels on the map), arrays of `BATCH` lanes. Out: four linear values per lane, for the active
+//! lanes.
 //! With AVX2 and linear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
 //! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
 //! A lane's result does not depend on its neighbours or on the instruction set: multiply and add are never fused, and every lane sums its taps in the

@@ -169,7 +169,7 @@ pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     }
 }
 
-/// As [`texels_beside`], for a map coordinate.
+/// As [`texels_beside`], for a texture coordinate (0 to 1 over the level).
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -240,7 +240,7 @@ struct Taps {
     excess: __m256,
     /// Index of the middle of the taps.
     middle: __m256,
-    /// Distance by which each tap moves towards the middle, where it stops.
+    /// Distance by which each tap moves towards the middle, but not past it.
     to_middle: __m256,
 }
 

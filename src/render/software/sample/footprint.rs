@@ -51,7 +51,8 @@ pub(super) fn floor<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Footprint<R> {
-    /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl.
+    /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl. The other arguments are those of
+    /// [`longest_sq`].
     #[inline(always)]
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
@@ -127,7 +128,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         Self { u, v, level: None, footprints: None }
     }
 
-    /// Fills levels and footprints from the gradients du/dx, dv/dx, du/dy, dv/dy. `max_taps`: at least 1; `None` for isotropic filtering.
+    /// Fills levels and footprints from the gradients `g`: du/dx, dv/dx, du/dy, dv/dy. `max_taps`: at least 1; `None` for isotropic filtering.
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];

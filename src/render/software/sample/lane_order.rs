@@ -90,8 +90,8 @@ impl LaneOrder {
         order
     }
 
-    /// The values in sorted order, copied to `buffer` unless the order is the identity. A chunk of the result may start at any position below `count`;
-    /// in the identity, which is not padded, at multiples of [`CHUNK`].
+    /// The values in sorted order, copied to `buffer` unless `is_identity`. A chunk of the result may start at any position below `count`; if `is_identity`, the
+    /// result is not padded, and a chunk may start only at multiples of [`CHUNK`].
     #[inline(always)]
     pub(super) fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
         if self.is_identity {
@@ -105,8 +105,8 @@ impl LaneOrder {
         buffer
     }
 
-    /// Writes the first `valid` values of a chunk to their lanes. `start`: the sorted position of the chunk's first value. In the identity all `N` are
-    /// valid.
+    /// Writes the first `valid` values of a chunk to their lanes. `start`: the sorted position of the chunk's first value. If `is_identity`, all `N` values
+    /// are valid.
     #[inline(always)]
     pub(super) fn store<R: Real, const N: usize>(&self, value: &[[R; N]; 4], start: usize, valid: usize, out: &mut Channels<'_, R>) {
         if self.is_identity {

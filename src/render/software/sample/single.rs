@@ -13,7 +13,7 @@ use super::texels::{BoundLevel, Decode, TexelLevel};
 use crate::render::software::exec::{LANE_BITS, LaneMask};
 use crate::render::software::math::Real;
 
-/// Columns, rows and levels as bit-cast integers. Rows and levels have one value for each lane, or one for all lanes.
+/// Columns, rows and levels (`x`, `y`, `level`) as bit-cast integers. Rows and levels have one value for each lane, or one for all lanes.
 pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
 
 /// Number of lanes that are read together.

@@ -193,7 +193,7 @@ unsafe fn texel_at(base: *const u64, word_index: u32) -> __m128 {
     }
 }
 
-/// The texels of lanes `low` and `low + 4`; `word_indices` as in [`texel_at`].
+/// The texels of lanes `low` (in the lower half of the result) and `low + 4`; `word_indices` as in [`texel_at`].
 /// # Safety
 /// As [`texel_at`]; the machine has AVX2.
 #[inline(always)]

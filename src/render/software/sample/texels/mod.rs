@@ -34,7 +34,9 @@ pub struct TexelLevel<'a> {
 /// Where the bytes of a level are.
 #[derive(Clone, Copy, Debug)]
 enum LevelTexels<'a> {
+    /// In memory: the output of a pass.
     Bytes(&'a [u8]),
+    /// In a texture, whose level may still be on disk.
     Texture(&'a Level),
 }
 
@@ -112,11 +114,13 @@ impl<'a> Texels<'a> {
 pub(crate) trait Decode: Copy {
     /// A texel before decoding.
     type Texel: Copy + Default;
-    /// The AVX2 decoder of the same format, if there is one.
+    /// The AVX2 decoder of the same format; on other architectures, this decoder.
     type Avx2: Decode;
+    /// The decoder for machines with AVX2.
     /// # Safety
     /// The machine has AVX2.
     unsafe fn avx2(self) -> Self::Avx2;
+    /// The texel at an index, counted row by row.
     /// # Safety
     /// `index` is less than the level's width times its height.
     unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
