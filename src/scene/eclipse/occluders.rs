@@ -21,12 +21,15 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a> {
     pub body: &'a Body,
-    /// Barycentric ICRF.
+    /// Barycentric position at `time`, ICRF.
     pub position_km: DVec3,
+    /// The time at which the light reaches the body.
     pub time: Instant,
+    /// Orientation at `time`.
     pub body_from_icrf: DMat3,
+    /// Barycentric velocity, for the aberration of directions to occluders and the Sun.
     pub velocity_km_s: DVec3,
-    /// Vector to the Sun at the time of emission.
+    /// Vector to the Sun's position when the light left it.
     pub sun_from_body_km: DVec3,
 }
 
@@ -364,13 +367,13 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
     (long_axis, DVec2::new((mean + spread).max(0.0).sqrt(), (mean - spread).max(0.0).sqrt()))
 }
 
-/// The requested model, or a default by quality.
+/// The eclipse model that the user requested, or a default that depends on the quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// Uniform discs, and refracted light where there is an umbra, which has no other light: for drafts.
+    /// For drafts: uniform discs. Where there is an umbra, also refracted light, because the umbra has no other light.
     Draft,
-    /// Limb darkening, and refracted light where there is an umbra.
+    /// Discs with limb darkening. Where there is an umbra, also refracted light.
     Best,
 }
 

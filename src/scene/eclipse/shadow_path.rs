@@ -23,7 +23,7 @@ const MAX_HALF_S: f64 = 6.0 * 3600.0;
 const INTERVALS: u32 = 200;
 /// Number of the umbra's generators (the straight lines of its cone) in the search for the limits.
 const GENERATORS: u32 = 64;
-/// Half the interval of the central difference that gives the motion, seconds.
+/// Step of the central difference that gives the outline's motion over the ground, seconds: half its interval.
 const STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
@@ -39,7 +39,9 @@ pub(crate) struct ShadowPath {
 /// Cache key: the bodies of a passage, and its middle in TDB seconds past J2000.
 #[derive(Debug)]
 struct PassageKey {
+    /// Of the Sun, the receiver and the occluder.
     radii_km: [DVec3; 3],
+    /// Of the receiver and the occluder.
     ids: [i32; 2],
     middle_s: f64,
 }
@@ -86,6 +88,7 @@ struct PassageGeometry<'a, 'b> {
 }
 
 impl PassageGeometry<'_, '_> {
+    /// The receiver and the shadow cone at a time; `None` if the occluder is not in front of the Sun.
     fn at(&self, s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
@@ -126,6 +129,7 @@ impl PassageGeometry<'_, '_> {
         None
     }
 
+    /// The lines of the passage with this middle and at most this half duration.
     fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
         let axis_meets_ground = |s: f64| self.cone(s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
         let axis_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
