@@ -71,7 +71,7 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
-    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
+    pub(crate) fn effect_with_map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.record(effect.name(), false, reason!("not-available")),
             Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),

@@ -1,4 +1,5 @@
-//! Procedural relief and albedo finer than a body's maps, by the laws of shaders/lib/detail.wesl: this module computes the positions of the lattices.
+//! Procedural relief and albedo finer than a body's maps. Craters, and the noise of hills and billows, are defined on cubic lattices (shaders/lib/detail.wesl);
+//! this module computes the positions of the lattices.
 //!
 //! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera. This
 //! is true in f32 down to a metre above the ground and in fields of view of an arcsecond, because lattice positions are reduced in f64, and because in narrow
