@@ -1,4 +1,4 @@
-//! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides index them.
+//! Constants shared by Rust and the WESL files of shaders/: dimensions of tables, and the parameters with which both sides index them.
 //!
 //! Each constant is defined once, here. `shader::constants` writes those that shaders need as WGSL, some as a reciprocal; the modules of `scene` that fill the
 //! tables import them, some under names of their own. Not here: constants of shaders alone.

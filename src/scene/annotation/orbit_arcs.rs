@@ -3,7 +3,8 @@
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
 //! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
 //! at any distance. An arc is subdivided until its `CHORDS_PER_ARC` chords deviate on the screen by less than `MAX_CHORD_ERROR_PX` and it is not much
-//! larger than the frame, so that f32 is precise to hundredths of a pixel, or until it is outside the frame. Ellipse, parabola and hyperbola share one formula (`ephemeris::conic`).
+//! larger than the frame, so that f32 is precise to hundredths of a pixel, or until it is outside the frame. Ellipse, parabola and hyperbola share one
+//! formula (`ephemeris::conic`).
 
 use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;

@@ -25,7 +25,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Largest height of the deck above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
+/// Largest height of the cloud shell above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
 /// shadow's edge on them is displaced by about this distance, and by more under a low Sun.
 const MAX_PARALLAX_PX: f64 = 4.0;
 

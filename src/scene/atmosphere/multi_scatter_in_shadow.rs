@@ -342,6 +342,7 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
     let ground = ground_row(air, shadow, &heights, &rows);
     let mut all: Vec<DVec3> = rows.into_iter().flatten().chain(ground.into_iter().map(square_root)).collect();
+    // The last column is beyond the shadow's blurred edge, where all light remains.
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
         all[last] = DVec3::ONE;
     }
@@ -373,6 +374,7 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
 }
 
 /// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
+/// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
 fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights

@@ -382,7 +382,7 @@ impl DrawUniforms {
             .chain(Self::DERIVED)
     }
 
-    /// The value of a uniform by its name in the fragments.
+    /// The value of a uniform by its name in the WESL files.
     pub fn uniform(&self, name: &str) -> Option<UniformValue<'_>> {
         let of_lights = |field: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| field(l).extend(0.0)).collect());
         match name {

@@ -168,6 +168,7 @@ mod tests {
             Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false }
         }
 
+        /// The fraction of sunlight by [`ApproximateShadow`].
         fn approximate(&self, occluder: Occluder<'_>, point: DVec3) -> f64 {
             let occluders = [occluder];
             let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &self.receiver, self.sun).expect("an occluder");
@@ -338,8 +339,8 @@ mod tests {
         }
     }
 
-    /// A moon behind its planet, a planet behind its moon, and two bodies of which one casts a sharp shadow on the other. The offsets are not those of
-    /// any lattice.
+    /// The error of the mean for a moon behind its planet, a planet behind its moon, and two bodies of which one casts a sharp shadow on the other. The
+    /// offsets do not coincide with the spacing of any lattice of points.
     #[test]
     fn the_points_of_the_mean_are_enough() {
         let catalog = Catalog::embedded();

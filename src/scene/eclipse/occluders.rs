@@ -151,7 +151,7 @@ enum Importance {
 }
 
 /// The occluders of a receiver, and the reason for the choice.
-pub struct OccluderSearch<'a> {
+pub struct FoundOccluders<'a> {
     /// Sorted by importance to the image, then by the light that they block, largest first.
     pub occluders: Vec<Occluder<'a>>,
     pub reason: Reason,
@@ -166,7 +166,7 @@ pub fn find<'a>(
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     include_all: bool,
-) -> OccluderSearch<'a> {
+) -> FoundOccluders<'a> {
     select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
 }
 
@@ -190,9 +190,9 @@ pub fn select_occluders<'a>(
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     include_all: bool,
-) -> OccluderSearch<'a> {
+) -> FoundOccluders<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
-        return OccluderSearch { occluders: Vec::new(), reason: reason!("inside-sun") };
+        return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
@@ -229,7 +229,7 @@ pub fn select_occluders<'a>(
         (None, Some((distance_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{distance_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
-    OccluderSearch { occluders, reason }
+    FoundOccluders { occluders, reason }
 }
 
 /// The planet to whose system a body belongs; for a planet, the planet itself.

@@ -234,7 +234,7 @@ mod tests {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {
             let umbra = cone.outline(ConeKind::Umbra);
             assert!(umbra.len() == 1 && umbra[0].is_closed, "{umbra:?}");
-            // Gamma 0.343 and the penumbra's 0.536 of the Earth's radius add up to less than 1: all of the penumbra is on the disc.
+            // The shadow's axis passes the Earth's centre at 0.343 radii (gamma), and the penumbra's radius is 0.536: all of the penumbra is on the disc.
             let penumbra = cone.outline(ConeKind::Penumbra);
             assert!(penumbra.len() == 1 && penumbra[0].is_closed, "{}", penumbra.len());
         });

@@ -211,6 +211,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
+    /// Calls `check` with the catalog and the paths over a receiver near a time, each with the code of its occluder. Code 10 is the Sun.
     fn paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
@@ -245,8 +246,8 @@ mod tests {
             );
             let radii_km = catalog.body(NaifId::EARTH).expect("the Earth").radii_km;
             let centre = path.centre_line.as_ref().expect("a centre line");
-            // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W; with k = 0.272508 the width
-            // there is 197.5 km.
+            // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W. With a Moon of k = 0.272508
+            // Earth radii the width there is 197.5 km.
             let to_centre_line_km = distance_km(radii_km, &centre.points, 25.29, -104.138);
             assert!(to_centre_line_km < 2.0, "{to_centre_line_km} km");
             assert_eq!(path.limits.len(), 2);

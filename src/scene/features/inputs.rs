@@ -99,6 +99,7 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
     }
 
+    /// An empty list of decisions about the body.
     pub(crate) fn log(&self) -> DecisionLog<'c> {
         DecisionLog::new(self.effects(), self.frame.context.resources)
     }

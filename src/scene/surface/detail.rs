@@ -34,9 +34,9 @@ const COARSEST_CELL: f64 = 0.05;
 /// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows, which costs more.
 const CRATER_RATIO: f64 = 0.6;
 const NOISE_RATIO: f64 = 0.4;
-/// Number of cells after which a lattice repeats: PERIOD of the fragment.
+/// Number of cells after which a lattice repeats: PERIOD of shaders/lib/detail.wesl.
 const PERIOD: f64 = 289.0;
-/// Smallest visible size of a cell, in pixels: less than the fragment's limit.
+/// Smallest visible size of a cell, in pixels: less than the limit of shaders/lib/detail.wesl.
 const MIN_CELL_PX: f64 = 3.5;
 /// A cell size that is never visible, radii.
 const INVISIBLE_CELL: f64 = 1e6;

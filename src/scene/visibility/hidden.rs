@@ -5,7 +5,7 @@
 //! visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
 //! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most
 //! 7e-5 for one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares
-//! images with the closed forms of the eclipse fragments.
+//! images with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
