@@ -49,6 +49,7 @@ pub struct SceneBuilder<'a> {
     placed: Vec<PlacedBody<'a>>,
     /// One entry per body of the catalog: `None` if the body was placed, else a report that gives the reason.
     unplaced: Vec<Option<BodyInView>>,
+    /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere around the camera, if it is in one.
     air: Option<SurroundingAir<'a>>,

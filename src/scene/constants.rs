@@ -1,9 +1,10 @@
-//! Constants shared by Rust and the WESL fragments of shaders/: dimensions of tables, and the parameters with which both sides index them.
+//! Constants shared by Rust and the WESL files of shaders/: dimensions of tables, and the parameters with which both sides index them.
 //!
 //! Each constant is defined once, here. `shader::constants` writes those that shaders need as WGSL, some as a reciprocal; the modules of `scene` that fill the
 //! tables import them, some under names of their own. Not here: constants of shaders alone.
 
-/// Maximum number of slants in a ring's table: x = 1 / cosine = 2^(k / [`RING_SLANTS_PER_OCTAVE`]) for x from 1 to 1 / [`MIN_COSINE`].
+/// Maximum number of slants in a ring's table. A slant is x = 1 / cosine of the angle between a path and the ring's normal. The table has those with
+/// x = 2^(k / [`RING_SLANTS_PER_OCTAVE`]), from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLANTS: u32 = 97;
 pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 /// Rows of a ring's table that contain its bins: even steps of 1 / radius, each with the interval of constant optical depth in which it begins.
@@ -20,7 +21,7 @@ pub(crate) const SUN_STRIPS: usize = 7;
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;
 
-/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).
+/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z).
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
 pub const GROUND_DEPTH_TERMS: usize = 8;

@@ -9,7 +9,8 @@ use crate::scene::stated_errors::StatedError;
 /// The decision on one effect of one body in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decision {
-    /// The name of an [`Effect`], of a layer, or of something that depends on several of them, such as `visible`. In JSON it is called `feature`.
+    /// The name of an [`Effect`], of a layer (`request::layers`), or of something that depends on several of them, such as `visible`. In JSON it is called
+    /// `feature`.
     #[serde(rename = "feature")]
     pub effect: &'static str,
     /// Whether it is drawn.
@@ -70,7 +71,7 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
-    pub(crate) fn map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
+    pub(crate) fn effect_with_map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.record(effect.name(), false, reason!("not-available")),
             Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),
@@ -82,7 +83,7 @@ impl<'a> DecisionLog<'a> {
     }
 }
 
-/// A reason; if `invented` is set, followed by the `note` that says so.
+/// A reason; if `invented` says how a map or shape was invented, followed by a `note` with that text.
 pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),
@@ -90,7 +91,7 @@ pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl F
     }
 }
 
-/// What the catalog says of the invention of a map or shape.
+/// The catalog's description of how a map or shape was invented, as an argument of a message.
 pub(crate) fn invented_text(how: &str) -> Argument {
     Argument::CatalogText("invented", how.to_owned())
 }

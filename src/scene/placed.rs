@@ -30,27 +30,31 @@ pub(crate) struct PlacedBody<'a> {
     pub sun_from_body_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
-    /// Orientation at `emitted_at`, used for directions towards lights; for the viewer, `placement` has the orientation rotated by aberration.
+    /// Orientation at `emitted_at`, for directions towards lights.
     pub body_from_icrf: DMat3,
+    /// Position and orientation as the viewer sees them: both are rotated by aberration.
     pub placement: Placement,
+    /// Distance from the camera.
     pub distance_km: f64,
     /// Phase angle, radians.
     pub phase_angle: f64,
+    /// Outline of the ellipsoid in the image.
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
     pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
-    /// The fraction of the body's light that nearer bodies leave visible (`visibility::hidden`). Computed once and used for the exposure, the glare, the corona
-    /// and the draws.
+    /// The fraction of the body's light that nearer bodies leave visible, per channel (`visibility::hidden`). Computed once and used for the exposure, the
+    /// glare, the corona and the draws.
     pub visible_fraction: OnceCell<DVec3>,
     /// The limb profile of the Moon if it is in front of the Sun and the user supplied lunar heights.
     pub limb_profile: Option<Arc<LimbProfile>>,
 }
 
 impl PlacedBody<'_> {
-    /// Ratio of the disc's brightness at this phase to that of its photometric model; for the Sun its radiance.
+    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for the Sun, the radiance of
+    /// its disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),

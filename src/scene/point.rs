@@ -26,10 +26,12 @@ pub const GLARE_FRACTION: f64 = 0.3;
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Range of diameters over which a disc gradually replaces a point. Small discs are drawn too bright, because each pixel is shaded at one place, where
-/// the light is above its mean over the covered part of the pixel. In the mean over positions of the centre in its pixel, a disc 4 pixels wide
-/// is 6 % too bright at full phase and within 10 % if half lit; one 2 pixels wide 18 % and 25 % (computed outside this program).
+/// Diameter from which a disc gradually replaces a point; at [`BLEND_TO_PX`] only the disc is left. Small discs are drawn too bright, because each pixel is shaded
+/// at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its pixel
+/// (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit; a disc 2 pixels wide is 18 % too bright at
+/// full phase and within 25 % if half lit.
 pub(crate) const BLEND_FROM_PX: f64 = 2.0;
+/// See [`BLEND_FROM_PX`].
 pub(crate) const BLEND_TO_PX: f64 = 4.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.

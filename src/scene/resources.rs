@@ -31,6 +31,7 @@ pub struct MeshRequirement {
 /// The files and tables that a view needs in addition to catalog and ephemeris.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
+    /// Shape models.
     pub meshes: Vec<MeshRequirement>,
     /// Bodies whose draws read a table of multiple scattering ([`crate::scene::multi_scatter_table`]).
     pub scattering_tables: Vec<NaifId>,
@@ -45,11 +46,13 @@ pub struct Requirements {
 pub struct Resources {
     /// Map and mesh files that could not be read; bodies are drawn without them.
     pub unreadable: BTreeSet<String>,
+    /// Shape models.
     pub meshes: BTreeMap<NaifId, Arc<Mesh>>,
     /// Height of the Sun over the mesh's own horizon at each vertex, in solar radii; the scene computes it if it is missing here.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// City lights for the light meter.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
+    /// Tables of multiple scattering ([`crate::scene::multi_scatter_table`]).
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
     /// The user's panorama of the sky; `None` for the built-in Milky Way.
     pub sky_map: Option<SkyMap>,

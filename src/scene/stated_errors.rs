@@ -1,6 +1,6 @@
 //! The error of each model of each effect, which `explain` prints and tests verify.
 //!
-//! In: a model from the shader key. Out: [`StatedError`]. Always: an error of light is the tolerance of a test, which reads it from here. An
+//! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: an error of light is the tolerance of a test, which reads it from here. An
 //! error in pixels is the limit below which the model is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
 //! penumbra's width. Not here: which model a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 

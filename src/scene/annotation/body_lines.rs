@@ -1,9 +1,9 @@
-//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator; and the drawing of smooth lines through
-//! points, which `eclipse_lines` uses.
+//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. Also
+//! draws smooth lines through points, for `eclipse_lines`.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
-//! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three unequal axes on
-//! latitude.
+//! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
+//! unequal axes on latitude.
 
 use crate::message::{Reason, TextLanguage, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines, signed_angle_text};
@@ -35,7 +35,8 @@ fn visible_cap(camera: DVec3, axis_ratio: f64) -> Cap {
     let distance = camera.length();
     let latitude_deg = (camera.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-    // The tangent of a planetographic latitude is that on the unit sphere divided by the ratio: they differ by at most this angle, 3 degrees on Saturn.
+    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. Both latitudes differ by at most this
+    // angle, 3 degrees on Saturn.
     let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
     Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg, radius_deg: (radius_deg + margin_deg).min(180.0) }
 }
@@ -52,6 +53,7 @@ impl Circle {
         Self { centre: DVec3::ZERO, a: direction(longitude_deg, 0.0), b: DVec3::Z }
     }
 
+    /// The point at a parameter.
     fn at(&self, t: f64) -> DVec3 {
         self.centre + self.a * t.cos() + self.b * t.sin()
     }
@@ -169,10 +171,12 @@ impl GroundLineBuilder<'_, '_> {
         }
     }
 
+    /// Records a decision about one layer.
     pub(super) fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
         self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
+    /// Draws the grid of latitude and longitude, with its coordinates.
     pub(super) fn grid(&mut self, language: TextLanguage) {
         let radii_km = self.placed.placement.radii_km;
         let camera = self.placed.placement.camera_in_unit_sphere();
@@ -216,6 +220,7 @@ impl GroundLineBuilder<'_, '_> {
         self.output.decisions.push(Decision { effect: "grid-body", on: count > 0, reason, stated_error: None });
     }
 
+    /// Draws the terminator.
     pub(super) fn terminator(&mut self) {
         // On the terminator the Sun's centre is on the horizon: its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points
         // form a great circle.

@@ -1,9 +1,9 @@
 //! Lines of the user's data on the ground of one body, on the side that faces the camera.
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
-//! from vertex to vertex (RFC 7946, section 3.1.1), takes the shorter way around if vertices are more than half a turn apart (only a line between two vertices
-//! a whole turn apart is a whole parallel), and ends at the limb. It appears at its time and fades like a data point. Vertices closer than `MERGE_PX` are
-//! merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
+//! from vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter
+//! way around; only a line of two vertices that are a whole turn apart is a whole parallel. It appears at its time and fades like a data point. Vertices
+//! closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -23,7 +23,7 @@ const MERGE_PX: f64 = 0.3;
 /// Largest step between points at which a line is tested against the limb: sum of the changes of latitude and longitude.
 const STEP_RAD: f64 = 0.05;
 
-/// A vertex, or a point between two.
+/// A vertex of the data, or a point inserted between two vertices.
 struct Vertex {
     /// Planetographic latitude and longitude, radians.
     lat_lon: DVec2,
@@ -55,8 +55,8 @@ impl Path {
                 continue;
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
-            // Between two vertices alone of one latitude, a whole turn is a whole parallel: the equator, for example. Elsewhere it is a step across the date
-            // line.
+            // A line of only two vertices, which have one latitude and are a whole turn apart, is a whole parallel, such as the equator. In other lines such
+            // a step crosses the date line.
             let is_whole_parallel = vertices.len() == 2 && to.x == from.x && (to.y - from.y).abs() > TAU - 1e-9;
             if (to.y - from.y).abs() > PI && !is_whole_parallel {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
@@ -120,7 +120,8 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     let radii_km = placement.radii_km;
     let nearest_km = (builder.placed.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
     let merge_distance = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
-    // Bounds both derivatives with respect to the parameter: the radius of curvature of a meridian is up to a^2 / c.
+    // Bounds both derivatives with respect to the parameter: the radius of curvature of a meridian is up to a^2 / c, with a the largest semi-axis and c the
+    // smallest.
     let derivative_bound = radii_km.max_element().powi(2) / radii_km.min_element();
     let icrf_from_body = placement.body_from_icrf.transpose();
     let (mut segment_count, mut descriptions) = (0, Vec::new());

@@ -1,8 +1,8 @@
 //! Grids of longitude and latitude: which lines an image gets, and their coordinates as text.
 //!
-//! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that is continuous in the field of view and along the line:
-//! a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. Nothing else affects the opacity,
-//! so no line flickers when the camera pans. Does not orient the sphere and does not draw.
+//! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that varies continuously with the field of view and along the
+//! line: a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. Nothing else affects the
+//! opacity, so no line flickers when the camera pans. Does not orient the sphere and does not draw.
 
 use crate::message::TextLanguage;
 use crate::scene::numeric::smoothstep;

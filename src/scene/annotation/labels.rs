@@ -43,6 +43,7 @@ pub struct LabelSide {
 }
 
 impl LabelSide {
+    /// The place that is tried first: right of the body and above its centre.
     pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
     /// The places of a name, in the order in which they are tried. `max_lines`: the largest value of [`Self::lines`].
@@ -180,13 +181,13 @@ pub(crate) fn body_labels(
             is_inside.then_some((b, centre, radius_px))
         })
         .collect();
-    // Bodies that are larger than a point hide others, even if their centres are outside the image, as that of the ground on which the camera stands.
+    // Bodies that are larger than a point hide others even if their centres are outside the image: for example the body on which the camera stands.
     let is_disc = |o: &&BodyInView| !o.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(o)) > 3.0;
     let hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
-    // The disc is well inside the outline of the nearer body. A moon over the pole of an oblate planet is visible.
+    // A body is hidden only if its disc is well inside the outline of the nearer body, so a moon over the pole of an oblate planet keeps its label.
     let is_hidden = |b: &BodyInView| {
         hiding.iter().filter(|o| o.id != b.id && o.distance_km < b.distance_km).any(|o| {
-            // On the ground, where the outline is the horizon, what is just below it is hidden.
+            // For a camera on the ground the outline is the horizon, and a body just below it is hidden.
             let height_radii = (o.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
             let within = Placement { radii_km: (1.0 - 0.03 * height_radii) * o.placement.radii_km, ..o.placement };
             within.covers_disc(b.placement.centre_km, angular_radius_rad(b))

@@ -1,4 +1,4 @@
-//! The legend of an image's colours: one line for its metadata.
+//! The legend of an image: one line of text for the file's metadata that says what the colours mean.
 //!
 //! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and
 //! white. EXR files hold the numbers in that unit; PNG files hold them times 2^stops, tone-mapped or clipped to at most 1, and encoded as sRGB.

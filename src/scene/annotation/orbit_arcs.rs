@@ -1,9 +1,10 @@
 //! The conic on which a body moves about its parent, cut into arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
-//! In: a state relative to the parent, the body's position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes with its first and
-//! second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc at any distance. An arc
-//! is subdivided until its `CHORDS_PER_ARC` chords deviate on the screen by less than `MAX_CHORD_ERROR_PX` and it is not much larger than the frame, so
-//! that f32 is precise to hundredths of a pixel, or until it is outside the frame. Ellipse, parabola and hyperbola share one formula (`ephemeris::conic`).
+//! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
+//! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
+//! at any distance. An arc is subdivided until its `CHORDS_PER_ARC` chords deviate on the screen by less than `MAX_CHORD_ERROR_PX` and it is not much
+//! larger than the frame, so that f32 is precise to hundredths of a pixel, or until it is outside the frame. Ellipse, parabola and hyperbola share one
+//! formula (`ephemeris::conic`).
 
 use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;
@@ -15,7 +16,7 @@ use std::f64::consts::PI;
 
 /// Largest deviation of a chord from its arc, pixels.
 pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.05;
-/// Chords per arc: few, so that the ends of an orbit, where it curves on the screen, do not divide its straight parts.
+/// Chords per arc. They are few, so that the ends of an orbit seen edge-on, where it curves on the screen, do not force short arcs on its straight parts.
 pub(crate) const CHORDS_PER_ARC: u32 = 4;
 /// [`size_on_screen_px`] at which an orbit starts to appear, and at which it is opaque.
 pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
@@ -143,18 +144,22 @@ pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
+/// Divides one orbit into arcs.
 struct ArcSubdivision<'a> {
     camera: &'a Camera,
     conic: &'a Conic,
+    /// The body's apparent position from the camera, ICRF.
     body_km: DVec3,
     colour: DVec3,
+    /// Opacity at the body.
     opacity: f64,
+    /// [`Conic::drawn_range`].
     drawn_range: [f64; 2],
     arcs: Vec<OrbitArc>,
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s, falling from the body backwards. The part `ahead` of the body continues the part behind it, so the opacity jumps at the body.
+    /// Opacity at s. It falls along the whole orbit from the body backwards; the part `ahead` of the body is the farthest, so the opacity jumps at the body.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
         let [back, ahead_end] = self.drawn_range;
         let fading = if !self.conic.is_closed() {
@@ -192,6 +197,7 @@ impl ArcSubdivision<'_> {
         largest
     }
 
+    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame.
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);

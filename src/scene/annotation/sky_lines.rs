@@ -57,6 +57,7 @@ const DERIVATIVE_BOUND: f64 = 1.001;
 /// Collects the lines of the sky.
 struct SkyLineBuilder<'a> {
     camera: &'a Camera,
+    /// The viewer's velocity, for aberration.
     velocity_km_s: DVec3,
     /// See [`Curve::tolerance_factor`]: wide views magnify errors at the image's corners.
     tolerance_factor: f64,

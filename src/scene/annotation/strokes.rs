@@ -46,12 +46,14 @@ type CurvePoint = (DVec3, f64);
 /// A polyline inside the frame.
 pub(crate) type Polyline = Vec<CurvePoint>;
 
+/// Subdivides a curve and collects its parts inside the frame.
 struct StrokeSubdivision<'a> {
     curve: &'a Curve<'a>,
     runs: Vec<Polyline>,
 }
 
 impl Curve<'_> {
+    /// The point at a parameter, in camera axes.
     fn in_camera(&self, at: f64) -> DVec3 {
         self.camera.in_axes((self.point)(at))
     }

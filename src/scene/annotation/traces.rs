@@ -38,7 +38,7 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
         let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let newer_km = states[n].pos_km - states[0].pos_km;
         let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (newer_km, 1.0 - k as f64 / last) };
-        // Hermite cubic; time runs backwards.
+        // Hermite cubic. Time runs backwards, so the velocities have a minus sign.
         let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         let older_km = older.pos_km - states[0].pos_km;
         let between = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)

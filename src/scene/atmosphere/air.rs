@@ -38,7 +38,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// The Sun's altitude in degrees, and the radiance per irradiance by the Sun for which images of ground and sky on the Earth are exposed: chosen by eye.
+/// Altitudes of the Sun in degrees, each with the radiance, per irradiance by the Sun, for which images of ground and sky on the Earth are exposed. Chosen by eye.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -48,8 +48,8 @@ pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// Numbers of samples of a model's integral over the ground: along rays that only rise or only fall, by day, and along all others. They repeat
-/// QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
+/// Two numbers of samples of a model's integral along a ray over the ground: by day along rays that only rise or only fall, and along all other rays. They
+/// repeat QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
 pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     match model {
         AtmosphereModel::None => (0, 0),
@@ -130,9 +130,8 @@ pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
 
-/// Part of the air's vertical opacity that is below a camera at this height: 1 above the air, where a camera sees what one in space sees. It is exactly 0 below
-/// the height at which the part reaches [`VISIBLE_CHANGE`] (tens of metres on the Earth), so that the ground is seen as through all of the air; from there it
-/// rises continuously.
+/// Part of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air, which sees the same as one in space. Up to the height
+/// at which the part reaches [`VISIBLE_CHANGE`] (tens of metres on the Earth) the result is exactly 0; from there it rises continuously.
 pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     if height_km >= air.top_km {
         return 1.0;
@@ -149,7 +148,8 @@ pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
     1.0 - smoothstep((height_km / air.top_km - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM))
 }
 
-/// Radiance that clear air scatters back to a camera above it, as the reflectance of a surface: that of the channel with most of it.
+/// Fraction of sunlight that clear air scatters back upwards, in the channel where it is largest: the air as seen from above counts as a surface with this
+/// reflectance.
 pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     (1.0 - DOWNWARD_FRACTION) * -(-scattered.max_element()).exp_m1()
@@ -175,8 +175,8 @@ pub(crate) fn is_significant(
     let rim_px = rim::height_px(body, air, diameter_px);
     let change = 1.0 - (-vertical_optical_depth(air).max_element()).exp();
     let light = threshold.change_description(change);
-    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::RIM_PX, light = light);
-    (rim_px >= rim::RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
+    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = light);
+    (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
 /// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.
@@ -280,8 +280,8 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// Weight of the sky's light for the light meter: 1 in most of the air, and a three thousandth at its top, above which the meter knows no sky. Its
-    /// logarithm, and so the exposure, changes gradually.
+    /// Weight of the sky's light for the light meter: 1 in most of the air, and 1/3000 at its top, above which the meter ignores the sky. The weight's
+    /// logarithm, and with it the exposure, changes gradually.
     pub(crate) fn sky_weight(&self) -> f64 {
         let height = camera_height_km(self.body, &self.placement) / self.air.top_km;
         let in_upper_part = ((height - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM)).max(0.0);

@@ -1,8 +1,8 @@
 //! Whether the air in front of a body's ground and clouds is drawn as a coarse image, which their pixels interpolate. In an eclipse, the image also holds the
 //! sunlight that reaches the ground.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may exceed the
-//! bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
+//! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may
+//! exceed the bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the bound.
 
 use crate::message::{Reason, reason};
 use crate::scene::camera;
@@ -32,8 +32,8 @@ fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether every penumbra covers some texels; a smaller one could lie between texels unnoticed. Texels are marked from two texels (8 pixels) inside the limb.
-/// There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8 pixels wide across
+/// Whether every penumbra covers some texels; a smaller one could lie between texels unnoticed. Only texels at least two texels (8 pixels) inside the limb can be
+/// interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8 pixels wide across
 /// the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
 fn shows_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())

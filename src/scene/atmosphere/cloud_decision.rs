@@ -25,11 +25,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Largest height of the deck above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
+/// Largest height of the cloud shell above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
 /// shadow's edge on them is displaced by about this distance, and by more under a low Sun.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
-/// Whether the ground's draw also shows the clouds where it reads the coarse image of the air, which saves a second intersection, map coordinates and air.
+/// Whether the ground's draw also shows the clouds where it reads the coarse image of the air. This saves a second evaluation of the intersection, the map
+/// coordinates and the air.
 fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, height_km: f64) -> (bool, Reason) {
     let placed = inputs.placed;
     let pixel_km = (placed.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
@@ -60,7 +61,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let threshold = inputs.threshold();
     let by_threshold =
         || (threshold.is_exceeded_by_radiance(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
-    if !decisions.log.map(Effect::Clouds, Some(&clouds.map), by_threshold) {
+    if !decisions.log.effect_with_map(Effect::Clouds, Some(&clouds.map), by_threshold) {
         return None;
     }
     let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));

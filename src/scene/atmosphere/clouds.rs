@@ -1,6 +1,6 @@
 //! The cloud shell of a body: its placement and uniforms.
 //!
-//! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: from below, no clouds are visible.
+//! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: to a camera below the shell, the program shows no clouds.
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
@@ -27,6 +27,7 @@ pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
     [clouds.clear_texel, clouds.closed_texel].map(|texel| camera::narrow_scalar(texel).to_bits())
 }
 
+/// The cloud uniforms of all draws of a body; the remaining ones are set by [`set_cloud_uniforms_of_ground`] and `render::plan`.
 pub(crate) fn uniforms(body: &Body) -> CloudUniforms {
     body.clouds.as_ref().map_or_else(CloudUniforms::default, |clouds| CloudUniforms {
         clear: camera::narrow_scalar(clouds.clear_texel),

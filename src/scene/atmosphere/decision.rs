@@ -27,7 +27,7 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
 }
 
-/// The model of the air, if all tables are available, and why.
+/// The model of the air that is chosen if all tables are available, and why.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
     let request = inputs.frame.context.request;
     air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
@@ -112,7 +112,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
-    // Small discs share their light with a point. Without a globe in the frame there is no point either: the camera is in the air, or sees nothing but sky.
+    // Small discs share their light with a point. If the globe is not in the frame, there is no point to share with: the camera is in the air or sees only
+    // the atmosphere beyond the limb.
     if inputs.disc_fraction > 0.0 && !camera_is_inside {
         for light in &mut uniforms.lights {
             light.irradiance *= camera::narrow_scalar(inputs.disc_fraction);

@@ -6,15 +6,18 @@
 use crate::catalog::{Atmosphere, Species};
 use glam::DVec3;
 
+/// Scattering coefficient of a species where its [`density`] is 1, per km.
 pub(crate) fn scattering(s: &Species) -> DVec3 {
     DVec3::from_array(s.scattering_per_km)
 }
 
+/// Extinction coefficient of a species where its [`density`] is 1, per km.
 pub(crate) fn extinction(s: &Species) -> DVec3 {
     scattering(s) + DVec3::from_array(s.absorption_per_km)
 }
 
-/// Density of a species at a height, relative to the ground, or to the peak of a triangular layer.
+/// Density of a species at a height, relative to that at the ground. For a triangular layer (a tent), relative to that at its peak; its `scale_height_km` is
+/// half its width.
 pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),

@@ -1,8 +1,8 @@
 //! Optical depth of the air above the ground along a straight line, as a polynomial.
 //!
-//! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of lib/air/ground_depth.wesl: coefficients of t, t², … per channel, for t = 1 / (1 + slope
-//! cos z), z the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's top is negligible. Error of
-//! the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
+//! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of shaders/lib/air/ground_depth.wesl: per channel, the coefficients of t, t², and so on,
+//! where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's
+//! top is negligible. Error of the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
 //! 2e-3 for air that consists of an absorbing layer alone (tests below).
 
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
@@ -34,8 +34,8 @@ fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) 
     nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
 }
 
-/// Column of the absorbing layer along the same line, for a density of 1 in its middle. The density is linear in |p|² - 1 between the knots, so that two nodes per
-/// piece of the line are exact: |p|² is quadratic along it.
+/// Column of the absorbing layer along the same line, for a density of 1 in its middle. `knots`: |p|² - 1 at the lower edge, the middle and the upper edge. The
+/// density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
 fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
     let distance = |radius_sq_minus_1: f64| {
         let above = radius_sq_minus_1.max(0.0);
@@ -53,7 +53,7 @@ fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 
     piece(knots.x, knots.y, knots.x, knots.y) + piece(knots.y, knots.z, knots.z, knots.y)
 }
 
-/// The optical depth per channel, by quadrature.
+/// The optical depth of the air along a line, by quadrature.
 struct Column<'a> {
     air: &'a AtmosphereUniforms,
     nodes: Vec<(f64, f64)>,
@@ -65,6 +65,7 @@ impl<'a> Column<'a> {
         Self { air, nodes: gauss_legendre(nodes), two_nodes: gauss_legendre(2) }
     }
 
+    /// The optical depth per channel.
     fn depth(&self, cos_zenith: f64) -> DVec3 {
         let part = |extinction: Vec3, column: &dyn Fn() -> f64| match extinction == Vec3::ZERO {
             true => DVec3::ZERO,
@@ -78,7 +79,7 @@ impl<'a> Column<'a> {
     }
 }
 
-/// The slope of t. For one species it is that of erfcx's polynomial (lib/air/column_density.wesl), for two their geometric mean.
+/// The slope of t. For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean of their slopes.
 fn slope(air: &AtmosphereUniforms) -> f64 {
     let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
     (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()
@@ -105,8 +106,8 @@ pub(crate) fn terms(air: &AtmosphereUniforms) -> [Vec4; TERMS] {
     rows
 }
 
-/// Least-squares fit of a depth, weighted so that the relative error of the opacity is uniform. By orthogonalised columns (modified Gram-Schmidt), because the normal
-/// equations would lose half of the digits.
+/// Least-squares fit of a depth, weighted so that the relative error of the opacity is uniform. Solved by orthogonalised columns (modified Gram-Schmidt),
+/// because the normal equations would lose half of the digits.
 fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
     let mut columns = [[0.0; FIT_POINTS]; TERMS];
     let mut right_hand = [0.0; FIT_POINTS];

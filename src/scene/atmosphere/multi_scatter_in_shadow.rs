@@ -29,9 +29,9 @@ pub(crate) const ROWS: usize = HEIGHTS + 1;
 pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
 /// Number of factors of one occluder.
 pub const FACTORS_PER_OCCLUDER: usize = ROWS * COLUMNS;
-/// Index of the first of the vectors that contain the range of each occluder's columns.
+/// Index of the first of the vec4s that contain the range of each occluder's columns.
 pub(crate) const FIRST_COLUMN_RANGE: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDERS as usize;
-/// Number of vectors of all occluders together.
+/// Number of vec4s in the table: the factors and the column ranges of all occluders.
 pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 
 /// Number of elevations of the paths.
@@ -128,7 +128,7 @@ impl Shadow {
         ColumnPosition { below, up: x - below as f64 }
     }
 
-    /// For each azimuth, the distance from the occluder's centre of what is `path_km` over the ground away from a place. `distance`: the place's own.
+    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` over the ground away from a place. `distance`: that of the place.
     fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
         let distance_over_ground = path_km / self.km_per_solar_radius;
         self.azimuths.map(|(from, to)| (from * distance + to * distance_over_ground).length())
@@ -161,8 +161,8 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     })
 }
 
-/// Visible fraction of the Sun behind a circle of radius `occluder_radius` whose limb is at `from_limb` from the Sun's centre; negative if it covers the
-/// centre. Lengths in solar radii.
+/// Visible fraction of the Sun behind a circle of radius `occluder_radius`. `from_limb`: distance of the circle's limb from the Sun's centre, negative if the
+/// circle covers the centre. Lengths in solar radii.
 fn visible_sun_fraction(occluder_radius: f64, from_limb: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
     let separation = (occluder_radius + from_limb).max(0.0);
     let annulus = |k: usize| {
@@ -246,6 +246,7 @@ struct AirAndGround<'a> {
 }
 
 impl AirAndGround<'_> {
+    /// Height of a row of the table.
     fn height_km(&self, row: usize) -> f64 {
         self.air.top_km * (row as f64 / (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
@@ -341,6 +342,7 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
     let ground = ground_row(air, shadow, &heights, &rows);
     let mut all: Vec<DVec3> = rows.into_iter().flatten().chain(ground.into_iter().map(square_root)).collect();
+    // The last column is beyond the shadow's blurred edge, where all light remains.
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
         all[last] = DVec3::ONE;
     }
@@ -372,6 +374,7 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
 }
 
 /// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
+/// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
 fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
     // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
     let multiple_scattering: Vec<DVec3> = heights

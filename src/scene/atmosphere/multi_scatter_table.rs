@@ -1,7 +1,7 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots, by rows of heights: of radiances per unit of sunlight, and in the last row of the irradiance
-//! of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
+//! In: a body with its atmosphere. Out: [`NODES`] square roots, one row per height: of radiances per unit of sunlight. One more row has the square roots of
+//! the irradiance of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
 //! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
 //! modelled: the directionality of the higher orders, and differences in illumination between neighbouring places.
 
@@ -60,6 +60,7 @@ pub fn sun_cosine(column: usize) -> f64 {
     BEND * x / (1.0 - x.abs())
 }
 
+/// Height of a row.
 fn height_km(air: &Atmosphere, row: usize) -> f64 {
     air.top_km * (row as f64 / (HEIGHTS - 1) as f64).powi(2)
 }
@@ -81,7 +82,7 @@ fn towards_sun(cosine: f64) -> DVec3 {
 
 /// The result of integrating along one ray.
 struct RayIntegral {
-    /// In-scattered light from `source`.
+    /// In-scattered light, for the `source` of [`AirSphere::ray`].
     light: DVec3,
     /// In-scattered light from a source of 1 everywhere.
     rescattered: DVec3,
@@ -91,7 +92,7 @@ struct RayIntegral {
 }
 
 impl AirSphere<'_> {
-    /// Distance from a point to the ground (true) or to the top of the atmosphere (false).
+    /// Distance from a point along a ray to where it leaves the air, and whether that is at the ground; otherwise it is at the top of the atmosphere.
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
         let b = p.dot(along);
         let closest_sq = p.length_squared() - b * b;

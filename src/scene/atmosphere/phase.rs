@@ -1,6 +1,6 @@
 //! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
 //!
-//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 is forwards. Always: the shader's functions
+//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Always: the shader's functions
 //! (shaders/lib/air/phase.wesl) times 1 / pi; tests/shader/formulas.rs compares them.
 
 use crate::catalog::{AerosolPhase, PhaseFunction};

@@ -1,7 +1,8 @@
 //! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
-//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of lib/air/column_density.wesl's `AirAtHeight`. Method: Gauss-Legendre nodes in w
-//! from the lower end up, where 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. The ends are
+//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of `AirAtHeight` (shaders/lib/air/column_density.wesl). Method: Gauss-Legendre
+//! nodes in a variable w that is 0 at the lower end and grows upwards: 1 - w² is the density of the species with the largest scale height, relative to its
+//! density at the lower end. The ends are
 //! inside the atmosphere or at its top (`air::set_ends`).
 
 use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
@@ -17,7 +18,7 @@ pub(crate) const ROWS: usize = 3;
 /// Nodes after those of the quadrature: the camera's end and the far end.
 pub(crate) const ENDS: usize = 2;
 
-/// Rows of lib/air/scatter_marched.wesl's samples: position, weight, midpoint between this position and the next.
+/// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).
 pub(crate) fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, midpoint(&all, k))).extend(0.0)).collect()
@@ -44,7 +45,7 @@ impl ScaleHeights {
         let radius = 1.0 + height;
         let (rayleigh, mie) = ((-height / self.rayleigh).exp(), (-height / self.mie).exp());
         let erfcx_slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
-        // The column along a horizontal ray; lib/air/column_density.wesl computes the same, with the root of pi as a factor of its own.
+        // The column along a horizontal ray, as in shaders/lib/air/column_density.wesl, which multiplies by the root of pi separately.
         let grazing_column = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
         let layer_edges = self.layer_edges - radius_sq_minus_1(height);
         let mie_per_rayleigh = ((1.0 / self.rayleigh - 1.0 / self.mie) * height).exp();

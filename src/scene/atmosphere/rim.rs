@@ -1,6 +1,6 @@
-//! The rim of air beyond the limb: its height in pixels, its light relative to that of the body, and what follows for its draw.
+//! The rim of air beyond the limb: its height in pixels, its light relative to that of the body, and whether it is left out or averaged over pixels.
 //!
-//! In: a body, its air, its diameter in pixels and its phase angle. Out: [`Rim`]. The light decides on a rim less than half a pixel high: it is left out only if
+//! In: a body, its air, its diameter in pixels and its phase angle. Out: [`Rim`]. A rim less than half a pixel high is left out only if
 //! it adds less than [`MIN_LIGHT_PART`] of the body's light at this phase. A crescent has little light, so its rim is kept.
 
 use crate::catalog::{Atmosphere, Body, Species};
@@ -12,10 +12,10 @@ use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Height in pixels from which the rim is drawn whatever its light.
-pub(crate) const RIM_PX: f64 = 0.5;
+pub(crate) const ALWAYS_DRAWN_RIM_PX: f64 = 0.5;
 /// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
 pub(crate) const SHADED_RIM_PX: f64 = 1.0;
-/// Part of the body's light below which a rim lower than [`RIM_PX`] is left out.
+/// Part of the body's light below which a rim lower than [`ALWAYS_DRAWN_RIM_PX`] is left out.
 pub(crate) const MIN_LIGHT_PART: f64 = 0.005;
 /// Height in pixels below which a rim with more than [`AVERAGED_LIGHT_PART`] of the body's light is averaged over each pixel. One ray per pixel shows a rim of half a
 /// pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
@@ -46,7 +46,7 @@ impl Rim {
 
     /// Whether the rim is lower than half a pixel, so that its light decides.
     pub(crate) fn is_low(&self) -> bool {
-        self.height_px < RIM_PX
+        self.height_px < ALWAYS_DRAWN_RIM_PX
     }
 
     /// Whether the rim is too low and too faint to be drawn.

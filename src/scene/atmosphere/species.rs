@@ -9,7 +9,7 @@ use glam::DVec3;
 pub(crate) fn rayleigh(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.is_gas())
 }
-/// The species with the phase function of aerosols and an exponential profile.
+/// The species with the phase function of aerosols (shaders call it Mie) and an exponential profile.
 pub(crate) fn mie(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.aerosol_phase().is_some())
 }
@@ -19,7 +19,7 @@ pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
 }
 /// Vertical optical depth, per channel.
 pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
-    // A triangular profile of half width w has the column density of a slab of height w.
+    // Both profiles integrate to `scale_height_km`, which for a triangular profile is half its width.
     air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
 }
 

@@ -1,4 +1,4 @@
-//! Looks up the value of a draw's uniform by its name in the shader fragments, including tables of the atmosphere.
+//! Looks up the value of a draw's uniform by its name in the shaders' WESL files, including tables of the atmosphere.
 //!
 //! In: a draw's uniforms, and the number of rows of the array in the shader module, from which the sample count follows. Out: the value. Does not write
 //! bytes.

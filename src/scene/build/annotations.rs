@@ -1,8 +1,7 @@
 //! Lines and texts over the image: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
 //! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
-//! other annotations; no text covers another; a body hides the texts on the sky and on other bodies
-//! behind it.
+//! other annotations; no text covers another; a body hides the texts on the sky and on other bodies behind it.
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
@@ -21,7 +20,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
 use glam::{DMat3, DVec2, DVec3};
 
-/// The lines and texts drawn over an image, with the decisions about them.
+/// The lines and texts drawn over an image, with the decisions about them. [`Scene`](crate::scene::Scene) documents the fields of the same names.
 pub(super) struct Annotations {
     pub sky_lines: Vec<LineSegment>,
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
@@ -104,8 +103,7 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
-    /// above the text, so that texts on the horizon are kept.
-    /// Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
+    /// above the text, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
     fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);

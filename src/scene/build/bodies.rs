@@ -78,7 +78,7 @@ impl BodiesInFrame {
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in &mut self.points {
-            // Outside the frame the Sun has no glare, and the light meter knows of none.
+            // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; it grows while the Sun enters the frame.
             let glare_part = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
             point::set_sprite_radius(p, white, glare_part);
         }
@@ -101,7 +101,7 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
         magnitude,
         sub_observer: SubPoint::of(to_viewer),
         sub_solar: to_sun.map(SubPoint::of),
-        sun_altitude_deg: to_sun.and_then(|to_sun| altitude_below_deg(to_viewer, to_sun, placed.body.radii_km)),
+        sun_altitude_deg: to_sun.and_then(|to_sun| altitude_at_sub_viewer_deg(to_viewer, to_sun, placed.body.radii_km)),
         placement: placed.placement,
         features: draws.iter().map(|d| d.features).collect(),
         invented: invented(placed.body, draws),
@@ -109,9 +109,9 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
     }
 }
 
-/// Altitude of a target above the horizon of the point of an ellipsoid that lies on the line from its centre to the viewer, degrees. The horizon is normal to
-/// the ellipsoid, not to that line. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
-fn altitude_below_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
+/// Altitude of a target, degrees, as seen from the sub-viewer point, where the line from an ellipsoid's centre to the viewer meets the ellipsoid. The horizon there
+/// is perpendicular to the ellipsoid's normal, not to that line. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
+fn altitude_at_sub_viewer_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
     let in_unit_sphere = (viewer_km / radii_km).try_normalize()?;
     let up = in_unit_sphere / radii_km;
     let to_target_km = target_km - in_unit_sphere * radii_km;
@@ -166,7 +166,7 @@ mod tests {
         let sphere = DVec3::splat(3000.0);
         let towards_sun = DVec3::new(2.0, -1.0, 0.5).normalize();
         let (sun, aside) = (SUN_KM * towards_sun, towards_sun.any_orthonormal_vector());
-        let altitude = |viewer: DVec3| altitude_below_deg(viewer, sun, sphere).expect("a point below the viewer");
+        let altitude = |viewer: DVec3| altitude_at_sub_viewer_deg(viewer, sun, sphere).expect("a point below the viewer");
         assert!((altitude(sun) - 90.0).abs() < 1e-6 && (altitude(1e-5 * sun) - 90.0).abs() < 1e-6);
         assert!((altitude(-sun) + 90.0).abs() < 1e-6);
         // At the terminator the centre of the Sun is lower by the angle under which the radius is seen from the Sun.
@@ -182,7 +182,7 @@ mod tests {
         let saturn = DVec3::new(60268.0, 60268.0, 54364.0);
         let (sin, cos) = 30.0_f64.to_radians().sin_cos();
         let towards = DVec3::new(cos, 0.0, sin);
-        let altitude = altitude_below_deg(1e6 * towards, 1e15 * towards, saturn).expect("a point below the viewer");
+        let altitude = altitude_at_sub_viewer_deg(1e6 * towards, 1e15 * towards, saturn).expect("a point below the viewer");
         let lat_graphic_deg = ((60268.0_f64 / 54364.0).powi(2) * sin / cos).atan().to_degrees();
         assert!((altitude - (90.0 - (lat_graphic_deg - 30.0))).abs() < 1e-6, "{altitude} {lat_graphic_deg}");
         // Negative control: with the line from the centre as the vertical the Sun would be overhead.
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn a_viewer_at_the_centre_is_above_no_point() {
-        assert_eq!(altitude_below_deg(DVec3::ZERO, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
-        assert_eq!(altitude_below_deg(DVec3::NAN, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+        assert_eq!(altitude_at_sub_viewer_deg(DVec3::ZERO, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+        assert_eq!(altitude_at_sub_viewer_deg(DVec3::NAN, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
     }
 }

@@ -70,6 +70,7 @@ pub struct WarpedGeometry {
     pub image: Box<ImageGeometry>,
     /// Size of the image before the mesh is applied.
     pub image_px: [u32; 2],
+    /// The mesh.
     pub mesh: Arc<WarpMesh>,
     /// Size of the screen.
     pub screen_px: [u32; 2],

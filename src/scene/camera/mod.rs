@@ -33,7 +33,8 @@ pub struct Camera {
     pub has_small_sprites: bool,
 }
 
-/// The apparent position, orientation and size of a body, f64.
+/// The apparent position, orientation and size of a body, f64. Its unit-sphere frame has the body's axes, each divided by its semi-axis, so that the ellipsoid is
+/// the unit sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Vector from the camera to the body's apparent centre, ICRF, kilometres.
@@ -55,6 +56,7 @@ impl Placement {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
 
+    /// Whether the camera is inside the ellipsoid or on it.
     pub(crate) fn camera_is_inside(&self) -> bool {
         self.camera_in_unit_sphere().length_squared() <= 1.0
     }
@@ -96,6 +98,7 @@ pub struct ClipRect {
 }
 
 impl ClipRect {
+    /// The entire image.
     pub const VIEWPORT: Self = Self { left: -1.0, top: 1.0, right: 1.0, bottom: -1.0 };
 
     /// The intersection of two rectangles; `None` if it is empty.
@@ -232,10 +235,12 @@ impl Camera {
         (depth > 0.0).then(|| DVec2::new(direction.dot(self.right), direction.dot(self.up)) / (depth * self.tan_half_fov))
     }
 
+    /// Pixel of a clip position.
     pub fn pixel_from_clip(&self, clip: DVec2) -> DVec2 {
         DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size()
     }
 
+    /// Clip position of a pixel.
     pub fn clip_from_pixel(&self, pixel: DVec2) -> DVec2 {
         let p = pixel / self.half_size();
         DVec2::new(p.x - 1.0, 1.0 - p.y)

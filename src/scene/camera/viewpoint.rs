@@ -1,7 +1,7 @@
 //! Places the camera of a request: its position and direction at the request's instant, and aberration for a moving viewer.
 //!
-//! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body that it is on or in. A
-//! camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal
+//! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body on which it stands or at whose
+//! centre it is. A camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal
 //! aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
@@ -28,7 +28,7 @@ pub struct Viewer {
     pub body_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body at whose centre the camera is; it is not drawn.
+    /// The body or barycentre at whose centre the camera is; a body there is not drawn.
     pub at_centre_of: Option<NaifId>,
     /// The body on whose ground the camera stands.
     pub stands_on: Option<BodyUnderCamera>,
@@ -70,9 +70,9 @@ impl StateLookup<'_> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
-    /// Position of a body when it emitted the light that arrives now at a distance.
+    /// Position of a body when it emitted the light that now arrives at this distance.
     fn emitted_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
-        // A refused time is reported as it was given, not less the light time.
+        // If the ephemeris does not contain the requested time, the error must name that time, not the time less the light time.
         self.state(id)?;
         let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
         let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None);
@@ -91,6 +91,7 @@ impl StateLookup<'_> {
 /// every ephemeris.
 pub(crate) const FARTHEST_KM: f64 = 1000.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY * SPEED_OF_LIGHT_KM_S;
 
+/// An error if a distance is more than [`FARTHEST_KM`]. `what`: the value of the request that gives the distance.
 fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(), SceneError> {
     if distance_km <= FARTHEST_KM {
         return Ok(());

@@ -1,4 +1,4 @@
-//! The features of a draw: the structure of its shader. The shader key is derived from [`DrawFeatures`] alone.
+//! The features of a draw, which determine the code of its shader: the shader key, which identifies a variant of the shader, is derived from [`DrawFeatures`] alone.
 //!
 //! Plain values, no uniforms: two draws with equal features run the same shader module. Not here: which combinations are valid (`shader::key`), and the
 //! choice of features for a draw (`scene::features`).
@@ -120,8 +120,8 @@ impl BodyShadow {
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples along each pixel's view ray; named after an engine that sampled at vertices. By day, in every model, fewer samples suffice for a ray that
-    /// only rises or only falls (shaders/lib/air/sample_counts.wesl).
+    /// Five samples along each pixel's view ray. The name is that of an engine that sampled at vertices. In this and all other models, by day fewer samples
+    /// suffice for a ray that only rises or only falls (shaders/lib/air/sample_counts.wesl).
     Vertex,
     /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,
@@ -158,8 +158,8 @@ pub struct Air {
     pub absorption: bool,
 }
 
-/// Whether the light of the air is evaluated for each pixel, or interpolated in an image of its own with fewer texels. Such an image also holds the sunlight that
-/// passes the occluders to the ground.
+/// Whether the light of the air is evaluated for each pixel, or interpolated from the coarse image of the air: an image with fewer texels, which also holds the
+/// sunlight that passes the occluders to the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
     /// Each pixel evaluates it.
@@ -212,7 +212,7 @@ pub enum PixelView {
     Sunlight,
     /// Fraction of sunlight that passes the occluders.
     Eclipse,
-    /// Transmittance of the ring for sunlight; on the ring itself, its optical depth.
+    /// Transmittance of the ring for sunlight; on the ring itself, its opacity along the view ray.
     Ring,
     /// Optical depth of the air, or of the ring, along the view ray, per channel.
     OpticalDepth,
@@ -275,7 +275,7 @@ impl Detail {
     pub const ALL: [Self; 4] = [Self::None, Self::Craters, Self::Hills, Self::Billows];
 }
 
-/// Maximum number of custom surfaces in one run.
+/// Maximum number of custom surfaces (the user's WESL functions that colour the ground) in one run.
 pub const MAX_CUSTOM_SURFACES: u8 = 4;
 
 /// The features of one draw.

@@ -95,7 +95,7 @@ pub struct MapFiles {
     pub specular: Option<String>,
     pub night: Option<String>,
     pub cloud: Option<String>,
-    /// If the body has clouds: the cloud map's values for a clear sky and for a closed deck, as bits of f32.
+    /// If the body has clouds: the cloud map's values for a clear sky and for a closed deck, as bits of f32, which can be compared and hashed.
     pub cloud_texel_bits: Option<[u32; 2]>,
     /// Overlay images, in the order of the overlays' uniforms.
     pub overlays: Vec<String>,

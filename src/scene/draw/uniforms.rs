@@ -178,11 +178,11 @@ uniforms! {
         pub radius: f32 = "cloud_radius",
         /// Lambert albedo of complete cloud cover.
         pub albedo: f32 = "cloud_albedo",
-        /// This and the next two fields: for the ground's draw where it also shows the clouds. Radiance of complete cloud cover per irradiance.
+        /// Radiance of complete cloud cover per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, as `air_ground_depth`.
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
-        /// First row of the clouds' part of the coarse image of the air. The plan, which arranges the image, sets this field.
+        /// First row of the clouds' part of the coarse image of the air. `render::plan`, which arranges the image, sets this field.
         pub coarse_row: f32 = "cloud_coarse_row",
     }
 }
@@ -225,7 +225,7 @@ uniforms! {
         /// Largest error of light that is interpolated from the coarse image of the air: x relative to the light, y as radiance divided by the irradiance of the
         /// first light. An error below either is accepted. Negative where the image must not be interpolated at all.
         pub coarse_bound: Vec2,
-        /// First row of the body's part of that image. The plan sets this field.
+        /// First row of the body's part of that image. `render::plan` sets this field.
         pub coarse_row: f32 = "air_coarse_row",
         /// The draw counts heights from the floor, the table of multiply scattered light from the ground. x: height of the floor above the ground. y: 1 / height
         /// of the air's top above the ground.
@@ -245,11 +245,11 @@ uniforms! {
         pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
         /// Largest error of sunlight that is interpolated from the coarse image of the air, as `AtmosphereUniforms::coarse_bound`.
         pub coarse_bound: Vec2,
-        /// First row of the sunlight's part of that image. The plan sets this field.
+        /// First row of the sunlight's part of that image. `render::plan` sets this field.
         pub coarse_row: f32 = "eclipse_coarse_row",
         /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
         pub limb_darkening: [Vec4; 3] = "eclipse_limb_darkening",
-        /// Per occluder: its centre across the axis (xy) and along it (z).
+        /// Per occluder: the coordinates of its centre across the axis (xy) and along it (z).
         pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
         pub occluder_outlines: Vec<Vec4> = "occluder_outline",
@@ -384,7 +384,7 @@ impl DrawUniforms {
             .chain(Self::DERIVED)
     }
 
-    /// The value of a uniform by its name in the fragments.
+    /// The value of a uniform by its name in the WESL files.
     pub fn uniform(&self, name: &str) -> Option<UniformValue<'_>> {
         let of_lights = |field: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| field(l).extend(0.0)).collect());
         match name {

@@ -5,16 +5,16 @@
 //!
 //! An occluder's outline, as seen from the point, is an ellipse. Its overlap with the Sun's disc is computed as for a circle with the ellipse's radius towards
 //! the Sun's centre, by a ramp that is linear in the separation, up to the area that the ellipse can hide. Of several occluders only the one that hides most
-//! counts. A planet is hundreds of solar radii wide as seen from its moons, so the equatorial radius in place of that radius would hide the entire Sun where
-//! the Sun passes a pole at a distance.
+//! counts. The equatorial radius in place of that radius would not do: a planet is hundreds of solar radii wide as seen from its moons, and would hide the Sun
+//! even where the Sun is visible beyond a pole of the oblate planet.
 //!
 //! Largest error of the fraction, measured by this module's test against rays to a limb-darkened disc, in green:
 //! - 0.08 behind a planet as seen from its moons, behind Phobos and behind a round body of 0.3 solar radii;
 //! - 0.13 behind round bodies of 1 and 2 solar radii;
 //! - 0.16 behind elongated ones (semi-axes 0.75 to 2 solar radii).
 //!
-//! Light refracted by the occluder's air is not part of this comparison. The mean over the visible lit ground adds at most 0.005 by its number of points, and 0.02
-//! between Pluto and Charon, whose shadows have sharp edges.
+//! Light refracted by the occluder's air is not part of this comparison. The finite number of points in the mean over the visible lit ground adds an error of
+//! at most 0.005, and of 0.02 between Pluto and Charon, whose shadows have sharp edges.
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
@@ -26,7 +26,7 @@ use std::f64::consts::TAU;
 
 /// Number of points in the mean over the visible lit ground.
 const MEAN_POINTS: u32 = 300;
-/// The same where a shadow is smaller than the receiver or has a sharp edge, so that single points decide.
+/// Number of points if a shadow is smaller than the receiver or has a sharp edge, where each point counts more.
 const FINE_MEAN_POINTS: u32 = 600;
 /// Width of a penumbra, receiver radii, below which its edge is sharp.
 const SHARP_EDGE_WIDTH: f64 = 0.2;
@@ -71,7 +71,7 @@ impl<'a> ApproximateShadow<'a> {
             let scale = self.axis.cot_sun_radius / depth;
             let offset = occluder.offset_across - offset_across;
             let layers = self.layers.as_ref().filter(|_| index == 0);
-            // Most points are outside the penumbra, and need no radius.
+            // Most points are outside the penumbra: they are skipped before the radius is computed.
             if layers.is_none() && offset.length_squared() * scale * scale >= (1.0 + occluder.semi_axes.x * scale).powi(2) {
                 continue;
             }
@@ -82,7 +82,8 @@ impl<'a> ApproximateShadow<'a> {
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = layers {
-                // The layers are circles around the major semi-axis: the separation is that at which their limb is as far from the Sun as the outline's.
+                // The layers are computed for a round limb whose radius is the major semi-axis. The separation is changed so that this limb is as far from the
+                // Sun's centre as that of the elliptical outline.
                 fraction += layers.light(separation + (occluder.semi_axes.x * scale - radius), depth, scale);
             }
         }
@@ -167,6 +168,7 @@ mod tests {
             Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false }
         }
 
+        /// The fraction of sunlight by [`ApproximateShadow`].
         fn approximate(&self, occluder: Occluder<'_>, point: DVec3) -> f64 {
             let occluders = [occluder];
             let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &self.receiver, self.sun).expect("an occluder");
@@ -337,8 +339,8 @@ mod tests {
         }
     }
 
-    /// A moon behind its planet, a planet behind its moon, and two bodies of which one casts a sharp shadow on the other. The offsets are not those of
-    /// any lattice.
+    /// The error of the mean for a moon behind its planet, a planet behind its moon, and two bodies of which one casts a sharp shadow on the other. The
+    /// offsets do not coincide with the spacing of any lattice of points.
     #[test]
     fn the_points_of_the_mean_are_enough() {
         let catalog = Catalog::embedded();

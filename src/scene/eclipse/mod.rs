@@ -12,7 +12,7 @@ pub(crate) mod sun_occluders;
 pub mod uniforms;
 
 pub use occluders::{
-    EclipseModelChoice, Occluder, OccluderSearch, Receiver, ReceiverExtent, candidates, choose_eclipse_model, find, limb_darkening,
+    EclipseModelChoice, FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, choose_eclipse_model, find, limb_darkening,
     max_occluders, select_occluders,
 };
 pub use refraction::LAYERS as REFRACTING_LAYERS;

@@ -21,12 +21,15 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver<'a> {
     pub body: &'a Body,
-    /// Barycentric ICRF.
+    /// Barycentric position at `time`, ICRF.
     pub position_km: DVec3,
+    /// The time at which the light reaches the body.
     pub time: Instant,
+    /// Orientation at `time`.
     pub body_from_icrf: DMat3,
+    /// Barycentric velocity, for the aberration of directions to occluders and the Sun.
     pub velocity_km_s: DVec3,
-    /// Vector to the Sun at the time of emission.
+    /// Vector to the Sun's position when the light left it.
     pub sun_from_body_km: DVec3,
 }
 
@@ -148,7 +151,7 @@ enum Importance {
 }
 
 /// The occluders of a receiver, and the reason for the choice.
-pub struct OccluderSearch<'a> {
+pub struct FoundOccluders<'a> {
     /// Sorted by importance to the image, then by the light that they block, largest first.
     pub occluders: Vec<Occluder<'a>>,
     pub reason: Reason,
@@ -163,7 +166,7 @@ pub fn find<'a>(
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     include_all: bool,
-) -> OccluderSearch<'a> {
+) -> FoundOccluders<'a> {
     select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
 }
 
@@ -187,9 +190,9 @@ pub fn select_occluders<'a>(
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     include_all: bool,
-) -> OccluderSearch<'a> {
+) -> FoundOccluders<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
-        return OccluderSearch { occluders: Vec::new(), reason: reason!("inside-sun") };
+        return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
     let mut nearest: Option<(f64, &'a str)> = None;
@@ -226,7 +229,7 @@ pub fn select_occluders<'a>(
         (None, Some((distance_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{distance_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
-    OccluderSearch { occluders, reason }
+    FoundOccluders { occluders, reason }
 }
 
 /// The planet to whose system a body belongs; for a planet, the planet itself.
@@ -364,13 +367,13 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
     (long_axis, DVec2::new((mean + spread).max(0.0).sqrt(), (mean - spread).max(0.0).sqrt()))
 }
 
-/// The requested model, or a default by quality.
+/// The eclipse model that the user requested, or a default that depends on the quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// Uniform discs, and refracted light where there is an umbra, which has no other light: for drafts.
+    /// For drafts: uniform discs. Where there is an umbra, also refracted light, because the umbra has no other light.
     Draft,
-    /// Limb darkening, and refracted light where there is an umbra.
+    /// Discs with limb darkening. Where there is an umbra, also refracted light.
     Best,
 }
 

@@ -1,10 +1,10 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
 //!
 //! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
-//! air is divided into the layers of eclipse/refraction.rs. So the light of the bright ring around the body, integrated over the sky as seen from a point in the
-//! shadow, is the light that the eclipse model `refracted` gives to that point. Below the top of the atmosphere only the ring shows the Sun: the Sun's disc, drawn there along straight
-//! rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum over a pixel is
-//! in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's map.
+//! air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the shadow receives the same light from
+//! that model as from the bright ring that a camera at this point would see around the body. Below the top of the atmosphere only the ring shows the Sun: the Sun's
+//! disc, drawn there along straight rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum
+//! over a pixel is in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -33,6 +33,7 @@ pub struct RefractedLimb {
     pub rays: ViewRays,
     /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere.
     pub unrefracted_sun: Option<ViewRays>,
+    /// The body's semi-axes divided by its equatorial radius.
     pub axis_ratios: Vec3,
     /// Reversed depth just in front of the body's near side.
     pub depth: f32,
@@ -48,7 +49,7 @@ pub struct RefractedLimb {
     pub air_transmittance: Vec<Vec4>,
 }
 
-/// Change of the transmittance across each layer: a limited slope, so that the interpolation is monotone and stays between the values of both neighbours.
+/// Change of the transmittance across each layer. This slope is limited, so that the interpolation is monotone and stays between the values of both neighbours.
 fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
     let at = |k: usize| transmittances[k.min(transmittances.len() - 1)];
     let slope = |k: usize| {
@@ -71,6 +72,7 @@ fn sun_radiance(sun: &Body) -> [DVec3; 3] {
 
 /// The Sun and a body in front of it: angles at the camera, radians.
 struct LimbGeometry {
+    /// Angular radius of the Sun.
     sun_radius: f64,
     /// Separation of the two centres.
     separation: f64,
@@ -138,7 +140,7 @@ pub(crate) struct LimbSegment {
     pub radiance: f64,
 }
 
-/// Segments on each side of the limb.
+/// Number of segments on the side of the limb nearest to the Sun, and as many on the opposite side.
 const SEGMENTS: u32 = 24;
 
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
@@ -188,6 +190,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     position_angles.map(segment).filter(|segment| segment.radiance > 0.0).collect()
 }
 
+/// The uniforms of one limb. `tint`: see [`limbs`].
 fn refracted_limb(
     camera: &Camera,
     placed: &PlacedBody<'_>,
@@ -230,8 +233,8 @@ fn camera_is_inside(placed: &PlacedBody<'_>) -> bool {
     atmosphere::air::shell(placed.body, &placed.placement).is_some_and(|shell| shell.camera_is_inside())
 }
 
-/// Decides on the refracted limbs of a frame and records the decisions in the bodies' reports. `tint`: that of the camera's own air
-/// ([`atmosphere::air::SurroundingAir::tint`]) towards a direction.
+/// Decides on the refracted limbs of a frame and records the decisions in the bodies' reports. `tint`: the colour that the air
+/// around the camera gives to light from a direction ([`atmosphere::air::SurroundingAir::tint`]).
 pub(crate) fn limbs(
     request: &ViewRequest,
     camera: &Camera,

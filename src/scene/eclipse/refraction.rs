@@ -31,6 +31,7 @@ pub(crate) struct RefractingLayers {
     pub top: f64,
     /// For each layer: radius, and bending angle times `bending_fraction` (radians), at the lower edge, then both at the upper edge.
     pub edges: Vec<DVec4>,
+    /// For each layer: its mean transmittance, per channel.
     pub transmittances: Vec<DVec3>,
 }
 
@@ -81,6 +82,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     // other factors) this one approximated the integral best; tests/atmosphere/refracted_limb.rs bounds its error.
     let thin_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
+    // Radius and reduced bending angle at an edge.
     let at = |edge: usize| {
         let h = height_km(edge as f64);
         let local_refractivity = refractivity * (-h / rayleigh.scale_height_km).exp();

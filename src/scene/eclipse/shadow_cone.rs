@@ -10,7 +10,7 @@ use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, outline};
 use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Which cone: the penumbra's apex lies between the bodies, the umbra's behind the occluder.
+/// Which cone: the penumbra's apex lies between Sun and occluder, the umbra's apex behind the occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ConeKind {
     /// Umbra, and behind its apex the antumbra.
@@ -33,6 +33,7 @@ pub(crate) struct ShadowCone {
     /// The occluder's centre: coordinates across the axis and along it.
     offset_across: DVec2,
     along: f64,
+    /// Unit vector along the major axis of the occluder's outline, and the outline's semi-axes.
     long_axis: DVec2,
     semi_axes: DVec2,
     /// Semi-axes of the lit body divided by its equatorial radius.
@@ -42,7 +43,7 @@ pub(crate) struct ShadowCone {
 /// A generating line of a cone, or its axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeLine {
-    /// The point at the occluder.
+    /// The point on the occluder's outline, or its centre.
     pub from: DVec3,
     /// Unit vector, away from the Sun.
     pub along: DVec3,
@@ -73,6 +74,7 @@ impl ShadowCone {
         Self { axis, offset_across: DVec2::ZERO, along: 0.0, long_axis, semi_axes, axis_ratios }
     }
 
+    /// The vector with these coordinates across the axis and along it.
     fn in_body_axes(&self, offset_across: DVec2, along: f64) -> DVec3 {
         self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.sunward * along
     }
@@ -232,7 +234,7 @@ mod tests {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {
             let umbra = cone.outline(ConeKind::Umbra);
             assert!(umbra.len() == 1 && umbra[0].is_closed, "{umbra:?}");
-            // Gamma 0.343 and the penumbra's 0.536 of the Earth's radius add up to less than 1: all of the penumbra is on the disc.
+            // The shadow's axis passes the Earth's centre at 0.343 radii (gamma), and the penumbra's radius is 0.536: all of the penumbra is on the disc.
             let penumbra = cone.outline(ConeKind::Penumbra);
             assert!(penumbra.len() == 1 && penumbra[0].is_closed, "{}", penumbra.len());
         });

@@ -23,7 +23,7 @@ const MAX_HALF_S: f64 = 6.0 * 3600.0;
 const INTERVALS: u32 = 200;
 /// Number of the umbra's generators (the straight lines of its cone) in the search for the limits.
 const GENERATORS: u32 = 64;
-/// Half the interval of the central difference that gives the motion, seconds.
+/// Step of the central difference that gives the outline's motion over the ground, seconds: half its interval.
 const STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
@@ -39,7 +39,9 @@ pub(crate) struct ShadowPath {
 /// Cache key: the bodies of a passage, and its middle in TDB seconds past J2000.
 #[derive(Debug)]
 struct PassageKey {
+    /// Of the Sun, the receiver and the occluder.
     radii_km: [DVec3; 3],
+    /// Of the receiver and the occluder.
     ids: [i32; 2],
     middle_s: f64,
 }
@@ -86,6 +88,7 @@ struct PassageGeometry<'a, 'b> {
 }
 
 impl PassageGeometry<'_, '_> {
+    /// The receiver and the shadow cone at a time; `None` if the occluder is not in front of the Sun.
     fn at(&self, s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
@@ -126,6 +129,7 @@ impl PassageGeometry<'_, '_> {
         None
     }
 
+    /// The lines of the passage with this middle and at most this half duration.
     fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
         let axis_meets_ground = |s: f64| self.cone(s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
         let axis_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
@@ -207,6 +211,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
+    /// Calls `check` with the catalog and the paths over a receiver near a time, each with the code of its occluder. Code 10 is the Sun.
     fn paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
@@ -241,8 +246,8 @@ mod tests {
             );
             let radii_km = catalog.body(NaifId::EARTH).expect("the Earth").radii_km;
             let centre = path.centre_line.as_ref().expect("a centre line");
-            // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W; with k = 0.272508 the width
-            // there is 197.5 km.
+            // NASA, Path of the Total Solar Eclipse of 2024 Apr 08 (Espenak): greatest eclipse 25 deg 17.4' N, 104 deg 08.3' W. With a Moon of k = 0.272508
+            // Earth radii the width there is 197.5 km.
             let to_centre_line_km = distance_km(radii_km, &centre.points, 25.29, -104.138);
             assert!(to_centre_line_km < 2.0, "{to_centre_line_km} km");
             assert_eq!(path.limits.len(), 2);

@@ -53,8 +53,8 @@ pub(crate) struct ShadowRegion {
 }
 
 impl ShadowRegion {
-    /// The penumbra behind `centre`, an occluder of `radius`, as far as it touches the receiver; `None` if it misses it. `sunward`: unit vector to the Sun.
-    /// `widening`: growth of the penumbra's radius with distance from the occluder.
+    /// The part of the penumbra that may touch the receiver, behind an occluder at `centre` with this `radius`; `None` if the penumbra misses the receiver.
+    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance from the occluder.
     pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
         // Distances behind the occluder, along its axis, at which a cross section of the penumbra can contain a point of the receiver.

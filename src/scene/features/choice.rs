@@ -99,7 +99,7 @@ pub struct FeatureSelection {
 }
 
 impl FeatureSelection {
-    /// Whether ring-shine lights the globe. Ring-shine excludes planet-shine, because supporting both would double the keys of ringed bodies. Moons
+    /// Whether ring-shine lights the globe. Ring-shine excludes planet-shine, because supporting both would double the number of shader keys of ringed bodies. Moons
     /// light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun hardly lights the rings.
     fn lit_by_rings(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
@@ -111,8 +111,8 @@ impl FeatureSelection {
         self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
     }
 
-    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without `other_features`, which
-    /// limits the number of keys.
+    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without `other_features`, which limits the number of shader
+    /// keys.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         let maps = [

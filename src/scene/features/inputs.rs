@@ -32,6 +32,7 @@ pub(crate) struct FrameContext<'a> {
     pub camera: &'a Camera,
     /// The threshold below which effects are left out.
     pub threshold: Threshold,
+    /// All placed bodies, the Sun among them, as sources of light for each other.
     pub reflectors: &'a [Reflector<'a>],
     /// The atmosphere around the camera, if it is in one.
     pub air: Option<&'a SurroundingAir<'a>>,
@@ -95,6 +96,7 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
     }
 
+    /// An empty list of decisions about the body.
     pub(crate) fn log(&self) -> DecisionLog<'c> {
         DecisionLog::new(self.effects(), self.frame.context.resources)
     }
@@ -122,8 +124,9 @@ pub(crate) struct Decisions<'c> {
     pub chosen: FeatureSelection,
     /// Lights in addition to the Sun, strongest first.
     pub secondary_lights: Vec<LightOn>,
+    /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// Ring uniforms of the draws of globe and sky: shadow and ring-shine.
+    /// The uniforms by which the rings' shadow and their light enter the draws of globe and sky.
     pub ring: RingUniforms,
     pub overlays: Vec<&'c Overlay>,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
@@ -132,7 +135,9 @@ pub(crate) struct Decisions<'c> {
     pub map_weight: f32,
     /// Direction of the Sun in body axes and its angular radius, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
+    /// The draw of the atmosphere beyond the limb.
     pub sky: Option<Draw>,
+    /// The draw of the cloud shell.
     pub clouds: Option<Draw>,
     /// Draws of both halves of the rings: behind the globe and in front of it.
     pub rings: Vec<Draw>,

@@ -53,7 +53,7 @@ const ALL_DECISIONS: [DecideEffect; 11] = [
     atmosphere::cloud_decision::decide,
 ];
 
-/// The decisions about a body of which only the atmosphere is in the image.
+/// The decisions about a body of which at most the atmosphere is in the image.
 const AIR_ONLY_DECISIONS: [DecideEffect; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
 
 /// The decisions about effects that read maps.
@@ -130,6 +130,7 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
+/// The result for a body that is not drawn.
 fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
     decided.log.record("visible", false, reason);
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
@@ -172,7 +173,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux))
 }
 
-/// The point of a body beside the frame, because its glare may reach into the frame, as that of a star does. Not of the Sun (`light::glare`).
+/// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.
 fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     let (camera, placed) = (inputs.frame.camera, inputs.placed);
     let clip = camera.clip(placed.placement.centre_km).filter(|_| placed.body.id != NaifId::SUN)?;

@@ -20,7 +20,7 @@ impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
         impl<'de, T: Deserialize<'de> + NamedObject> serde::de::Visitor<'de> for ObjectVisitor<T> {
             type Value = Object<T>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                f.write_str(T::NAME)
+                f.write_str(T::DESCRIPTION)
             }
             fn visit_map<A: serde::de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
                 T::deserialize(serde::de::value::MapAccessDeserializer::new(map)).map(Object)
@@ -32,16 +32,16 @@ impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
 
 /// The description of an object of the camera file in error messages.
 trait NamedObject {
-    const NAME: &'static str;
+    const DESCRIPTION: &'static str;
 }
 impl NamedObject for CameraFile {
-    const NAME: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
+    const DESCRIPTION: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
 }
 impl NamedObject for PositionFile {
-    const NAME: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
+    const DESCRIPTION: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
 }
 impl NamedObject for LookFile {
-    const NAME: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
+    const DESCRIPTION: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
 /// The camera file, as JSON. Unknown fields are rejected by name.
@@ -106,6 +106,7 @@ up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           else "north"
 fov_deg   vertical field of view, degrees"#;
 
+/// The vector of a direction; an error if it is zero. `what`: its place in the file, for the error.
 fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
     let v = DVec3::from_array(values);
     if v.is_finite() && v.length() > 0.0 { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }

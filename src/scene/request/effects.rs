@@ -206,7 +206,7 @@ impl EffectOverrides {
         self.under_names(std::iter::once(name))
     }
 
-    /// Like [`Self::for_body`], for a body of the catalog under its other names and its name, which takes precedence: the window sets effects under it.
+    /// Like [`Self::for_body`], for all names of a body of the catalog. Overrides under its main name take precedence, because the window uses that name.
     pub(crate) fn for_catalog_body(&self, body: &Body) -> Option<Self> {
         self.under_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
     }
@@ -216,6 +216,7 @@ impl EffectOverrides {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
 
+    /// All overrides that apply to a body with these names, in increasing order of precedence.
     fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
         if self.per_body.is_empty() {
             return None;

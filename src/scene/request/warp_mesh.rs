@@ -1,4 +1,4 @@
-//! Warp meshes: the mapping from an image to a projector's screen, in the text format of Paul Bourke.
+//! Warp meshes: the mapping from an image to a projector's (often curved) screen, in the text format of Paul Bourke.
 //!
 //! In: the text. Out: a [`WarpMesh`], or an error with the first invalid line. The format (<http://paulbourke.net/dataformats/meshwarp/>, 2006): a line
 //! with the type, 2 rectangular or 1 polar; a line with the numbers of columns and rows; then, row by row, one node per line: `x y u v i`. x runs from

@@ -35,10 +35,11 @@ pub struct SkyBackground {
     pub map_radiance: f32,
     /// Mip level of the panorama.
     pub map_level: f32,
-    /// [`zodiacal::unit_radiance`]; 0 if zodiacal light is not drawn.
+    /// Radiance for a value of 1 of `zodiacal::law`; 0 if zodiacal light is not drawn.
     pub zodiacal_radiance: f32,
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
+    /// `zodiacal::LAW`.
     pub zodiacal_law: [Vec4; 5],
     /// `zodiacal::LOG_OFFSET`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
     pub log_offset: f32,

@@ -1,7 +1,8 @@
 //! Comets: the head as a point of light, a tail of dust and a tail of ions.
 //!
 //! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl and ribbon segments for
-//! shaders/entry/comet_tail.wesl. The head has the total magnitude M1 + 5 log d + K1 log r. Ions move with the solar wind and lag by the comet's own
+//! shaders/entry/comet_tail.wesl. The head has the total magnitude M1 + 5 log d + K1 log r, with the
+//! distances d from the viewer and r from the Sun in au, and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own
 //! velocity. Dust grains move on orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta.
 //! The directions of tails follow from this alone; their lengths and their shares of the light are chosen after drawings by observers, not measured. All
 //! values are f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
@@ -28,8 +29,8 @@ use std::f64::consts::PI;
 
 /// Speed of the solar wind, km/s: the slow wind near the ecliptic (McComas et al. 2000, J. Geophys. Res. 105, 10419).
 pub const SOLAR_WIND_KM_S: f64 = 400.0;
-/// Range of beta, the ratio of radiation pressure to gravity, of the simulated grains: from 20 micrometres down to half a micrometre (Burns, Lamy and Soter
-/// 1979, Icarus 40, 1).
+/// Range of beta, the ratio of radiation pressure to gravity, of the simulated grains. It corresponds to sizes from 20 micrometres down to half a micrometre
+/// (Burns, Lamy and Soter 1979, Icarus 40, 1).
 const MIN_BETA: f64 = 0.03;
 const MAX_BETA: f64 = 1.0;
 /// Number of values of beta for which grains are computed; the grains of one beta form a line, a syndyne.
@@ -45,7 +46,7 @@ const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
 const TAILS_AU: (f64, f64) = (3.0, 1.5);
-/// Fraction of white below which tails are left out.
+/// Fraction of white below which a tail, or a segment of it, is left out.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
 const ORBIT_OPACITY: f64 = 0.6;
@@ -63,7 +64,7 @@ const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
 const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 
-/// A segment of a ribbon, the shape of which tails consist.
+/// A segment of a ribbon. Tails are drawn as ribbons: strips along a line, which fade towards both edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TailSegment {
     /// Clip x and y, reversed depth.

@@ -37,8 +37,8 @@ impl OrbitTiming {
         Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_period }
     }
 
-    /// Time since the nearest perihelion passage, negative before it, in the shader's unit.
-    fn time(&self, days: f64) -> f64 {
+    /// Time since the nearest perihelion passage, negative before it, in the shader's unit. `days`: past J2000.
+    fn since_passage(&self, days: f64) -> f64 {
         let t = (days - self.passage_days) / self.days_per_unit;
         if self.half_period.is_finite() { t - 2.0 * self.half_period * (0.5 * t / self.half_period).round() } else { t }
     }
@@ -66,7 +66,7 @@ impl MinorPlanetColumns {
 
     /// Time of each body since its nearest perihelion passage, in the shader's unit.
     pub(crate) fn times(&self, days: f64) -> Vec<f32> {
-        self.timings.iter().map(|timing| narrow_scalar(timing.time(days))).collect()
+        self.timings.iter().map(|timing| narrow_scalar(timing.since_passage(days))).collect()
     }
 }
 
@@ -90,7 +90,7 @@ mod tests {
             let timing = OrbitTiming::of(&orbit(q, e));
             let period_days = TAU / GAUSS_CONSTANT * (q / (1.0 - e)).powf(1.5);
             for days in [-700_000.0, -3.5, 8375.25, 9000.0, 812_345.6] {
-                let t = timing.time(days);
+                let t = timing.since_passage(days);
                 assert!(t.abs() <= timing.half_period * (1.0 + 1e-12), "{q} {e} {days}: {t}");
                 let turns = ((days - 8375.25) - t * timing.days_per_unit) / period_days;
                 assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
@@ -98,6 +98,6 @@ mod tests {
         }
         // An open orbit has no period.
         let open = OrbitTiming::of(&orbit(1.0, 1.2));
-        assert!((open.time(8375.25 + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
+        assert!((open.since_passage(8375.25 + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! In: the star catalog, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
 //! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the display has
-//! no sprite; a sky cell outside the frame, or whose brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
+//! no sprite; a cell of the star catalog (a patch of the sky) that is outside the frame, or whose
+//! brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
 //! magnitude. Left out: refraction and scintillation. A double star that the catalog does not resolve is drawn as one star.
 
 use super::star_colour::star_colour;
@@ -42,8 +43,11 @@ impl ApparentStar {
 
 /// Computes the apparent places of the stars of one frame.
 pub struct StarPlacer {
+    /// Years of proper motion.
     years_since_epoch: f64,
+    /// Barycentric position of the viewer.
     viewer_au: DVec3,
+    /// Velocity of the viewer, for aberration.
     velocity_km_s: DVec3,
 }
 
@@ -68,7 +72,7 @@ impl StarPlacer {
         ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
-    /// Upper limit of the displacement of a cell's stars by motion since the epoch and by parallax, relative to their distance.
+    /// Upper limit of the displacement of a cell's stars by their motion since the epoch and by parallax, as a fraction of their distance.
     fn shift(&self, cell: &SkyCell) -> f64 {
         cell.motion_per_year * self.years_since_epoch.abs() + cell.parallax_rad * self.viewer_au.length()
     }

@@ -18,7 +18,7 @@ const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
 /// Radiance of one star of tenth magnitude per square degree.
 pub(crate) static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
 
-/// The S10 unit (one star of tenth magnitude of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
+/// One S10 unit (one star of tenth magnitude and of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
 /// Exponent of the observer's distance from the Sun.
 const DISTANCE_EXPONENT: f64 = -2.3;

@@ -1,7 +1,7 @@
 //! Whether the sunlit crescent of a body is so thin that one evaluation for each pixel would lose light.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions. In a thin crescent's draw, a pixel in which sunlight ends shows the mean of its lit part
-//! (shaders/lib/intersection.wesl), and air in front of the ground is averaged over each pixel near the limb (shaders/lib/air/at_limb.wesl).
+//! In: the inputs of one body and the decisions made before. Out: the decisions. In a thin crescent's draw, a pixel that the terminator crosses shows the mean
+//! of its lit part (shaders/lib/intersection.wesl), and air in front of the ground is averaged over each pixel near the limb (shaders/lib/air/at_limb.wesl).
 
 use crate::message::reason;
 use crate::scene::features::choice::Capabilities;
@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 /// Width in pixels below which a crescent is thin. Evaluated at one point of each pixel, a crescent of width w > 1 loses 0.22 / w^1.5 of its light: 2.7 % at this
 /// width, 8 % at 2 pixels, and most of it below half a pixel.
 const MAX_WIDTH_PX: f64 = 4.0;
-/// Width in radii below which a crescent is left as it is: at phase angles above 179 degrees, where bodies are silhouettes before the Sun or beside it.
+/// Width in radii below which the pixels of a crescent are not averaged: at phase angles above 179 degrees, where bodies are silhouettes before the Sun or beside it.
 const MIN_WIDTH: f64 = 1.5e-4;
 
 /// Name of the decision.

@@ -1,4 +1,5 @@
-//! Procedural relief and albedo finer than a body's maps, by the laws of shaders/lib/detail.wesl: this module computes the positions of the lattices.
+//! Procedural relief and albedo finer than a body's maps. Craters, and the noise of hills and billows, are defined on cubic lattices (shaders/lib/detail.wesl);
+//! this module computes the positions of the lattices.
 //!
 //! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera. This
 //! is true in f32 down to a metre above the ground and in fields of view of an arcsecond, because lattice positions are reduced in f64, and because in narrow
@@ -33,9 +34,9 @@ const COARSEST_CELL: f64 = 0.05;
 /// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows, which costs more.
 const CRATER_RATIO: f64 = 0.6;
 const NOISE_RATIO: f64 = 0.4;
-/// Number of cells after which a lattice repeats: PERIOD of the fragment.
+/// Number of cells after which a lattice repeats: PERIOD of shaders/lib/detail.wesl.
 const PERIOD: f64 = 289.0;
-/// Smallest visible size of a cell, in pixels: less than the fragment's limit.
+/// Smallest visible size of a cell, in pixels: less than the limit of shaders/lib/detail.wesl.
 const MIN_CELL_PX: f64 = 3.5;
 /// A cell size that is never visible, radii.
 const INVISIBLE_CELL: f64 = 1e6;

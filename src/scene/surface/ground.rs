@@ -1,7 +1,7 @@
 //! The ground of a body: its shape and its maps.
 //!
 //! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. Cloud
-//! shadows are left out if no sunlit ground is in view, and the glint if in addition the light of other bodies is too weak for one.
+//! shadows are left out if no sunlit ground is in view. The glint is left out if, in addition, the light of other bodies is too weak for a visible glint.
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
@@ -27,7 +27,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
     let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
-    let albedo = log.map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
+    let albedo = log.effect_with_map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.custom_surface > 0 {
         decisions.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
@@ -38,21 +38,21 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         return decisions;
     }
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
-    maps.normal = log.map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
+    maps.normal = log.effect_with_map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
     let sunlit_ground = sunlit_ground_in_view(inputs);
     let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
-    maps.specular = log.map(Effect::Specular, body.maps.specular.as_ref(), glint);
-    maps.night = log.map(Effect::Night, body.maps.night.as_ref(), || {
+    maps.specular = log.effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
+    maps.night = log.effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
         let brightest = night_lights::brightest(body);
         (threshold.is_exceeded_by_radiance(brightest), reason!("city-lights", light = threshold.description(brightest)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);
         let visibility = || if no_clouds { (false, reason!("clouds-off")) } else { sunlit_ground.clone() };
-        maps.cloud_shadow = log.map(Effect::CloudShadow, Some(&c.map), visibility);
+        maps.cloud_shadow = log.effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
-        // The fragment uses the texel size of the albedo map, or without one that of the normal map.
+        // The shader uses the texel size of the albedo map, or without one that of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));

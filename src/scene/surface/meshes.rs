@@ -16,12 +16,12 @@ use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
 use std::sync::Arc;
 
-/// Distance of the camera, in radii, within which vertices are relative to the camera, because the difference is then exact in f32. For a farther camera
-/// they are relative to the body's centre.
+/// Distance of the camera, in radii, within which vertices are relative to the camera, because that difference is exact in f32. For a farther camera they are
+/// relative to the body's centre.
 const NEAR_RADII: f64 = 8.0;
 /// Smallest relative difference of depth between a mesh's centre and its near side: at least 80 steps of f32. Beyond 1e5 radii the true difference is smaller
 /// and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
-const MIN_DEPTH: f64 = 1e-5;
+const MIN_DEPTH_RATIO: f64 = 1e-5;
 
 /// The model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
 pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mesh>> {
@@ -61,7 +61,7 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
-    let added_slope = (MIN_DEPTH - unit_km / placement.centre_km.length()).max(0.0);
+    let added_slope = (MIN_DEPTH_RATIO - unit_km / placement.centre_km.length()).max(0.0);
     // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
     let clip = |v_km: DVec3, homogeneous: f64| {
         let v = v_km / unit_km;

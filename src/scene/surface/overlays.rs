@@ -51,7 +51,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 
 /// The uniforms of an overlay. `factor`: converts the image's colour to the albedo of the draw.
 pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
-    let shape = body.radii_km / body.radii_km.x;
+    let axis_ratios = body.radii_km / body.radii_km.x;
     let (axes, scale, limits, wraps_around) = match overlay.projection {
         OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => {
             let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
@@ -75,7 +75,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let east = DVec3::new(-sin_lon, cos_lon, 0.0);
             let north = up.cross(east);
             // The point of the ground in the image's middle; its normal is `up`, because the latitude is planetographic.
-            let middle = up * shape * shape / (up * shape).length();
+            let middle = up * axis_ratios * axis_ratios / (up * axis_ratios).length();
             let radius_km = body.radii_km.x;
             let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle.dot(north), 1.0);
             ([east, north, up], scale, DVec4::new(0.0, 1.0, 0.0, 1.0), false)
@@ -83,6 +83,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
     };
     let colour_and_opacity = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);
     // The w of the axes' rows: the factor that stretches z for planetographic latitude, and the ratios of the semi-axes.
-    let rows = [axes[0].extend(1.0 / shape.z), axes[1].extend(shape.y), axes[2].extend(shape.z), scale, limits, colour_and_opacity];
+    let [x, y, z] = [axes[0].extend(1.0 / axis_ratios.z), axes[1].extend(axis_ratios.y), axes[2].extend(axis_ratios.z)];
+    let rows = [x, y, z, scale, limits, colour_and_opacity];
     OverlayUniforms { rows: rows.map(|r| camera::narrow(r.truncate()).extend(camera::narrow_scalar(r.w))), wraps_around }
 }

@@ -5,7 +5,7 @@
 //! visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
 //! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most
 //! 7e-5 for one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares
-//! images with the closed forms of the eclipse fragments.
+//! images with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -54,6 +54,7 @@ impl Limb {
         }
     }
 
+    /// Whether a point of the plane is inside the limb.
     fn contains(&self, x: f64, y: f64) -> bool {
         let [c, gx, gy, xx, xy, yy] = self.quadratic;
         let quadratic = c + gx * x + gy * y + xx * x * x + xy * x * y + yy * y * y;
@@ -126,8 +127,8 @@ fn visit_visible(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
     }
 }
 
-/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If the bodies in front leave nothing (light
-/// may remain in the valleys of the Moon's limb), it is on the limb, where they last left light.
+/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If smooth limbs of the bodies in
+/// front cover the disc (light may remain in the valleys of the Moon's limb), it is the point of the disc's limb that they covered last.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let occluding = in_front_of(placed, farther, 0.0);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
@@ -238,7 +239,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
-            // The kinds of shaders/lib/foreground_limb.wesl: 1 drawn over the disc, 2 too small to be drawn, 3 hides all.
+            // The kinds of shaders/lib/foreground_limb.wesl: 1 for a body drawn over the disc, 2 for one too small to be drawn, 3 for one that hides all.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),

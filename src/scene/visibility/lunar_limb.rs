@@ -62,7 +62,7 @@ impl<'p> ApparentLimb<'p> {
         Self { profile, position_angle_axes, distance_km: moon.centre_km.length() }
     }
 
-    /// Tangent of the angle between the Moon's centre and a limb point of this height.
+    /// Tangent of the angle at the camera between the Moon's centre and a limb point of this height.
     fn limb_angle_tan(&self, height_km: f64) -> f64 {
         let sine = ((self.profile.sphere_km() + height_km) / self.distance_km).min(MAX_LIMB_SINE);
         sine / (1.0 - sine * sine).sqrt()
@@ -114,7 +114,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     if !is_any_seen {
         return DVec3::ZERO;
     }
-    // At least one bead is visible, so the result must not be zero.
+    // At least one of Baily's beads is visible, so the result must not be zero.
     (mean_limb_light + change / total).clamp(DVec3::splat(f64::MIN_POSITIVE), DVec3::ONE)
 }
 
@@ -138,7 +138,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let decision = Decision { effect: "limb-heights", on, reason, stated_error: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
-    // The side of the Moon that is turned away from the Sun needs no procedural craters, and a crescent so near to new Moon no average over pixels.
+    // The night side of the Moon needs no procedural craters, and a crescent so near to new Moon needs no average over pixels.
     draw.features.detail = Detail::None;
     draw.features.thin_limb = false;
     draw.features.limb_heights = true;

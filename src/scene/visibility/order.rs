@@ -57,10 +57,12 @@ struct DrawOrder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum DrawingStep {
     MoonsBehindRings,
+    /// The half of the ring behind the globe's centre.
     FarHalf,
     MoonsBehindGlobe,
     Globe,
     MoonsBehindNearHalf,
+    /// The half of the ring in front of the globe's centre.
     NearHalf,
 }
 
