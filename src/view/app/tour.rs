@@ -49,6 +49,7 @@ struct TourFile {
     stops: Vec<StopFile>,
 }
 
+/// A stop in a tour file; [`Stop`] describes the fields.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StopFile {
@@ -83,7 +84,7 @@ struct Stop {
     time_rate: f64,
     /// Real seconds of the camera path to this stop.
     travel_s: f64,
-    /// `None`: the first stop, or a cut.
+    /// `None` for the first stop, and for a cut (`travel_s` is 0).
     camera_path: Option<CameraPath>,
 }
 
@@ -91,9 +92,10 @@ struct Stop {
 #[derive(Clone, Debug, PartialEq)]
 struct CameraPath {
     flight: Flight,
+    /// Time of the path's first view, TDB seconds past J2000.
     from_tdb_s: f64,
     from_fov_deg: f64,
-    /// If both stops are fisheyes.
+    /// `None` unless both stops are fisheyes.
     from_fisheye_deg: Option<f64>,
     /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
