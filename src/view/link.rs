@@ -23,7 +23,7 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain but the serialised default view does not.
+/// Fields that a text may contain although the serialised default view omits them.
 const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
 /// Largest accepted text, bytes; texts written here have about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
@@ -216,7 +216,7 @@ impl PartialView {
             self.record_error("time and tdb_s are two forms of one value: leave one out".into());
         }
         if let Some(date) = date {
-            // In a link a bare year is a number, whose error shall show how to write a date.
+            // In a link a bare year is a number; as text it gives the error that shows how to write a date.
             let text = match date {
                 Value::String(text) => text,
                 other => other.to_string(),

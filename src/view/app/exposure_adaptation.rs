@@ -1,4 +1,4 @@
-//! Automatic exposure of the window: it approaches the metered value, which the renderer computes from the light in an image, smoothly.
+//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of an image's scene computes.
 //!
 //! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
 //! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`) in the real time t of the requests, whatever the frame rate and the

@@ -115,7 +115,7 @@ impl Preset {
     }
 }
 
-/// The planets' orbits from above, at the same azimuth as the Earth.
+/// The planets' orbits from above, seen from the Earth's azimuth about the Sun.
 fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);
     let earth_km = places.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;

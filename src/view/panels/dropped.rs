@@ -51,7 +51,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     interface.reply(reply_of(&interface.dropped.messages));
 }
 
-/// The messages, one a line; the last ones are left out if there are too many.
+/// The messages, one a line; those beyond [`MAX_NOTICE_LINES`] are left out.
 fn reply_of(messages: &[String]) -> String {
     let shown = messages.get(..MAX_NOTICE_LINES).map_or_else(|| messages.join("\n"), |first| first.join("\n"));
     if messages.len() > MAX_NOTICE_LINES { shown + "\n…" } else { shown }

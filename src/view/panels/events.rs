@@ -33,9 +33,9 @@ const PART_SEPARATOR: &str = " · ";
 const STATUS_HEIGHT: f32 = 24.0;
 /// Height of a row of the table of an event's contacts, and of the line above the table, points.
 const CONTACT_ROW_HEIGHT: f32 = 24.5;
-/// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
+/// Smallest number of rows of that table: a total solar eclipse has four contacts and a maximum at a place.
 const MIN_CONTACT_ROWS: usize = 5;
-/// Largest number of rows.
+/// Largest number of rows of the list of events.
 const MAX_ROWS: usize = 1000;
 /// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
 /// another time.
@@ -55,8 +55,8 @@ impl Row {
     }
 }
 
-/// The result of one search step: the advanced search, and the events that it found. Their texts are formatted only when they are shown: the language may
-/// change meanwhile.
+/// The result of one search step: the advanced search, and the events that it found. Texts about them are formatted later, because the language may
+/// change before the result is taken.
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
 /// The contacts of an event at a place, and whether the event is visible there.
@@ -93,7 +93,7 @@ impl EventsPanel {
         self.chosen.as_ref().map(|event| event.playback())
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `local` may still hold those of another event or place.
+    /// The contacts of an event at a place, if they were asked for and have arrived. `self.local` may still hold those of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }
@@ -381,8 +381,7 @@ fn details(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
-    // A lunar eclipse has the same contacts everywhere, and a maximum.
+    // Room for all contacts of the event and a maximum, at least for the usual number, so that no button moves when the contacts arrive.
     let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
     let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
@@ -437,7 +436,7 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         for line in lines {
             contact_name(ui, line.name);
             ui.monospace(month_day_second_text(line.time));
-            // The centre is below the horizon and the refracted upper limb is not: the altitude would contradict the contact's visibility.
+            // With the centre below the horizon and the refracted upper limb above it, the altitude would contradict the contact's visibility.
             if line.is_up && line.altitude_deg < 0.0 {
                 ui.label(text!("events-at-horizon"));
             } else if line.is_up {

@@ -243,7 +243,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let width_of = |rate| ui.painter().layout_no_wrap(paused_text(rate), font.clone(), egui::Color32::PLACEHOLDER).size().x;
     let width = LONGEST_RATES.into_iter().map(width_of).fold(0.0, f32::max);
     let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
-    // A point more, because positions are rounded to pixels.
+    // One point is added, because positions are rounded to pixels.
     let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }

@@ -18,7 +18,7 @@ pub(crate) struct PainterTexture {
     pub smooth: bool,
     /// Coordinates outside 0 to 1 repeat the texture; otherwise they are clamped to its edge.
     pub repeats: bool,
-    /// For a GPU renderer; created when first needed.
+    /// The texels for a GPU renderer; created when first needed.
     shared: OnceLock<SharedTexture>,
 }
 

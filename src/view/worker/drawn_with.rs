@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 #[derive(Clone)]
 pub(crate) struct DrawnWith {
-    /// Digest of the shader fragments and of the emitter.
+    /// Digest of the shader fragments (sources) and of the emitter, which generates modules from them.
     generator: Arc<str>,
     preference: RendererPreference,
     data_layers: Vec<Arc<DataLayer>>,
@@ -27,7 +27,7 @@ impl DrawnWith {
 
 impl PartialEq for DrawnWith {
     fn eq(&self, other: &Self) -> bool {
-        // A layer never changes: a file that is dropped again becomes a new one. So its address identifies it, and large contents are not compared.
+        // A layer never changes; a file that is dropped again becomes a new layer. So a layer is identified by its address, without comparing contents.
         let is_same_layer = |(a, b): (&Arc<DataLayer>, &Arc<DataLayer>)| Arc::ptr_eq(a, b);
         (&self.generator, self.preference) == (&other.generator, other.preference)
             && self.data_layers.len() == other.data_layers.len()

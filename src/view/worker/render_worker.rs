@@ -54,7 +54,7 @@ pub struct RenderedView {
 /// Why a job has no image.
 pub struct FailedJob {
     pub why: SessionError,
-    /// That of the job.
+    /// The ticket of the job.
     pub exposure_ticket: ExposureTicket,
 }
 
@@ -100,7 +100,7 @@ impl<T> Pending<T> {
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    // The language belongs to a thread. Texts in the answer shall be in the language of this thread, although another one runs the query.
+    // Each thread has its own language. Texts in the answer are to be in the language of this thread, although another thread runs the query.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
@@ -196,7 +196,7 @@ impl Work {
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
-    /// Notified after each change of `work` that a thread may be waiting for.
+    /// Notified after each change of `work` for which a thread may be waiting.
     changed: Condvar,
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }

@@ -36,6 +36,7 @@ enum Renderer {
 }
 
 impl Renderer {
+    /// Each renderer, with the text id of its name.
     const ALL: [(Self, &'static str); 3] =
         [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::SoftwareF64, "variant-f64")];
 
@@ -88,6 +89,7 @@ pub(crate) struct ComparePanel {
     /// The input of the newest pair, displayed or pending.
     input: Option<ComparisonInput>,
     pending: Option<Pending<Result<Pair, String>>>,
+    /// The displayed pair, or why it could not be drawn.
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
     bound: BoundView,

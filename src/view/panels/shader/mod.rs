@@ -1,5 +1,5 @@
-//! The Shader panel: the module that draws the selected body, with its key, source, uniforms, cost, the values of one pixel, and sample
-//! images of other keys.
+//! The Shader panel: the shader module that draws the selected body, with its key (which names it), source, uniforms, cost, the values of one pixel,
+//! and sample images of other keys.
 //!
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
 //! slow queries run on the query worker; everything shown belongs to the module named at the top.
