@@ -20,6 +20,7 @@ pub(crate) struct FrameNumberError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NumberedName {
     before: String,
+    /// Minimum number of digits.
     digits: usize,
     after: String,
 }

@@ -170,7 +170,7 @@ pub struct Settings {
     #[serde(rename = "place")]
     pub window_placement: Option<WindowPlacement>,
     pub bookmarks: Vec<Bookmark>,
-    /// Newest first.
+    /// The last views that the user left, newest first.
     pub recent: Vec<Bookmark>,
 }
 

@@ -239,6 +239,7 @@ impl CameraPath {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The image size does not affect the position of the camera.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
+            // The scene's viewer: the camera, and the body on whose ground it stands, if any.
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
             let camera_body = view.eye.body();

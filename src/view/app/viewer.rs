@@ -209,7 +209,7 @@ impl Viewer {
         begins.chain(contains).take(max_count).collect()
     }
 
-    /// Applies an action. `height_px`: the image's height.
+    /// Applies an action. `height_px`: the image's height; `places`: where the bodies are.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -258,8 +258,8 @@ impl Viewer {
         }
     }
 
-    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 up to
-    /// real time, 1/60 above.
+    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
+    /// to real time, 1/60 at higher speeds.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),

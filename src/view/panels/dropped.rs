@@ -1,7 +1,7 @@
 //! Data files dropped on the window, which become layers over the sky or over the target's surface.
 //!
 //! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
-//! for a new image. Always: files are read on the query worker; an invalid file does not change the image.
+//! for a new image. Always: files are read on the query worker (a background thread); an invalid file does not change the image.
 
 use super::{Interface, MAX_NOTICE_LINES};
 use crate::view::error_texts::error_text;

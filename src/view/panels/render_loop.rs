@@ -211,6 +211,7 @@ impl Interface {
     /// viewport of the last run; if the viewport now has another aspect ratio, the image is cropped or has margins until the next image.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
+        // No image has been measured yet, so the factor does not depend on the number of pixels.
         let scale = self.viewport.resolution.scale(1);
         let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.

@@ -73,7 +73,7 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watcher`: a folder of fragments that are reloaded when they change. `save_settings` is
+/// Opens the window and runs until it is closed. `watcher`: a folder of shader sources that are reloaded when they change. `save_settings` is
 /// called after changes of the settings, and once more at the end, even if work is still running then. After an error it is called at the end only if the
 /// settings have changed.
 pub(crate) fn run(

@@ -22,7 +22,7 @@ pub(crate) struct PainterTexture {
     shared: OnceLock<SharedTexture>,
 }
 
-/// Two neighbouring texels of a row or a column, and the weight of the second in 256ths.
+/// Indices of two neighbouring texels of a row or a column, and the weight of `far` in 256ths.
 #[derive(Clone, Copy)]
 pub(crate) struct TexelPair {
     pub near: usize,

@@ -7,6 +7,7 @@ use crate::catalog::DataLayer;
 use crate::session::{RendererPreference, Session};
 use std::sync::Arc;
 
+/// What an image or an answer depends on besides its request.
 #[derive(Clone)]
 pub(crate) struct DrawnWith {
     /// Digest of the shader fragments (sources) and of the emitter, which generates modules from them.
@@ -16,6 +17,7 @@ pub(crate) struct DrawnWith {
 }
 
 impl DrawnWith {
+    /// What an image would depend on now.
     pub(crate) fn now(session: &Session) -> Self {
         Self {
             generator: session.library().generator_digest(),

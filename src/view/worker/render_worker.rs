@@ -40,6 +40,7 @@ pub struct RenderedView {
     pub rgba: Vec<[u8; 4]>,
     /// The image, if it stayed on the GPU.
     pub gpu_image: Option<GpuImage>,
+    /// The renderer that drew the image, with its timings.
     pub by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
@@ -68,7 +69,7 @@ pub trait RenderWorker {
     fn submit(&self, job: RenderJob);
     /// Takes the newest finished image, or the reason why it failed; `None` until another one is finished.
     fn take(&self) -> Option<Result<RenderedView, FailedJob>>;
-    /// Queues a task; it runs when the query thread is free.
+    /// Queues a task for the query worker, the thread that runs tasks one after the other.
     fn run(&self, task: Task);
 }
 
@@ -192,7 +193,7 @@ impl Work {
     }
 }
 
-/// The shared state of a window's two worker threads: one renders images, the other answers queries, and neither waits for the other.
+/// The shared state of a window's two worker threads: one renders images, the other (the query worker) answers queries, and neither waits for the other.
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,

@@ -1,7 +1,7 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker from the same
-//! request, except for what the variants change; while the view moves, the last pair stays visible.
+//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker (a background thread) from the
+//! same request, except for what the variants change; while the view moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;

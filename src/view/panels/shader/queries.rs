@@ -1,6 +1,6 @@
 //! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, sample images.
 //!
-//! Always: a query runs on the query worker, and again only after its result was dropped; when the fragments (the shader sources from which modules
+//! Always: a query runs on the query worker (a background thread), and again only after its result was dropped; when the fragments (the shader sources from which modules
 //! are generated) change, all results are dropped.
 
 use super::text::{ModuleText, text_of};

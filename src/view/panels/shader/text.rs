@@ -13,7 +13,7 @@ pub(crate) struct ModuleLine {
     pub text: String,
     /// Index into [`ModuleText::features`].
     pub feature: u16,
-    /// Path of the fragment and line in it; empty if unknown.
+    /// Path of the fragment (shader source) and the line in it; empty if unknown.
     pub origin: String,
 }
 
