@@ -176,6 +176,7 @@ impl PartialView {
     /// Replaces names of bodies with their codes. An unknown name is recorded as an error, and its field is removed.
     fn resolve_body_names(&mut self, catalog: &Catalog) {
         let mut errors = Vec::new();
+        // The code of the body that a field's value names.
         let code = |field: &str, value: &Value| match value {
             Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
@@ -184,7 +185,7 @@ impl PartialView {
                 Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
             },
         };
-        let mut set_field = |field: &str, map: &mut Map<String, Value>, name: &str| {
+        let mut resolve = |field: &str, map: &mut Map<String, Value>, name: &str| {
             let Some(value) = map.get(name) else { return };
             match code(field, value) {
                 Ok(id) => {
@@ -196,9 +197,9 @@ impl PartialView {
                 }
             }
         };
-        set_field("target", &mut self.fields, "target");
+        resolve("target", &mut self.fields, "target");
         if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
-            set_field("eye.body", eye, "body");
+            resolve("eye.body", eye, "body");
         }
         errors.into_iter().for_each(|why| self.record_error(why));
     }

@@ -293,6 +293,7 @@ impl SkyEvent {
     /// The best view of the event, paused at its greatest phase; other settings come from `base_view`.
     pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
+        // `count` apparent diameters of a body, and the angle between two bodies, both from the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());

@@ -268,6 +268,7 @@ impl CameraPath {
     fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
         let eased = ease_in_out(fraction);
+        // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
         // Clamped, because rounding could exceed the greatest field of view.
         let between = |from_deg: f64, to_deg: f64| {
