@@ -1,4 +1,4 @@
-//! Errors of other layers in the window's language.
+//! Errors of the program's other layers (session, scene, ephemeris, files) in the window's language.
 //!
 //! In: an error. Out: one line. Always: common errors (a time outside the ephemeris, a camera inside a body, a file that cannot be read or written)
 //! have messages of their own; for others a translated sentence says what failed, and the English detail follows. In English every error reads as

@@ -23,7 +23,7 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain but the serialised default view does not.
+/// Fields that a text may contain although the serialised default view omits them.
 const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
 /// Largest accepted text, bytes; texts written here have about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
@@ -176,6 +176,7 @@ impl PartialView {
     /// Replaces names of bodies with their codes. An unknown name is recorded as an error, and its field is removed.
     fn resolve_body_names(&mut self, catalog: &Catalog) {
         let mut errors = Vec::new();
+        // The code of the body that a field's value names.
         let code = |field: &str, value: &Value| match value {
             Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
@@ -184,7 +185,7 @@ impl PartialView {
                 Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
             },
         };
-        let mut set_field = |field: &str, map: &mut Map<String, Value>, name: &str| {
+        let mut resolve = |field: &str, map: &mut Map<String, Value>, name: &str| {
             let Some(value) = map.get(name) else { return };
             match code(field, value) {
                 Ok(id) => {
@@ -196,9 +197,9 @@ impl PartialView {
                 }
             }
         };
-        set_field("target", &mut self.fields, "target");
+        resolve("target", &mut self.fields, "target");
         if let Some(Value::Object(eye)) = self.fields.get_mut("eye") {
-            set_field("eye.body", eye, "body");
+            resolve("eye.body", eye, "body");
         }
         errors.into_iter().for_each(|why| self.record_error(why));
     }
@@ -216,7 +217,7 @@ impl PartialView {
             self.record_error("time and tdb_s are two forms of one value: leave one out".into());
         }
         if let Some(date) = date {
-            // In a link a bare year is a number, whose error shall show how to write a date.
+            // In a link a bare year is a number; as text it gives the error that shows how to write a date.
             let text = match date {
                 Value::String(text) => text,
                 other => other.to_string(),

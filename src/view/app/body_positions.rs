@@ -13,10 +13,10 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to` at one instant, without light time and aberration; ICRF kilometres.
     fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset of a free camera from `body`, ICRF kilometres. `offset_km` is its offset from `camera_body`. Both are offsets from light-time
-    /// positions (without aberration): from where the body was when the light left that reaches the camera now. A camera on the ground, in
-    /// contrast, sees its own body at the geometric position. When it leaves the ground, its offset stays the same and its barycentric position
-    /// changes: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could start below the ground.
+    /// The offset of a free camera from `body`, given its offset `offset_km` from `camera_body`; both are ICRF kilometres. They start at light-time
+    /// positions (without aberration): where the body was when the light left that reaches the camera now. A camera on the ground, in contrast,
+    /// sees its own body at the geometric position. When the camera leaves the ground, its offset stays the same and its barycentric position
+    /// changes. The reason: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could start below the ground.
     fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;

@@ -1,7 +1,7 @@
 //! The composition of an image as a view stores it: one perspective frame, a dome, the entire sphere, or a stereo pair.
 //!
 //! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a plain perspective image,
-//! which links and files omit. Not here: the warp mesh, which belongs to a projector and is loaded by `orrery view --warp`.
+//! which links and files omit. Not here: the warp mesh, which distorts the image for one projector; `orrery view --warp` loads it.
 
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
@@ -22,7 +22,7 @@ pub struct CompositionState {
     pub dome_tilt_deg: f64,
     #[serde(with = "option_serde::by_optional_name")]
     pub stereo: Option<StereoLayout>,
-    /// `None`: a separation that suits the view.
+    /// Distance between the two cameras of a stereo pair; `None`: a distance that suits the view.
     pub eye_separation_km: Option<f64>,
 }
 
@@ -40,8 +40,8 @@ impl Default for CompositionState {
 }
 
 impl CompositionState {
-    /// These fields with the projection and the stereo pair of `options`; unchanged if the options leave the image plain. Options do not give the full angle
-    /// of a fisheye, so a fisheye keeps its own.
+    /// These fields with the projection and the stereo pair of the command line (`options`); unchanged if the command line gives neither. It does not give
+    /// the full angle of a fisheye, so a fisheye keeps its own.
     pub(crate) fn with_options(&self, options: &Composition) -> Self {
         let chosen = Self::of(options);
         if chosen.is_plain() {
@@ -79,7 +79,7 @@ impl CompositionState {
         }
     }
 
-    /// Reports each number that is out of range.
+    /// Calls `check` for each number: with whether it is in range, and the message if it is not.
     pub(super) fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)

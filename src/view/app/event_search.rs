@@ -20,11 +20,13 @@ use crate::view::language::{body_name, decimal, text};
 /// A kind of event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
+    /// Eclipses of the Sun.
     Solar,
+    /// Eclipses of the Moon.
     Lunar,
     /// Mercury or Venus in front of the Sun.
     Transit,
-    /// Transits, occultations and eclipses of the Galilean moons and Titan.
+    /// Transits, shadow transits, occultations and eclipses of the Galilean moons and Titan; mutual events of the Galilean moons.
     Moons,
 }
 
@@ -65,7 +67,7 @@ pub struct ContactLine {
     pub name: &'static str,
     pub time: Instant,
     pub altitude_deg: f64,
-    /// With refraction, the upper limb is above the horizon; for moons' events, the planet's centre.
+    /// Whether the body's upper limb, raised by refraction, is above the horizon; for moons' events, whether the planet's centre is.
     pub is_up: bool,
 }
 
@@ -175,7 +177,7 @@ const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
 const ECLIPSED_MOON_FROM_PLACE_FOV_DEG: f64 = 0.08;
 /// The same for mutual events: about twelve times Io's apparent diameter.
 const MUTUAL_FROM_PLACE_FOV_DEG: f64 = 0.004;
-/// Field of view for an eclipse of a moon, in distances of the moon from the planet's middle, which is the middle of the image.
+/// Field of view for an eclipse of a moon, as a multiple of the moon's angular distance from the planet, which is in the middle of the image.
 const ECLIPSED_MOON_FOV_DISTANCES: f64 = 2.4;
 /// Field of view from the Earth's centre for moons' events, in apparent diameters of the planet.
 const PLANET_FOV_DIAMETERS: f64 = 2.2;
@@ -183,10 +185,11 @@ const PLANET_FOV_DIAMETERS: f64 = 2.2;
 const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 /// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
 const LOW_BODY_CAMERA_KM: f64 = 3.0;
+/// Height of the camera otherwise, km.
 const GROUND_CAMERA_KM: f64 = 0.01;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_DEG: f64 = 2.0;
-/// Approximate real seconds in which *Watch* plays an event.
+/// Approximate real seconds in which the button *Watch* plays an event.
 const PLAYBACK_S: f64 = 30.0;
 /// Difference of the times that two searches give for one event, at most.
 const SAME_EVENT_S: f64 = 60.0;
@@ -292,7 +295,7 @@ impl SkyEvent {
         }
     }
 
-    /// First and last contact; the greatest phase twice if there are no contacts.
+    /// Times of the first and the last contact; both are the time of the greatest phase if there are no contacts.
     pub(crate) fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
@@ -301,6 +304,7 @@ impl SkyEvent {
     /// The best view of the event, paused at its greatest phase; other settings come from `base_view`.
     pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
+        // `count` apparent diameters of a body, and the angle between two bodies, both from the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
@@ -314,6 +318,7 @@ impl SkyEvent {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
             Self::Lunar(_) => from_earth(NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
+            // A mutual event: `by` is the moon that occults or eclipses.
             Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MUTUAL_FOV_DIAMETERS)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
@@ -434,7 +439,7 @@ impl EventPlayback {
         }
     }
 
-    /// Whether a time is within the playback, or at most its length before or after it: elsewhere the event may be earlier or later than in the best view.
+    /// Whether a time is within the playback, or outside it by at most its length: at other places the event is earlier or later than in the best view.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.to_tdb_s - self.from_tdb_s;
         (self.from_tdb_s - length_s..=self.to_tdb_s + length_s).contains(&tdb_s)

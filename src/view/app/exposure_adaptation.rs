@@ -1,4 +1,4 @@
-//! Automatic exposure of the window: it approaches the metered value smoothly.
+//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of an image's scene computes.
 //!
 //! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
 //! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`) in the real time t of the requests, whatever the frame rate and the
@@ -7,10 +7,10 @@
 //! another quantity shown by the pixels is a cut, too. This module reads no clock. Saved images do not adapt: their automatic exposure is the
 //! metered value.
 //!
-//! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the image
-//! before that one: while images follow one another, this is too early by at most the interval between two requests. The first image with the new value
-//! is ahead by one more interval, because it was requested before the image before it was finished. If no image was requested for several time
-//! constants before the change, the first images after it have the metered exposure at once.
+//! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the last
+//! image with the old value. While images follow one another, this is too early by at most the interval between two requests. The first image with the
+//! new value is ahead by one more interval, because its request did not wait for the last image with the old value. If no image was requested for
+//! several time constants before the change, the first images after it have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -129,9 +129,9 @@ impl ExposureAdaptation {
         self.failure_count = 0;
         let is_metered = exposure.stops == exposure.metered_stops;
         let stops = match self.last {
-            // The image before this one may not have been finished when this one was requested; then this image started from an earlier one.
-            // The adaptation passes through all images. Otherwise images that were requested by turns would adapt by themselves, and the
-            // brightness would alternate between theirs.
+            // If the image before this one was unfinished when this one was requested, this image started from the exposure of an earlier one.
+            // The adaptation continues from the last finished image all the same. Otherwise the images of two overlapping series would adapt
+            // independently, and the brightness would alternate between the two.
             Some(last) if !is_metered => last.request_at(ticket.requested_s).stops_of(exposure.metered_stops),
             _ => exposure.stops,
         };
@@ -163,7 +163,7 @@ mod tests {
 
     /// Frames of the interface per second.
     const FRAME_RATE_HZ: f64 = 60.0;
-    /// 1 - 1/e: the part of a step that is covered after one time constant.
+    /// The part of a step that is covered after one time constant.
     const COVERED: f64 = 1.0 - 1.0 / std::f64::consts::E;
 
     fn view(target: NaifId) -> ViewState {
@@ -222,9 +222,9 @@ mod tests {
         }
     }
 
-    /// Time of the request, and stops, of each image of six seconds in which the view moves, so that each frame of the interface requests an
-    /// image. As in the window, the worker draws one image, for `image_s`, while the newest other request waits. The metered value is 0 stops
-    /// before `step_s`, then 10. `has_own_time`: each image is recorded with the time of its own request, not with that of the newest one.
+    /// Simulates six seconds in which the view moves, so that each frame of the interface requests an image. Returns each image's time of
+    /// request and its stops. As in the window, the worker draws one image, for `image_s`, while the newest other request waits. The metered value
+    /// is 0 stops before `step_s`, then 10. `has_own_time`: each image is recorded with the time of its own request, not with that of the newest one.
     fn images_of_a_step(image_s: f64, step_s: f64, has_own_time: bool) -> Vec<(f64, f64)> {
         type Job = (ExposureRequest, ExposureTicket);
         let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
@@ -250,9 +250,9 @@ mod tests {
         images
     }
 
-    /// Images of 50 and 100 ms, two requests on their way: from the second image after a step on, the difference is exp(-t / T) of the step, with
-    /// t since the request of the last image before the step. Requests of successive images are at most an image and a frame apart, so the first
-    /// image with 1 - 1/e of the step is requested after T, with at most this error.
+    /// An image takes 50 or 100 ms, and two requests are on their way. From the second image after a step on, the remaining difference is exp(-t / T)
+    /// of the step, where t counts from the request of the last image before the step. Successive requests are apart by at most the times of one
+    /// image and one frame. So the first image that covers 1 - 1/e of the step is requested T after the step, with at most this error.
     #[test]
     fn stops_approach_with_the_time_constant_while_images_overlap() {
         for image_s in [0.05, 0.1] {
@@ -311,7 +311,7 @@ mod tests {
         assert!(matches!(adaptation.next_exposure(&moon, 0.25).0, ExposureRequest::Transition { from_stops: 3.0, .. }));
     }
 
-    /// The same for manual exposure that the user leaves before its image is finished.
+    /// The same for manual exposure that the user switches off before its image is finished.
     #[test]
     fn a_late_image_from_before_manual_exposure_is_ignored() {
         let (mut adaptation, auto) = (adapting(), view(NaifId::EARTH));

@@ -1,6 +1,6 @@
 //! Names of the files that the window saves: a name that exists already gets the next free number.
 //!
-//! In: the name in a field, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
+//! In: the name that the user typed, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
 //! writes nothing: the writer uses the first name that it can create, because another program may take a free name in the meantime.
 
 use std::path::{Path, PathBuf};
@@ -20,6 +20,7 @@ pub(crate) struct FrameNumberError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NumberedName {
     before: String,
+    /// Minimum number of digits.
     digits: usize,
     after: String,
 }

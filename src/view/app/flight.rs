@@ -11,8 +11,8 @@ pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
 const FACING_FRACTION: f64 = 0.5;
 
-/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if the view is from the centre: on the way the body is not
-/// hidden, and a camera inside it would show nothing.
+/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
+/// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
 pub(super) const OUTSIDE_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.

@@ -37,6 +37,7 @@ pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifI
     let sunward = places.geometric_between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
     let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
+    // The Moon's position relative to the Earth's centre, in Earth radii.
     let moon_radii =
         if target == NaifId::EARTH { places.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
     let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));

@@ -1,8 +1,8 @@
 //! The events around the displayed time that have been found so far, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
-//! gaps. It grows first on the side where its end is closer to the middle of the displayed span. If the middle of the displayed
-//! span is more than one search away from the searched span, the search starts again there. Not here: the thread that searches, and the painting.
+//! gaps. Of its two ends, the one closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
+//! than the length of one search, the search starts again there. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -49,7 +49,7 @@ impl KnownEvents {
         Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
-    /// The next search for a displayed span; `None` if the span has been searched.
+    /// The next search for the displayed span `from_s..to_s`, TDB seconds past J2000; `None` if the span has been searched.
     pub(crate) fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
         let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
@@ -100,10 +100,10 @@ impl KnownEvents {
         }
     }
 
-    /// The known events in a span, ordered by time.
+    /// The known events in the span `from_s..to_s`, TDB seconds past J2000, ordered by time.
     pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
-        let first_from = |s: f64| self.events.partition_point(|e| e.tdb_s < s);
-        self.events.get(first_from(from_s)..first_from(to_s)).unwrap_or_default()
+        let first_index_at = |tdb_s: f64| self.events.partition_point(|e| e.tdb_s < tdb_s);
+        self.events.get(first_index_at(from_s)..first_index_at(to_s)).unwrap_or_default()
     }
 }
 

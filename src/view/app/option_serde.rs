@@ -20,6 +20,7 @@ pub(crate) trait NamedOption: Copy + 'static {
     fn by_name(name: &str) -> Option<Self>;
 }
 
+/// Implements [`NamedOption`] by the types' own methods of these names.
 macro_rules! named {
     ($($option:ty),*) => {$(
         impl NamedOption for $option {

@@ -57,6 +57,7 @@ impl Preset {
         }
     }
 
+    /// A sentence that describes the view.
     pub(crate) fn about(self) -> &'static str {
         plain(match self {
             Self::WholeSystem => "preset-system-about",
@@ -66,7 +67,7 @@ impl Preset {
         })
     }
 
-    /// Words by which the search field finds it, besides its name.
+    /// Words by which the search field finds this preset, besides its name.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
@@ -114,7 +115,7 @@ impl Preset {
     }
 }
 
-/// The planets' orbits from above, at the same azimuth as the Earth.
+/// The planets' orbits from above, seen from the Earth's azimuth about the Sun.
 fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);
     let earth_km = places.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
@@ -127,6 +128,7 @@ fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view:
 
 /// The first time from now on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun.
 fn dark_time(places: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
+    // Only the direction of the vertical is used; it does not depend on the radii.
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
         let sun = places.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;

@@ -1,5 +1,5 @@
 //! Interpretations of a text in the search field: bodies, moments, stars, dates, events, cities, surface features, places, effects, shader
-//! keys.
+//! keys (each names one generated shader).
 //!
 //! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: the effect of choosing a
 //! suggestion (`panels`).
@@ -33,7 +33,7 @@ pub enum SearchTarget {
     Preset(Preset),
     /// A view of *What to see now*.
     Now(NowItem),
-    /// Name in the catalog.
+    /// A moment's name in the catalog.
     Moment(String),
     /// Hipparcos number.
     Star(u32),
@@ -227,7 +227,7 @@ fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
-/// `51.5, -0.1`: latitude and east longitude, degrees.
+/// Parses latitude and east longitude in degrees, such as `51.5, -0.1`.
 fn parse_place(text: &str) -> Option<(f64, f64)> {
     let (latitude, longitude) = text.split_once(',')?;
     let number = |part: &str, limit: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= limit);
@@ -314,6 +314,7 @@ const STAR_CAMERA_RADII: f64 = 3.0;
 /// `years_since_epoch`: Julian years since the epoch of the star catalog.
 pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
+    // As seen from the solar system's barycentre: the annual parallax is invisible in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {

@@ -75,6 +75,7 @@ pub struct HintsFollowed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PanelLayout {
+    /// The list of bodies is shown.
     pub bodies_shown: bool,
     /// Name of the open panel.
     pub open: Option<String>,
@@ -96,11 +97,11 @@ pub struct PanelLayout {
     pub timeline_span_s: f64,
     /// *What to see now* is shown over the sky; false after the first input of a new user.
     pub now_shown: bool,
-    /// Size of the view in the last run, pixels: the first image is requested before the window knows it.
+    /// Size of the viewport in the last run, pixels: the first image is requested before the window has a size.
     pub viewport_px: [u32; 2],
 }
 
-/// Size of the view in a window of 1280x800 with the default panels.
+/// Size of the viewport in a window of 1280x800 with the default panels.
 const DEFAULT_VIEWPORT_PX: [u32; 2] = [1090, 712];
 
 impl Default for PanelLayout {
@@ -136,8 +137,8 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor for a window of this width and height, points at scale 1: that of the settings, or a smaller one, but not below 1, if the bars would leave
-/// no room for the panels. The control that reduces the scale is in a panel.
+/// The scale factor for a window of this width and height (points at scale 1): that of the settings, or, if the bars would leave no room for the panels, a
+/// smaller one, but not below 1. The control that reduces the scale is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SCALED_SIZE;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
@@ -153,15 +154,18 @@ pub struct Settings {
     /// `None`: the language of the system.
     #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
+    /// Label bodies with their names.
     pub names: bool,
+    /// Mark bodies that are too small to see.
     pub markers: bool,
-    /// Outline of the selected body, unless it is the target.
+    /// Outline the selected body, unless it is the target.
     pub outline: bool,
     /// The device that presents the window if a GPU draws the image.
     #[serde(rename = "shown_by")]
     pub display_preference: DisplayPreference,
     pub unit: LengthUnit,
     pub home: Home,
+    /// The time zone of displayed times.
     pub clock: ShownTimeZone,
     #[serde(rename = "hints")]
     pub hints_followed: HintsFollowed,
@@ -172,7 +176,7 @@ pub struct Settings {
     /// Written by `other_version::Saved`.
     #[serde(skip_serializing)]
     pub bookmarks: Vec<Bookmark>,
-    /// Newest first.
+    /// The last views that the user left, newest first.
     pub recent: Vec<Bookmark>,
     /// What only another version of the program can read.
     #[serde(skip)]

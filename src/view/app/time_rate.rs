@@ -6,7 +6,7 @@
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
-/// The preset speeds: from real time to a mean month and a Julian year per second.
+/// The preset speeds, from real time to a Julian year per second; the last but one is a mean month per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
 /// Longest real time, seconds, that one frame converts to scene time: after a stall (a hidden window, a slow frame) scene time at a high speed does
 /// not jump. At real time forward there is no limit, so that a view of the current sky stays current.

@@ -49,6 +49,7 @@ struct TourFile {
     stops: Vec<StopFile>,
 }
 
+/// A stop in a tour file; [`Stop`] describes the fields.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StopFile {
@@ -83,7 +84,7 @@ struct Stop {
     time_rate: f64,
     /// Real seconds of the camera path to this stop.
     travel_s: f64,
-    /// `None`: the first stop, or a cut.
+    /// `None` for the first stop, and for a cut (`travel_s` is 0).
     camera_path: Option<CameraPath>,
 }
 
@@ -91,9 +92,10 @@ struct Stop {
 #[derive(Clone, Debug, PartialEq)]
 struct CameraPath {
     flight: Flight,
+    /// Time of the path's first view, TDB seconds past J2000.
     from_tdb_s: f64,
     from_fov_deg: f64,
-    /// If both stops are fisheyes.
+    /// `None` unless both stops are fisheyes.
     from_fisheye_deg: Option<f64>,
     /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
@@ -237,6 +239,7 @@ impl CameraPath {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The image size does not affect the position of the camera.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
+            // The scene's viewer: the camera, and the body on whose ground it stands, if any.
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
             let camera_body = view.eye.body();
@@ -265,6 +268,7 @@ impl CameraPath {
     fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
         let eased = ease_in_out(fraction);
+        // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
         // Clamped, because rounding could exceed the greatest field of view.
         let between = |from_deg: f64, to_deg: f64| {

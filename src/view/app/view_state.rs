@@ -1,6 +1,7 @@
 //! A view as users save and share it: target, camera, time, field of view, exposure, effects. Links, files and bookmarks store this value.
 //!
-//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: plain values. Not here: drawing, history, and the text form of a link (`link`).
+//! In: angles, distances, names. Out: a [`ViewRequest`]. Always: the types contain only plain values. Not here: drawing, history, and the text form of a
+//! link (`link`).
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -74,6 +75,7 @@ impl CameraPose {
         };
         match *self {
             Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                // Any finite angle is valid.
                 for (field, value) in
                     [("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg), ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg)]
                 {
@@ -110,6 +112,7 @@ pub struct ViewState {
     pub tdb_s: f64,
     /// The body that the exposure favours, and that the camera faces if it tracks it.
     pub target: NaifId,
+    /// The camera's pose.
     pub eye: CameraPose,
     /// The camera faces the target; otherwise it faces the direction given by its angles.
     #[serde(default = "default_true")]

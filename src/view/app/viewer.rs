@@ -1,8 +1,8 @@
-//! The state of the window and how actions change it: the view, the rate of time, flights, history. Plain values; no window, no panels.
+//! The state of the window and how actions change it: the view, the rate of time, flights, history. All of these are plain values.
 //!
 //! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
-//! going back restores the previous view; the current time comes from the given clock. Not here: turns and
-//! zooms (`camera_motion`).
+//! going back restores the previous view; the current time comes from the given clock. Not here: the window and the panels, turns and zooms
+//! (`camera_motion`).
 
 mod camera_motion;
 
@@ -52,9 +52,9 @@ pub enum Action {
     /// Fly to the next body of the list (1), or to the previous body (-1).
     SelectNext(i32),
     FlyTo(NaifId),
-    /// A drag in pixels, right and down.
+    /// Turn the camera about its body by a drag in pixels, right and down; a camera that does not orbit looks around instead.
     Turn(f64, f64),
-    /// Turn the camera by pixels, right and down.
+    /// Turn the camera on the spot by pixels, right and down.
     LookAround(f64, f64),
     /// Roll by degrees; positive turns the image clockwise.
     Roll(f64),
@@ -105,9 +105,13 @@ const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
-/// Field of view from another body: a degree, which shows the disc and its surroundings, or more for a large disc, such as Jupiter's from its moons.
+/// Least field of view from another body: it shows a small disc with its surroundings.
 const LOOK_FROM_FOV_DEG: f64 = 1.0;
+/// Field of view for a larger disc, such as Jupiter's from its moons, in apparent diameters of the disc.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
+/// Field of view of a camera that is placed on the ground.
+const GROUND_FOV_DEG: f64 = 60.0;
+/// Maximum number of views to go back.
 const MAX_HISTORY: usize = 64;
 
 /// A view of the history.
@@ -205,7 +209,7 @@ impl Viewer {
         begins.chain(contains).take(max_count).collect()
     }
 
-    /// Applies an action. `height_px`: the image's height.
+    /// Applies an action. `height_px`: the image's height; `places`: where the bodies are.
     pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -254,8 +258,8 @@ impl Viewer {
         }
     }
 
-    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 up to
-    /// real time, 1/60 above.
+    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
+    /// to real time, 1/60 at higher speeds.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
             _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
@@ -298,8 +302,8 @@ impl Viewer {
         PastView { view: self.destination(), preset_changes: self.preset_changes }
     }
 
-    /// Stores the view in the history and undoes the brightness that a preset has set: the next view is of another place. The history keeps the view
-    /// as it was.
+    /// Stores the view in the history, then undoes the brightness that a preset has set, because the next view is of another place. The history keeps
+    /// the view as it was.
     fn leave(&mut self) {
         self.remember();
         if let Some(changes) = self.preset_changes.take() {
@@ -356,7 +360,7 @@ impl Viewer {
         let time = self.view.time();
         let camera_body = self.view.eye.body();
         let icrf_from_body = places.body_from_icrf(camera_body, time)?.transpose();
-        // The direction that is up while the camera tracks another body, in poses that can.
+        // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
         let (offset_km, forward, up, tracking_up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -399,8 +403,8 @@ impl Viewer {
         let mut orbit = OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole);
         if id != NaifId::SUN {
             orbit.azimuth_rad += ARRIVAL_SUN_AZIMUTH_DEG.to_radians();
-            let above = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-            orbit.elevation_rad = above.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
+            let elevation_rad = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
+            orbit.elevation_rad = elevation_rad.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }
         self.leave();
         self.selected = id;
@@ -429,7 +433,7 @@ impl Viewer {
         let body = self.selected;
         self.leave();
         self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
-        (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, 60.0);
+        (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
     /// Faces a body from where the camera is. A camera at the centre of this body cannot face it.

@@ -1,6 +1,6 @@
 //! The built-in Fluent files, and the ids of the messages in them.
 //!
-//! Out: for each language, the texts of its files; the file names are the same in each. Always: as Fluent requires, a message's id begins a line,
+//! Out: for each language, the texts of its files; all languages have the same file names. Always: as Fluent requires, a message's id begins a line,
 //! and continuation lines are indented.
 
 use super::Language;

@@ -1,6 +1,6 @@
-//! Texts of other layers in the window's language.
+//! Texts of the program's other layers (scene, catalogs) in the window's language.
 //!
-//! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, species). Out: the text in the window's
+//! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, gases). Out: the text in the window's
 //! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
 //! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::error_texts`).
 
@@ -27,6 +27,7 @@ pub fn reason_text(reason: &Reason) -> String {
 }
 
 fn argument_text(argument: &Argument) -> String {
+    // A name may be that of a body or of an effect's model; a name of any other kind has no translation and stays.
     let name_text = |name: &str| named("model", body_name(name)).to_owned();
     match argument {
         Argument::Number(number) => number_text(number),

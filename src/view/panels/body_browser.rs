@@ -77,7 +77,7 @@ fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
 }
 
 fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
-    // The id of a row depends on its body, not on its position: otherwise a press would count for another body when a branch above expands.
+    // A row's id depends on its body, not on its position: otherwise a press would count for another body once a branch above the row expands.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
     let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, body_name(&body.name))).inner;

@@ -10,8 +10,8 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// The place typed into the fields for *Stand on surface*, degrees. On the Earth the fields show the observer's place instead, which events
-/// and the times of rise and set use too.
+/// The place typed into the fields for *Stand on surface*. On the Earth the fields show the observer's place instead, for which events
+/// and the times of rise and set are also computed.
 #[derive(Default)]
 pub(crate) struct TypedPlace {
     latitude_deg: f64,

@@ -121,14 +121,13 @@ const DISC_GAP: f32 = 10.0;
 const NAME_MARGIN: f32 = 2.0;
 const NAME_GAP: f32 = 4.0;
 
-/// The middle of a text as close to `x` as possible, so that the text is within `area` (left and right edge). A text that is wider than the area starts at its
-/// left edge.
+/// The middle of a text: as close to `x` as possible, but with the text between `left` and `right`. A text that is too wide starts at `left`.
 fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
     x.min(right - 0.5 * width).max(left + 0.5 * width)
 }
 
-/// The middles of two names below their bodies, each given by its x coordinate and the name's width. Neither name crosses the edges of `area`, and the second
-/// starts after the first, if both fit.
+/// The middles of two names below their bodies. Each is given by the body's x coordinate and the name's width. Neither name crosses the edges of `area`
+/// (left, right), and the second starts after the first, if both fit.
 fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] {
     let distance = 0.5 * (first.1 + second.1) + NAME_GAP;
     let second_x = second.0.max(middle_within(area, first.0, first.1) + distance);
@@ -183,8 +182,8 @@ struct PlottedBody<'n> {
     is_marked: bool,
 }
 
-/// The middles of the labels along the line, each given by its body's x coordinate, its width and whether it is marked; `None` for a label that would be too close to
-/// another, or start before `start`. The marked label comes first and is always shown, the others follow from left to right.
+/// The middles of the labels along the line; `None` for a label that would be too close to another, or start before `start`. `labels`: each label's x coordinate
+/// of its body, its width, and whether it is marked. The marked label comes first and is always shown; the others follow from left to right.
 fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
     let mut last_end = start;
     let mut marked: Option<(f32, f32)> = None;

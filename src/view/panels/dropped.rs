@@ -1,7 +1,7 @@
 //! Data files dropped on the window, which become layers over the sky or over the target's surface.
 //!
 //! In: the files dropped in this frame. Out: layers of the session, a message about each file (how it was read, or its error), and a request
-//! for a new image. Always: files are read on the query worker; an invalid file does not change the image.
+//! for a new image. Always: files are read on the query worker (a background thread); an invalid file does not change the image.
 
 use super::{Interface, MAX_NOTICE_LINES};
 use crate::view::error_texts::error_text;
@@ -51,7 +51,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     interface.reply(reply_of(&interface.dropped.messages));
 }
 
-/// The messages, one a line; the last ones are left out if there are too many.
+/// The messages, one a line; those beyond [`MAX_NOTICE_LINES`] are left out.
 fn reply_of(messages: &[String]) -> String {
     let shown = messages.get(..MAX_NOTICE_LINES).map_or_else(|| messages.join("\n"), |first| first.join("\n"));
     if messages.len() > MAX_NOTICE_LINES { shown + "\n…" } else { shown }

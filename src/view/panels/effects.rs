@@ -78,7 +78,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .unwrap_or_default();
     let of_body = interface.only_selected_effects.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
-    let has_cost = |e: Effect, d: &Decision| d.on || overrides.override_of(e).is_some();
+    let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
     let with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, of_body, &decided);
@@ -135,8 +135,9 @@ fn measure_costs(
     let stops = rendered.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
     let drawn_with = DrawnWith::now(worker.session());
+    let ignores_time = true;
     if effect_costs.measured.as_ref().is_none_or(|(measured, body, measured_with)| {
-        super::render_loop::differs(measured, request, true) || *body != of_body || *measured_with != drawn_with
+        super::render_loop::differs(measured, request, ignores_time) || *body != of_body || *measured_with != drawn_with
     }) {
         *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone(), drawn_with)), cache: QueryCache::default() };
     }

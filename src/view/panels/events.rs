@@ -34,7 +34,7 @@ const YEAR_RANGE: usize = 1;
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
-/// Largest number of rows.
+/// Largest number of rows of the list of events.
 const MAX_ROWS: usize = 1000;
 /// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
 /// another time.
@@ -56,8 +56,8 @@ impl Row {
     }
 }
 
-/// The result of one search step: the advanced search, and the events that it found. Their texts are formatted only when they are shown: the language may
-/// change meanwhile.
+/// The result of one search step: the advanced search, and the events that it found. Texts about them are formatted later, because the language may
+/// change before the result is taken.
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
 /// The contacts of an event at a place, and whether the event is visible there.
@@ -94,7 +94,7 @@ impl EventsPanel {
         self.chosen.as_ref().map(|event| event.playback())
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `local` may still hold those of another event or place.
+    /// The contacts of an event at a place, if they were asked for and have arrived. `self.local` may still hold those of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }

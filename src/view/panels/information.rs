@@ -59,9 +59,9 @@ struct SkyReport {
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
     /// Rise, transit and set on the day; `None` for the Earth itself.
     day: Option<Result<RiseSetTimes, String>>,
-    /// The solar eclipse of the day at the place, if any.
+    /// The solar eclipse of the day at the place (the Moon's passage over the Sun's disc), if any.
     passage: Result<Option<DiscPassage>, String>,
-    /// The radii of the Sun and the Moon used for the eclipse.
+    /// States the radii of the Sun and the Moon used for the eclipse.
     radii: Message,
 }
 
@@ -82,8 +82,10 @@ pub(crate) struct InformationPanel {
     pub comparison: Comparison,
     /// Text in the city field.
     city: String,
+    /// The inputs of the newest report, pending or arrived.
     requested: Option<ReportInputs>,
     pending: Option<Pending<SkyReport>>,
+    /// The last report that has arrived.
     report: Option<(ReportInputs, SkyReport)>,
 }
 
@@ -187,7 +189,7 @@ fn duration_text(duration_s: f64) -> String {
     }
 }
 
-/// Shows the body's position in the sky of the observer's place, which a query computes.
+/// Shows the body's position in the sky of the observer's place, which the query worker computes.
 fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
@@ -224,7 +226,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             None => {}
         }
         if let Some(Ok(day)) = &report.day {
-            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" then stands for the other.
+            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the missing one.
             let absent: &str = match (day.rise.or(day.set), day.up_at_start) {
                 (Some(_), _) => "-",
                 (None, true) => text!("fact-up-all-day"),
@@ -310,7 +312,7 @@ fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, lat_graphic_deg: inputs.place_deg[0], lon_east_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let text_of = |e: crate::ephemeris::EphemerisError| error_text(&e);
-    // J2000 is at 12h TDB, so the days start half a day from it.
+    // J2000 is at 12h TDB, so days start half a day before and after it.
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);

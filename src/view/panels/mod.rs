@@ -111,7 +111,7 @@ pub struct Interface {
     reply_until_s: Option<f64>,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
-    /// Messages of the session: a fallback, a map that cannot be read.
+    /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
     /// The last of these messages that are not about drivers, one a line, and when they disappear, in egui's time.
     notice: Option<(String, f64)>,
@@ -275,7 +275,7 @@ impl Interface {
         }
     }
 
-    /// Shows the reply to an action of the user, for its full time also if it repeats the last one.
+    /// Shows the reply to an action of the user, for its full time even if it repeats the last one.
     pub fn reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;

@@ -50,6 +50,7 @@ pub(super) struct Viewport {
     pub(super) last_motion_s: f64,
     /// Time of the current frame of the interface; NaN before the first.
     pub(super) last_frame_s: f64,
+    /// The resolution of coarse images.
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
     pub(super) size_px: [u32; 2],
@@ -57,8 +58,9 @@ pub(super) struct Viewport {
     pub(super) picked_px: Option<[u32; 2]>,
     /// Number of images shown so far.
     pub(super) images_shown: u64,
-    /// What images depended on besides their requests in the last frame of the interface; a change requires a new image.
+    /// What images depend on besides their requests, as of the last frame of the interface; a change requires a new image.
     pub(super) drawn_with: Option<DrawnWith>,
+    /// The labels and markers of the bodies in the displayed image.
     pub(super) labels: Vec<Label>,
     /// Rectangles of the message, the hints, a tour's text and *What to see now* over the viewport, as shown last, points.
     pub(super) overlays: Vec<egui::Rect>,
@@ -66,8 +68,8 @@ pub(super) struct Viewport {
     pub(super) caption_height: f32,
     /// The last right-clicked body.
     pub(super) menu_body: Option<NaifId>,
-    /// The direction of the last right click, or of the body or star near it: an ICRF unit vector and no pixel, because images with other
-    /// resolutions may follow while the menu is open.
+    /// The direction of the last right click, or of the body or star near it, as an ICRF unit vector. A pixel would not do, because images with
+    /// other resolutions may follow while the menu is open.
     pub(super) menu_direction: Option<DVec3>,
     /// Index in the star catalog of the last star that was clicked or found.
     pub(super) star: Option<usize>,
@@ -209,6 +211,7 @@ impl Interface {
     /// viewport of the last run; if the viewport now has another aspect ratio, the image is cropped or has margins until the next image.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
+        // No image has been measured yet, so the factor does not depend on the number of pixels.
         let scale = self.viewport.resolution.scale(1);
         let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.
@@ -224,7 +227,8 @@ impl Interface {
             let size = (last.request.width, last.request.height);
             let mut request = job.request.clone();
             (request.width, request.height) = size;
-            last.sampling == job.sampling && !differs(&last.request, &request, true)
+            let ignores_time = true;
+            last.sampling == job.sampling && !differs(&last.request, &request, ignores_time)
         };
         self.viewport.shown.is_none() && self.viewport.requested.as_ref().is_some_and(is_same_view)
     }
@@ -252,7 +256,7 @@ impl Interface {
                 return;
             }
         };
-        // At real time little changes between images, so drawing takes at most a tenth of the time: `took_ms` is in ms, and 1e-2 s is 10 ms.
+        // At real time little changes between images, so drawing takes at most a tenth of the time: 1e-2 converts `took_ms` to ten times itself in seconds.
         let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms));
         let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
         let is_stale = self

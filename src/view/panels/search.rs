@@ -132,7 +132,7 @@ fn suggestion_list(
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
             if let Some(why) = failure {
                 let line = ui.colored_label(ui.visuals().warn_fg_color, why);
-                // Announced by screen readers while the focus stays in the field.
+                // Screen readers announce the error although the focus stays in the field.
                 ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
             }
             for (index, suggestion) in found.iter().enumerate() {

@@ -110,7 +110,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
             " " => {
-                // While a tour plays, it alone sets the time, and the time rate is paused; ending that pause would make time run as well.
+                // While a tour plays, the tour alone sets the time and the time rate is paused; without that pause the time rate would advance time, too.
                 if !interface.tour.toggle() {
                     actions.push(Action::TogglePause);
                 }

@@ -62,7 +62,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
         text!("star-proper-motion"),
         text!("star-proper-motion-value", mas = decimal(east_mas.hypot(north_mas), 1), angle_deg = decimal(position_angle_deg, 0)),
     ));
-    // The viewer at the barycentre: without annual parallax.
+    // As seen from the solar system's barycentre, without annual parallax.
     let place = RaDec::of(star_from_viewer(star, years_since_epoch, DVec3::ZERO));
     facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
     facts.push((text!("fact-declination"), localised(place.dec_text())));

@@ -264,7 +264,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     // The label is as wide as the longest text, so that the controls next to it do not move.
     let width = LONGEST_RATES.into_iter().map(|rate| text_width(ui, paused_text(rate))).fold(0.0, f32::max);
     let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
-    // A point more, because positions are rounded to pixels.
+    // One point is added, because positions are rounded to pixels.
     let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(text).truncate());
 }

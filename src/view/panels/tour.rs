@@ -63,7 +63,7 @@ impl TourPlayer {
         }
     }
 
-    /// Pauses a playing tour, or continues one that was paused and whose view the user has not changed since. Returns false if there is none.
+    /// Pauses a playing tour, or continues a paused one, unless it is at its end or the user has changed the view since. Returns whether it did either.
     pub(crate) fn toggle(&mut self) -> bool {
         let Some(playback) = &mut self.playback else { return false };
         if playback.is_paused && (playback.is_view_changed || playback.elapsed_s >= playback.tour.length_s()) {
@@ -106,7 +106,7 @@ pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut V
     }
 }
 
-/// A tour's view with the quality of the current view; it leaves open whether time is paused.
+/// A tour's view with the quality of the current view, and without a statement whether time is paused.
 fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
     ViewState { quality: current.quality, paused: None, ..view }
 }
@@ -123,8 +123,8 @@ pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f6
     ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
-/// Pauses the tour if the user has changed the view with a control, such as the switch of a layer: otherwise the next frame would undo the change. The
-/// quality is the user's, so that a change of it lasts without a pause. `view_of_tour`: the view that a playing tour has set in this frame.
+/// Pauses the tour if the user has changed the view with a control, such as the switch of a layer: otherwise the next frame would undo the change. A
+/// change of the quality does not pause the tour, which keeps the user's quality. `view_of_tour`: the view that a playing tour has set in this frame.
 pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option<ViewState>) {
     let view = &interface.viewer.view;
     if view_of_tour.is_some_and(|of_tour| ViewState { quality: view.quality, ..of_tour } != *view) {
@@ -155,7 +155,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             ));
             let stop_text = catalog_detail("tour", &playback.tour.title, &(stop + 1).to_string(), playback.tour.text(stop));
             let text = ui.label(stop_text);
-            // Announced by screen readers without focus.
+            // Screen readers announce the text although it has no focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let progress = playback.elapsed_s / playback.tour.length_s().max(1e-9);
             ui.horizontal(|ui| {

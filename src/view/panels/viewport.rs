@@ -141,9 +141,8 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
-/// Shows the message line over the lower edge of the image, so that the image keeps its size, and above the overlays there, which would cover it: the bar
-/// of a tour, the row *What to see now*. A reply is shown also while there is no image of the view:
-/// otherwise an action would seem to have no effect.
+/// Shows the message line over the lower edge of the image, so that the image keeps its size, and above the overlays that would cover the message: the bar
+/// of a tour, the row *What to see now*. A reply is also shown while there is no image of the view: otherwise an action would seem to have no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
@@ -160,7 +159,7 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((rect.width() - 40.0).max(60.0));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
-            // Announced by screen readers without focus.
+            // Screen readers announce the message although it has no focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
@@ -317,11 +316,11 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 
 /// A click on the image.
 struct Click {
-    /// Pixel of the viewport; [0, 0] for a measurement.
+    /// The clicked pixel of the viewport; [0, 0] if the click measures an angle.
     pixel: [u32; 2],
     /// Index in the star catalog of the star at the click, if there is no body.
     star: Option<usize>,
-    /// Ctrl+click, to measure an angle: position in the image, pixels, and the body there.
+    /// For a click with Ctrl, which measures an angle: the position in the image, pixels, and the body there.
     measured: Option<(DVec2, Option<NaifId>)>,
 }
 

@@ -114,7 +114,7 @@ struct Band<'a> {
     /// Index of the first row in the canvas.
     first_row: usize,
     rows: &'a mut [u32],
-    // Buffers of the current rectangle, stored here to reuse their memory.
+    // The following fields are buffers for the current rectangle, stored here to reuse their memory.
     /// The texel pair of each column of pixels.
     columns: Vec<TexelPair>,
     /// The texels of the current row of pixels, interpolated vertically only, with more than 8 bits per channel.
@@ -151,7 +151,7 @@ impl Band<'_> {
 
     /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
     fn paint_rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
-        // The first pixel whose centre is not before a position.
+        // The first pixel whose centre is not before the position `v`, but at least `least`.
         let steps = STEPS_PER_PX as f32;
         let first_centre = |v: f32, least: usize| (((v * steps).round() / steps - 0.5).ceil().max(0.0) as usize).max(least);
         let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));

@@ -50,7 +50,7 @@ pub(crate) enum WindowError {
     SettingsNotSaved(WriteError),
 }
 
-/// Largest side of a texture that egui may create, such as that of the glyphs: the image of a viewport has to fit.
+/// Largest side of a texture that egui may create: the image of the largest viewport has to fit.
 const MAX_TEXTURE_SIDE: usize = MAX_IMAGE_PX as usize;
 /// Delay before the next attempt if the system accepted no frame.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
@@ -73,7 +73,7 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watcher`: a folder of fragments that are reloaded when they change. `save_settings` is
+/// Opens the window and runs until it is closed. `watcher`: a folder of shader sources that are reloaded when they change. `save_settings` is
 /// called after changes of the settings, and once more at the end, even if work is still running then. After an error it is called at the end only if the
 /// settings have changed.
 pub(crate) fn run(
@@ -147,8 +147,7 @@ pub(crate) fn run(
 }
 
 /// Exits the process at once, although an image is being rendered, a query is being answered, or a driver is compiling. A normal exit would have to wait
-/// for that work, because a driver's exit handlers free memory that its compiler uses. Files are written atomically, so none is left half
-/// written.
+/// for that work, because a driver's exit handlers free memory that the driver's compiler uses. Files are written atomically, so none is left incomplete.
 fn exit_now() -> ! {
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.

@@ -18,11 +18,11 @@ pub(crate) struct PainterTexture {
     pub smooth: bool,
     /// Coordinates outside 0 to 1 repeat the texture; otherwise they are clamped to its edge.
     pub repeats: bool,
-    /// For a GPU renderer; created when first needed.
+    /// The texels for a GPU renderer; created when first needed.
     shared: OnceLock<SharedTexture>,
 }
 
-/// Two neighbouring texels of a row or a column, and the weight of the second in 256ths.
+/// Indices of two neighbouring texels of a row or a column, and the weight of `far` in 256ths.
 #[derive(Clone, Copy)]
 pub(crate) struct TexelPair {
     pub near: usize,

@@ -1,8 +1,8 @@
 //! The settings writer: writes changed settings on a separate thread while the window is open.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, and only after a change. Changes are written half a second after the
-//! last one. A killed program loses only changes that were not followed by such a pause. Changes still pending when the window is closed are left to the caller,
-//! which writes the final settings.
+//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, half a second after the last of several changes. A program that is
+//! killed loses only changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the caller, which
+//! writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};

@@ -1,4 +1,4 @@
-//! Reloads a folder of shader fragments when a file in it changes.
+//! Reloads a folder of shader fragments (source files) when a file in it changes.
 //!
 //! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: after the first reading, a separate thread reads
 //! the files, and the query worker replaces the modules. While the folder cannot be read, for example because an editor is saving a file, nothing

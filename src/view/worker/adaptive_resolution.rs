@@ -17,13 +17,13 @@ const FIRST_SCALE: f64 = 3.0;
 const SCALE_STEP: f64 = 0.125;
 /// Weight of the newest image in the running means.
 const NEWEST_WEIGHT: f64 = 0.3;
-/// Longest waiting time that is recorded, as a fraction of [`FAST_MS`]: a longer pause is the user's, not the renderer's.
+/// Longest waiting time that is recorded, as a fraction of [`FAST_MS`]: during a longer pause the user moved nothing.
 const MAX_WAITING_FRACTION: f64 = 0.5;
 
 /// Recent cost of images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct AdaptiveResolution {
-    /// Running mean of the render time divided by the number of megapixels; the part of the time that does not depend on the pixels is divided, too.
+    /// Running mean of the render time divided by the number of megapixels. All of the time is divided, including the part that does not depend on the pixels.
     ms_per_megapixel: Option<f64>,
     /// Running mean of the time between the end of an image and the start of the next.
     waiting_ms: f64,

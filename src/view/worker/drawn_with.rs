@@ -7,15 +7,17 @@ use crate::catalog::DataLayer;
 use crate::session::{RendererPreference, Session};
 use std::sync::Arc;
 
+/// What an image or an answer depends on besides its request.
 #[derive(Clone)]
 pub(crate) struct DrawnWith {
-    /// Digest of the shader fragments and of the emitter.
+    /// Digest of the shader fragments (sources) and of the emitter, which generates modules from them.
     generator: Arc<str>,
     preference: RendererPreference,
     data_layers: Vec<Arc<DataLayer>>,
 }
 
 impl DrawnWith {
+    /// What an image would depend on now.
     pub(crate) fn now(session: &Session) -> Self {
         Self {
             generator: session.library().generator_digest(),
@@ -27,7 +29,7 @@ impl DrawnWith {
 
 impl PartialEq for DrawnWith {
     fn eq(&self, other: &Self) -> bool {
-        // A layer never changes: a file that is dropped again becomes a new one. So its address identifies it, and large contents are not compared.
+        // A layer never changes; a file that is dropped again becomes a new layer. So a layer is identified by its address, without comparing contents.
         let is_same_layer = |(a, b): (&Arc<DataLayer>, &Arc<DataLayer>)| Arc::ptr_eq(a, b);
         (&self.generator, self.preference) == (&other.generator, other.preference)
             && self.data_layers.len() == other.data_layers.len()

@@ -11,8 +11,8 @@ const MMAP_THRESHOLD_BYTES: libc::c_int = 4 << 20;
 
 /// Makes the allocator return large blocks as soon as they are freed. Called before maps are read.
 ///
-/// By default, the library raises the threshold to the size of the largest freed block, up to 32 MiB: after five minutes of visiting
-/// bodies, 150 of 300 MB were free, but between blocks in use.
+/// By default, the library raises the threshold to the size of the largest freed block, up to 32 MiB. After five minutes of visiting
+/// bodies, 150 of 300 MB were then free but not returned, because they lay between blocks in use.
 pub fn return_large_blocks() {
     #[cfg(all(target_os = "linux", target_env = "gnu"))]
     // SAFETY: mallopt may be called at any time, and the parameter accepts this value.

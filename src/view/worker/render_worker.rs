@@ -40,6 +40,7 @@ pub struct RenderedView {
     pub rgba: Vec<[u8; 4]>,
     /// The image, if it stayed on the GPU.
     pub gpu_image: Option<GpuImage>,
+    /// The renderer that drew the image, with its timings.
     pub by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
@@ -54,7 +55,7 @@ pub struct RenderedView {
 /// Why a job has no image.
 pub struct FailedJob {
     pub why: SessionError,
-    /// That of the job.
+    /// The ticket of the job.
     pub exposure_ticket: ExposureTicket,
 }
 
@@ -68,7 +69,7 @@ pub trait RenderWorker {
     fn submit(&self, job: RenderJob);
     /// Takes the newest finished image, or the reason why it failed; `None` until another one is finished.
     fn take(&self) -> Option<Result<RenderedView, FailedJob>>;
-    /// Queues a task; it runs when the query thread is free.
+    /// Queues a task for the query worker, the thread that runs tasks one after the other.
     fn run(&self, task: Task);
 }
 
@@ -100,7 +101,7 @@ impl<T> Pending<T> {
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    // The language belongs to a thread. Texts in the answer shall be in the language of this thread, although another one runs the query.
+    // Each thread has its own language. Texts in the answer are to be in the language of this thread, although another thread runs the query.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
@@ -192,11 +193,11 @@ impl Work {
     }
 }
 
-/// The shared state of a window's two worker threads: one renders images, the other answers queries, and neither waits for the other.
+/// The shared state of a window's two worker threads: one renders images, the other (the query worker) answers queries, and neither waits for the other.
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
-    /// Notified after each change of `work` that a thread may be waiting for.
+    /// Notified after each change of `work` for which a thread may be waiting.
     changed: Condvar,
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }

@@ -1,4 +1,4 @@
-//! How actions turn, zoom and re-orient the camera: about its body, on the spot, in another frame.
+//! How actions move the camera: they turn it about its body or on the spot, zoom, or change the frame in which it orbits.
 //!
 //! In: motions of the mouse and positions of bodies. Out: the camera pose of the view. Always: the first motion starts in the direction that the
 //! last image had.
@@ -93,8 +93,7 @@ impl Viewer {
 
     /// If the camera tracks another body than the one that it stands on or orbits, stores the direction to that body in its own angles. Otherwise the
     /// camera would jump to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric,
-    /// without the planetary aberration that an image includes: from the Earth some 20
-    /// arcsec for the Sun, at most a minute of arc for a planet.
+    /// without the planetary aberration that an image includes: from the Earth some 20 arcsec for the Sun, at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, places: &dyn BodyPositions) {
         let body = self.view.eye.body();
         if !self.view.tracks || self.view.target == body {
@@ -121,8 +120,9 @@ impl Viewer {
         }
     }
 
-    /// Changes a free pose, in which a tour was paused, to one with the same image, which drags can change: to an orbit, or to a place above the ground if the
-    /// camera is closer to the centre than the equatorial radius, as near the ground of a flattened body, where no orbit is. During a flight the pose stays free.
+    /// Replaces a free pose, in which a tour was paused, by one that drags can change and that gives the same image. This is an orbit, or a place above the
+    /// ground if the camera is closer to the centre than the equatorial radius: near the ground of a flattened body there is no orbit. During a flight the
+    /// pose stays free.
     pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
         let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
@@ -188,7 +188,7 @@ impl GroundPlace {
         let squared = radii_km * radii_km;
         let mut normal = (point_km / squared).try_normalize()?;
         let mut height_km = 0.0;
-        // Each step reduces the error of the normal by a factor of about the height in radii, which is below the flattening, at most 0.1 for a planet.
+        // Each step multiplies the error of the normal by about the height in radii, which is below the flattening: at most 0.1 for a planet.
         for _ in 0..30 {
             let surface_km = squared * normal / (squared * normal).dot(normal).sqrt();
             height_km = (point_km - surface_km).dot(normal);

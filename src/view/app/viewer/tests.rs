@@ -125,9 +125,9 @@ fn a_body_seen_from_another_fits_the_image() {
         (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
     ] {
         let mut viewer = viewer();
-        // A body of the Sun's place that is larger than its distance from the Earth.
-        let large = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
-        viewer.subjects.push(large);
+        // A body at the Sun's place whose radius exceeds its distance from the Earth.
+        let huge = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
+        viewer.subjects.push(huge);
         viewer.selected = target;
         apply(&mut viewer, Action::LookFrom(from));
         assert!(fov_deg.contains(&viewer.view.fov_deg), "{target:?} from {from:?}: {}", viewer.view.fov_deg);

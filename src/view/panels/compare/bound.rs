@@ -1,7 +1,7 @@
-//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound, up to 32 levels, has its own colour.
+//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound, up to 32 of 255 levels, has its own colour.
 //!
 //! In: a request. Out: an image of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
-//! computed on the query worker and only while they are shown; while the view moves the last computed bounds stay visible.
+//! computed on the query worker (a background thread) and only while they are shown; while the view moves, the last computed bounds stay visible.
 
 use super::pair;
 use crate::measure::error_bounds;

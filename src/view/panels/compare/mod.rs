@@ -1,7 +1,7 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker from the same
-//! request, except for what the variants change; while the view moves, the last pair stays visible.
+//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker (a background thread) from the
+//! same request, except for what the variants change; while the view moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -36,6 +36,7 @@ enum Renderer {
 }
 
 impl Renderer {
+    /// Each renderer, with the text id of its name.
     const ALL: [(Self, &'static str); 3] =
         [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::SoftwareF64, "variant-f64")];
 
@@ -88,6 +89,7 @@ pub(crate) struct ComparePanel {
     /// The input of the newest pair, displayed or pending.
     input: Option<ComparisonInput>,
     pending: Option<Pending<Result<Pair, String>>>,
+    /// The displayed pair, or why it could not be drawn.
     pair: Option<Result<Arc<Pair>, String>>,
     view: PairView,
     bound: BoundView,

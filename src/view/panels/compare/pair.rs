@@ -52,6 +52,7 @@ enum DisplayMode {
 }
 
 impl DisplayMode {
+    /// Each mode, with the text ids of its name and its tooltip.
     const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Split, "pair-split", "pair-split-hint"),
         (Self::SideBySide, "pair-beside", "pair-beside-hint"),
@@ -71,7 +72,7 @@ pub(crate) struct PairView {
     /// Left, right, difference.
     textures: Vec<TextureHandle>,
     mode: DisplayMode,
-    /// Fraction of the width that shows the left image.
+    /// Fraction of the width that shows the left image; `None`: a half.
     split: Option<f32>,
 }
 
@@ -166,7 +167,7 @@ impl PairView {
     }
 }
 
-/// The size of an image scaled to the panel's width, but no higher than the panel or [`MIN_POINTS`], whichever is more.
+/// The size of an image scaled to the panel's width, but not higher than the panel, or than [`MIN_POINTS`] in a lower panel.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let max_height = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);

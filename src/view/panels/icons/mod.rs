@@ -118,7 +118,7 @@ pub(crate) fn fonts() -> FontDefinitions {
     fonts
 }
 
-/// The glyph, in the colour of the text. In the first frame, before the font is loaded, an empty space of the same size.
+/// The glyph, in the colour of the text. In the first frame, before the font is loaded, it is an empty space of the same size.
 fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
     Atom::paint(Vec2::splat(side), move |ui, place| {

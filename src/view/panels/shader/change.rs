@@ -1,5 +1,5 @@
-//! The difference between two keys: their sample images, their costs, and the changed source lines by feature. Also whether any view of the
-//! catalog's bodies can need the displayed key.
+//! The difference between two keys (a key names a generated shader module): their sample images, their costs, and the changed source lines by feature.
+//! Also whether any view of the catalog's bodies can need the displayed key.
 
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
 use super::text::{feature_colour, layout_job};
@@ -117,7 +117,7 @@ fn change_text(from: usize, to: usize) -> String {
     }
 }
 
-/// Number of operations per lane in the software renderer's tapes, of both stages.
+/// Number of operations per lane (pixel or vertex) in the software renderer's tapes (lists of operations), of both stages.
 fn lane_operations(module: &LoadedModule) -> usize {
     module.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
@@ -199,6 +199,7 @@ fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWor
     for (id, name) in ids.iter().zip(names) {
         match queries.timed(id) {
             Some(Ok(Some(ms))) => drop(ui.label(text!("change-timed", name = name, ms = decimal(ms, 1)))),
+            // The module cannot draw the sample body.
             Some(Ok(None)) => drop(ui.label(text!("change-not-timed", name = name))),
             Some(Err(e)) => drop(ui.label(e)),
             None => {}

@@ -1,5 +1,5 @@
-//! The Cost page: operations of the module's IR and of the software renderer's tapes, the module's origin, and statistics of the shader
-//! library.
+//! The Cost page: operations of the module's IR (naga's intermediate representation) and of its tapes (the lists of operations that the software
+//! renderer runs), the module's origin, and statistics of the shader library.
 
 use super::change::cost_table;
 use super::{Inspected, ShaderPanel};

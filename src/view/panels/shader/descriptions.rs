@@ -1,9 +1,9 @@
-//! Names and descriptions of the values of each dimension of a key.
+//! Names and descriptions of the values of each dimension of a shader key. A dimension is one independent choice in the key, such as the surface.
 
 use crate::shader::key::Dimension;
 use crate::view::language::text;
 
-/// A value as written in the key's text; a word in the interface's language for a value that the key omits.
+/// A value as written in the key's text, or, for a value that the key omits, a word in the interface's language.
 pub(crate) fn value_text(dimension: &Dimension, value: usize) -> &'static str {
     match dimension.texts.get(value) {
         Some(&"") if dimension.name == "view" => text!("pixels-final"),

@@ -1,4 +1,4 @@
-//! The Gallery page: keys that differ from the displayed key in one dimension, each with a sample image.
+//! The Gallery page: keys that differ from the displayed key in one dimension (one choice, such as the surface), each with a sample image.
 
 use super::descriptions::{is_switch, value_text};
 use super::queries::{SAMPLE_PX, ShaderQueries};

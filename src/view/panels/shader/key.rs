@@ -1,4 +1,4 @@
-//! The Key page: the value of each dimension of the key, controls that change it, and the differences that a change makes.
+//! The Key page: the value of each dimension (independent choice) of the key, controls that change it, and the differences that a change makes.
 
 use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
@@ -8,7 +8,7 @@ use crate::view::language::text;
 use crate::view::panels::theme::SMALL;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
-/// Width of the columns of names and controls, which the column of descriptions leaves free, points.
+/// Width that the column of descriptions leaves for the columns of names and controls, points.
 const CONTROLS_WIDTH: f32 = 285.0;
 
 #[derive(Default)]

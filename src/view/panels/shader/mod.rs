@@ -1,8 +1,8 @@
-//! The Shader panel: the module that draws the selected body, with its key, source, uniforms, cost, the values of one pixel, and sample
-//! images of other keys.
+//! The Shader panel: the shader module that draws the selected body, with its key (which names it), source, uniforms, cost, the values of one pixel,
+//! and sample images of other keys.
 //!
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
-//! slow queries run on the query worker; everything shown belongs to the module named at the top.
+//! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top.
 
 mod change;
 mod cost;
@@ -84,7 +84,7 @@ pub(crate) struct ShaderPanel {
 struct Inspected<'a> {
     worker: &'a dyn RenderWorker,
     rendered: &'a RenderedView,
-    /// The draw; `None` for a simple module.
+    /// The selected body's draw that uses the module; `None` for a simple module.
     draw: Option<&'a Draw>,
     /// The key with which the image was drawn.
     drawn: Option<ShaderKey>,

@@ -130,7 +130,7 @@ impl ProbePage {
         let request = query.1.clone();
         self.requested = Some(query);
         let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
-        // The worker that tests use has answered already.
+        // The worker that tests use answers at once.
         match pending.take() {
             Some(done) => self.answer = Some(done),
             None => self.pending = Some(pending),

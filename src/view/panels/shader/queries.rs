@@ -1,6 +1,7 @@
 //! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, sample images.
 //!
-//! Always: a query runs on the query worker, and again only after its result was dropped; when the fragments change, all results are dropped.
+//! Always: a query runs on the query worker (a background thread), and again only after its result was dropped; when the fragments (the shader sources from which modules
+//! are generated) change, all results are dropped.
 
 use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
@@ -33,7 +34,7 @@ pub(crate) struct LoadedModule {
     pub module: Arc<ShaderModule>,
     /// Counts in the module's IR, naga's intermediate representation.
     pub ir: IrCost,
-    /// Costs of the software renderer's tapes, vertex stage first.
+    /// Costs of the software renderer's tapes (lists of operations), vertex stage first.
     pub tapes: Vec<TapeCost>,
     /// How the library obtained the module.
     pub origin: Option<Origin>,
@@ -94,7 +95,7 @@ pub(crate) struct KeySwap {
 /// The results of all queries so far.
 #[derive(Default)]
 pub(crate) struct ShaderQueries {
-    /// Digest of the generator, its fragments included, to which the results belong.
+    /// Digest of the shader generator and its fragments, to which the results belong.
     generator_digest: Option<Arc<str>>,
     modules: QueryCache<ModuleId, ModuleResult>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<ModuleText>, String>>,

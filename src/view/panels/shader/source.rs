@@ -29,7 +29,7 @@ pub(crate) struct SourcePage {
     only_feature: bool,
     /// Show only the stripes of the margin, without names.
     hides_names: bool,
-    /// Also list negated features: the lines of `not eclipse` are included because the draw has no eclipse.
+    /// Also list negated features, such as `not eclipse`: its lines are included because the draw has no eclipse.
     shows_negated: bool,
     /// The search string.
     needle: String,
@@ -163,7 +163,7 @@ impl SourcePage {
         });
     }
 
-    /// Shows every feature that has lines, with its colour and their number, and the switch that hides the other lines.
+    /// Shows every feature that has lines, with its colour and its number of lines, and the switch that hides all lines but those of the chosen feature.
     fn legend(&mut self, ui: &mut Ui, text: &ModuleText) {
         let dark = ui.visuals().dark_mode;
         ui.scope(|ui| {

@@ -13,7 +13,7 @@ pub(crate) struct ModuleLine {
     pub text: String,
     /// Index into [`ModuleText::features`].
     pub feature: u16,
-    /// Path of the fragment and line in it; empty if unknown.
+    /// Path of the fragment (shader source) and the line in it; empty if unknown.
     pub origin: String,
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Modul
     Ok(ModuleText { language, lines, features })
 }
 
-/// What a token is, for its syntax colour. `Call` is the name of a called function; `Attribute` is also a preprocessor line.
+/// The kind of a token, for its syntax colour. `Call` is the name of a called function; `Attribute` includes preprocessor lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     Plain,
@@ -113,7 +113,7 @@ fn is_texture_function(word: &str) -> bool {
     word.strip_prefix("texture").is_some_and(|suffix| suffix.is_empty() || suffix.starts_with(|c: char| c.is_ascii_uppercase()))
 }
 
-/// The kind of an identifier or number. `rest`: the line after it.
+/// The kind of the identifier or number `word`. `rest`: the remainder of the line after it.
 fn token_kind(word: &str, rest: &str) -> TokenKind {
     if KEYWORDS.contains(&word) {
         TokenKind::Keyword

@@ -71,7 +71,7 @@ fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &I
     Some(draws[*chosen].uniform_bytes.clone())
 }
 
-/// The f32 components of a field; none if the bytes end before it does.
+/// The f32 components of a field; none if the field extends past the end of the bytes.
 fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let of_field = bytes.get(field.offset as usize..end).unwrap_or_default();

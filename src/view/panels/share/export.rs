@@ -191,7 +191,8 @@ fn add_frame(
     options: ImageOptions,
     is_last: bool,
 ) -> FrameResult {
-    let (_, drawn) = draw(session, view, options, false)?;
+    let is_exr = false;
+    let (_, drawn) = draw(session, view, options, is_exr)?;
     animation.writer.add(&drawn.frame.display).map_err(|e| error_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));

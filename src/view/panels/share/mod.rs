@@ -168,7 +168,7 @@ fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
-/// Shows the view that was read, or the error. The view ends the error of an earlier try, which would seem to be about this view.
+/// Shows the view that was read, or the error. A view clears the error of an earlier attempt, which would seem to be about this view.
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => {
