@@ -388,7 +388,7 @@ impl Ephemeris {
 /// Years in which series are used. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years (Jupiter,
 /// Saturn) and 6000 years (Uranus, Neptune).
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
-/// Years in which mean elements are used: the span of their tables (3000 BC to AD 3000).
+/// Years in which mean elements are used: the span of their tables (3001 BC to AD 3000).
 const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);

@@ -37,7 +37,7 @@ pub enum Argument {
     Names(Vec<String>),
     /// An instant or a day, in ISO 8601.
     Time(String),
-    /// A detail that stays English in every language, such as an error of a compiler or of the system.
+    /// A detail in English, such as an error of a compiler, for which there is no translation.
     English(String),
     /// A text of a catalog: the prefix of the ids of its translations, and the English text, from which the rest of the id is made.
     CatalogText(&'static str, String),

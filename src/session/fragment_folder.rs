@@ -40,9 +40,6 @@ pub enum FragmentFolderError {
     /// The folder has no fragments.
     #[error("{0}: no *.wesl file is here; `orrery shader export` writes the shader sources into a folder")]
     Empty(String),
-    /// A file longer than a megabyte.
-    #[error("{0}: longer than any shader source")]
-    TooLong(String),
     /// A file neither replaces a built-in fragment nor is imported by a fragment.
     #[error("{path}: no shader source has this path, and none uses it; {hint}")]
     Unused {

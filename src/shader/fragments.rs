@@ -105,6 +105,7 @@ fragments![
     "lib/point_light.wesl",
     "lib/point_shape.wesl",
     "lib/probe_query.wesl",
+    "lib/read_map.wesl",
     "lib/rectangle.wesl",
     "lib/reflected.wesl",
     "lib/relief.wesl",

@@ -161,6 +161,9 @@ impl EffectOverrides {
                 if rest.contains(':') {
                     return Err(SceneError::Request(format!("effect `{}`: one body before the colon, one effect after it", echo(part))));
                 }
+                if rest.trim().is_empty() {
+                    return Err(SceneError::Request(format!("effect `{}`: the effect is missing after the colon", echo(part))));
+                }
                 let body = normalized_name(body);
                 let previous = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
                 overrides.per_body.insert(body, Self::parse(&format!("{previous},{rest}"))?);

@@ -117,7 +117,7 @@ impl Layers {
                 (_, Some(name)) => (false, name),
                 (None, None) => return Err(error("write + or - before its name".into())),
             };
-            *layers.by_name(name).ok_or_else(|| error(suggestion_or_list(name, &Self::NAMES)))? = on;
+            *layers.by_name(&name.to_ascii_lowercase()).ok_or_else(|| error(suggestion_or_list(name, &Self::NAMES)))? = on;
         }
         Ok(layers)
     }

@@ -64,8 +64,10 @@ impl WarpMesh {
             _ => return Err(error_at(line, "the first line is the mesh's type, 2 rectangular or 1 polar".into())),
         };
         let (line, size) = lines.next().ok_or_else(|| error_at(last, "the second line is missing: columns and rows".into()))?;
-        let size: Vec<usize> = size.split_whitespace().map_while(|w| w.parse().ok()).collect();
-        let &[columns, rows] = &size[..] else { return Err(error_at(line, "write the numbers of columns and rows, as 40 30".into())) };
+        let size: Vec<Option<usize>> = size.split_whitespace().map(|word| word.parse().ok()).collect();
+        let &[Some(columns), Some(rows)] = &size[..] else {
+            return Err(error_at(line, "write the numbers of columns and rows, as 40 30".into()));
+        };
         if columns < 2 || rows < 2 || columns.checked_mul(rows).is_none_or(|n| n > MAX_NODES) {
             return Err(error_at(line, format!("{columns} columns, {rows} rows: each at least 2, together at most {MAX_NODES} nodes")));
         }

@@ -6,8 +6,8 @@
 
 mod details;
 
+use super::Interface;
 use super::icons::{self, Icon};
-use super::{Interface, accessible};
 use crate::catalog::Catalog;
 use crate::ephemeris::EphemerisError;
 use crate::time::Instant;

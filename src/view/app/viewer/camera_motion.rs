@@ -22,7 +22,7 @@ impl Viewer {
     pub(super) fn turn(&mut self, dx: f64, dy: f64, height_px: f64, places: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(places);
-        let fov_rad = self.view.fov_deg.to_radians();
+        let fov_rad = self.view.image_fov_deg().to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
