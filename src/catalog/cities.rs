@@ -1,6 +1,6 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those with another word that does.
+//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those of which a later word starts with it.
 //! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named
 //! and some sixty other large cities. Any other place can be given by latitude and longitude.
 

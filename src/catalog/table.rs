@@ -143,7 +143,7 @@ impl<'a> TableReader<'a> {
         self.table.contains_key(field)
     }
 
-    /// A value of type `T` that passes `ok`; `allowed` describes the condition.
+    /// The value of a field, if it has type `T` and passes `ok`. Otherwise reports a problem, in which `allowed` describes the condition.
     pub fn optional<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
