@@ -12,7 +12,8 @@ use glam::DVec3;
 
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
-/// Mean longitude in the mean dynamical ecliptic of date from its departure point: radians by powers of Julian centuries.
+/// The Moon's mean longitude W1 in the mean ecliptic of date, counted from its departure point (as far from the node on the ecliptic of J2000 as the equinox of
+/// J2000 is): radians by powers of Julian centuries.
 const MEAN_LONGITUDE: [f64; 5] = [
     3.810_344_430_588_308,
     1_732_559_343.736_04 * RAD_PER_ARCSEC,
@@ -64,7 +65,7 @@ struct Term {
     multipliers: [i8; 13],
 }
 
-/// The series.
+/// The terms of the Moon's longitude, latitude and distance.
 #[derive(Debug)]
 pub struct LunarSeries {
     terms: Vec<Term>,
@@ -121,6 +122,7 @@ impl LunarSeries {
     }
 }
 
+/// Rotation from the mean ecliptic of date to that of J2000, by Laskar's P and Q.
 fn j2000_from_ecliptic_of_date(t: f64) -> glam::DMat3 {
     let (p, q) = (polynomial(&ECLIPTIC_P, t).0 * t, polynomial(&ECLIPTIC_Q, t).0 * t);
     let w = 2.0 * (1.0 - p * p - q * q).max(0.0).sqrt();

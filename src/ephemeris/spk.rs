@@ -54,10 +54,13 @@ fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
 /// A segment of Chebyshev records of equal length.
 #[derive(Debug)]
 pub struct Segment {
+    /// NAIF code of the body.
     pub target: i32,
+    /// NAIF code of the origin of the body's states.
     pub center: i32,
-    /// Covered span, TDB seconds past J2000.
+    /// Start of the covered span, TDB seconds past J2000.
     pub start_s: f64,
+    /// End of the covered span.
     pub end_s: f64,
     /// Start of the first record.
     first_s: f64,
@@ -65,7 +68,9 @@ pub struct Segment {
     length_s: f64,
     /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
     record_len: usize,
+    /// 3: positions; 6: positions and velocities.
     components: usize,
+    /// The records one after another.
     data: Vec<f64>,
 }
 

@@ -129,8 +129,9 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                let rest_s = if s > 0.0 { 1.0 } else { 0.0 };
-                Self::from_utc_seconds(midnight_s + into_leap_s + s - rest_s)
+                // A span forwards uses up the rest of the leap second, which has no number in the count.
+                let leap_length_s = if s > 0.0 { 1.0 } else { 0.0 };
+                Self::from_utc_seconds(midnight_s + into_leap_s + s - leap_length_s)
             }
             _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
         }
@@ -164,7 +165,8 @@ impl Instant {
         self.utc_seconds_of_tai(self.tt_seconds_past_j2000() - TT_MINUS_TAI_S)
     }
 
-    /// The same, for the nearest millisecond: an instant 10 ns before a leap second, by the rounding of a number of seconds, is the leap second's start.
+    /// [`Self::utc_seconds`] of the nearest millisecond. A leap second's start, as a number of TDB seconds, may be rounded to 10 ns before it; the result is
+    /// then still the leap second's start.
     fn utc_seconds_rounded_to_ms(self) -> (f64, Option<f64>) {
         let tai_s = self.tt_seconds_past_j2000() - TT_MINUS_TAI_S;
         self.utc_seconds_of_tai((tai_s * 1e3).round() / 1e3)

@@ -20,19 +20,23 @@ pub enum PckError {
 /// Pole and prime meridian of one body at one time, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleAndMeridian {
+    /// Right ascension of the north pole, ICRF.
     pub pole_ra_deg: f64,
+    /// Declination of the north pole, ICRF.
     pub pole_dec_deg: f64,
+    /// WGCCRE's W: along the equator from its ascending node on the ICRF equator east to the prime meridian.
     pub w_deg: f64,
 }
 
-/// One body's model: polynomials and the amplitudes of its system's angles.
+/// One body's model: polynomials in degrees, plus sines and cosines of angles that all bodies of a planet's system share.
 #[derive(Clone, Debug, Default)]
 struct Model {
+    /// Polynomials in Julian centuries.
     pole_ra: Vec<f64>,
     pole_dec: Vec<f64>,
-    /// In days; the polynomials of the pole are in Julian centuries.
+    /// Polynomial in days.
     w: Vec<f64>,
-    /// Amplitudes in degrees, one for each angle of the system.
+    /// Amplitudes of the sines (of the cosines for the declination), degrees, one for each angle of the system.
     ra_terms: Vec<f64>,
     dec_terms: Vec<f64>,
     w_terms: Vec<f64>,

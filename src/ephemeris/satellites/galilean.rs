@@ -21,16 +21,17 @@ struct Table {
 struct Moon {
     /// GM of Jupiter and the moon, au³ per day².
     mu: f64,
-    /// Mean longitude at the epoch, radians, and its rate a day.
+    /// Mean longitude at the epoch, radians.
     al0: f64,
+    /// Rate of the mean longitude, radians a day.
     al1: f64,
-    /// Semi-major axis, au: cosines.
+    /// Semi-major axis, au: a sum of cosines.
     a: Vec<Term>,
-    /// Mean longitude, radians: sines.
+    /// Periodic part of the mean longitude, radians: a sum of sines.
     l: Vec<Term>,
-    /// Eccentricity: e·exp(iϖ).
+    /// Eccentricity e·exp(iϖ): a sum of complex exponentials.
     z: Vec<Term>,
-    /// Inclination: sin(I/2)·exp(iΩ).
+    /// Inclination sin(I/2)·exp(iΩ): a sum of complex exponentials.
     zeta: Vec<Term>,
 }
 
