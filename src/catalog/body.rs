@@ -118,7 +118,8 @@ pub struct Maps {
 /// The cloud shell of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clouds {
-    /// The texel's first channel gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, linear between them. The gain is not used.
+    /// The texel's first channel, read as a linear value, gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, by smoothstep between them. The gain is
+    /// not used.
     pub map: Map,
     /// Height above the ellipsoid.
     pub height_km: f64,

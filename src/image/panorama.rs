@@ -1,9 +1,9 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest
-//! ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has
-//! longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
+//! in the middle and increasing to the left, north up, and the luminance for which its value 1 stands. Always: the texture is 8-bit sRGB, which every device can
+//! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
+//! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowOrder;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};

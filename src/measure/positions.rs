@@ -1,7 +1,7 @@
 //! Cost and error of positions: the source of the ephemeris, and corrections for light time.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest for Sun, Moon and planets on dates over 185
-//! years.
+//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, each the greatest over the Sun, the Moon and the planets on dates that span
+//! 185 years.
 
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};

@@ -74,6 +74,7 @@ pub struct Mesh {
     pub indices: Arc<Vec<u32>>,
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
     pub max_radius: f64,
+    /// The same mesh in f64, for self-shadowing.
     pub(super) solid: Solid,
 }
 
@@ -93,8 +94,9 @@ impl PartialEq for Mesh {
 /// A vertex in double precision.
 #[derive(Clone, Copy)]
 struct Point {
-    /// Body axes, kilometres.
+    /// Body axes.
     position_km: DVec3,
+    /// Unit vector, body axes.
     normal: DVec3,
     /// Texture coordinates.
     uv: DVec2,
@@ -181,7 +183,8 @@ impl MeshBuilder {
         index
     }
 
-    /// Mean number of triangles' boxes that a line through the box of all meets: the ratio of the boxes' areas (Cauchy's formula for convex bodies).
+    /// Mean number of bounding boxes of triangles that a line through the bounding box of all triangles meets. By Cauchy's formula for convex bodies it is the
+    /// sum of their surface areas over that of the large box.
     fn overlap(&self) -> f64 {
         let area = |corners: &mut dyn Iterator<Item = DVec3>| {
             let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
@@ -223,7 +226,7 @@ impl Mesh {
     /// Builds the model of a body from a file.
     ///
     /// # Errors
-    /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area: one line.
+    /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
         let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
         let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);

@@ -15,8 +15,11 @@ pub(crate) const MAX_CORNERS: usize = 64;
 /// A corner of a triangle, by index into the lists of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Corner {
+    /// Index in [`Obj::positions`], and in [`Obj::colours`] if there are colours.
     pub position: u32,
+    /// Index in [`Obj::textures`].
     pub texture: Option<u32>,
+    /// Index in [`Obj::normals`].
     pub normal: Option<u32>,
 }
 
@@ -28,7 +31,9 @@ pub struct Obj {
     pub colours: Vec<DVec3>,
     /// Texture coordinates: right and up from the map's lower left corner.
     pub textures: Vec<DVec2>,
+    /// Unit vectors.
     pub normals: Vec<DVec3>,
+    /// The faces, split into triangles.
     pub triangles: Vec<[Corner; 3]>,
 }
 

@@ -44,10 +44,12 @@ struct Bvh {
 }
 
 struct Node {
+    /// Corners of the bounding box, kilometres.
     low: DVec3,
     high: DVec3,
-    /// Leaf: first triangle in `order`, and their number in `count`. Inner node: the second child (the first is the next node), and 0 in `count`.
+    /// Leaf: index in `order` of its first triangle. Inner node: index of its second child; the first child is the next node.
     at: u32,
+    /// Leaf: number of triangles. Inner node: 0.
     count: u32,
 }
 
