@@ -23,6 +23,7 @@ struct Fields {
     view: CameraFile,
     /// Default: J2000.
     time: Option<String>,
+    /// Default: [`SIZE`].
     size: Option<[u32; 2]>,
     effects: Option<String>,
     x: u32,
@@ -31,6 +32,7 @@ struct Fields {
 
 /// The standard quality of the command line, so that the numbers match the image that it draws.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
+/// Default width and height of the image.
 const SIZE: [u32; 2] = [1024, 1024];
 
 // The fields that describe a view; `project` has them, too.

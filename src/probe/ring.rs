@@ -20,8 +20,10 @@ use std::sync::Arc;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Annulus {
+    /// Inner and outer radius, equatorial radii.
     r_in: f64,
     r_out: f64,
+    /// Optical depth along the normal of the plane.
     tau_normal: f64,
     #[serde(default)]
     #[allow(dead_code)]
@@ -41,7 +43,7 @@ enum TransmissionModel {
 struct TransmissionFields {
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
-    /// Accepted without effect: the light at a given point does not depend on the shape of the planet.
+    /// Accepted without effect: the light that a ring transmits to a given point does not depend on the shape of the planet.
     #[serde(default)]
     #[allow(dead_code)]
     flattening: f64,

@@ -29,7 +29,7 @@ struct Fields {
     model: ModelName,
 }
 
-/// An atmosphere. The fields that are ignored here and in [`Species`] are those that tests/data/rayleigh_reference_public.json has besides.
+/// An atmosphere. Fields that are ignored here and in [`Species`] are those of tests/data/rayleigh_reference_public.json that no model needs.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Atmosphere {
@@ -138,8 +138,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let features = species::features_of(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64. The point of its line nearest the centre is of order
-    // one, whereas |camera|^2 - along^2 would cancel for a distant camera.
+    // The ray as the shader of a draw gets it: terms that would cancel in f32 are computed here in f64. The point of its line nearest the centre is of order
+    // one, whereas |camera|^2 - along^2 would cancel for a distant camera. The order is that in which shaders/entry/probe_scatter.wesl reads the numbers.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;

@@ -24,8 +24,9 @@ use serde_json::{Map, Value, json};
 struct Fields {
     body: String,
     time: String,
-    /// Planetographic latitude and east longitude, degrees.
+    /// Planetographic latitude, degrees.
     lat: f64,
+    /// East longitude, degrees.
     lon: f64,
     #[serde(default)]
     model: RequestedModel,
@@ -121,6 +122,7 @@ pub struct OccludedSun<'a> {
     receiver: &'a Receiver<'a>,
     sun: &'a Body,
     model_choice: EclipseModelChoice,
+    /// The bodies that [`Self::seen_from`] found.
     pub occluders: Vec<Occluder<'a>>,
 }
 
