@@ -9,10 +9,13 @@ use std::sync::LazyLock;
 /// A city.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct City {
+    /// English name.
     pub name: &'static str,
+    /// English name of the country.
     pub country: &'static str,
-    /// Latitude north and longitude east, degrees.
+    /// Latitude, positive north.
     pub latitude_deg: f64,
+    /// Longitude, positive east.
     pub longitude_deg: f64,
 }
 

@@ -117,7 +117,9 @@ pub(super) struct TableReader<'a> {
     source: &'a TomlFile<'a>,
     /// The prefix of fields in messages: a dotted path that ends in a dot, or empty.
     prefix: String,
+    /// Where the table begins.
     pub source_line: SourceLine,
+    /// The fields that were not requested yet.
     table: DeTable<'a>,
     /// Fields requested so far.
     requested: Vec<&'static str>,

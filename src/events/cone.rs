@@ -10,9 +10,11 @@ use glam::DVec3;
 /// The Earth in GCRS axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spheroid {
+    /// Equatorial radius.
     pub equatorial_km: f64,
+    /// Polar radius.
     pub polar_km: f64,
-    /// Unit vector.
+    /// Unit vector to the north pole.
     pub pole: DVec3,
 }
 

@@ -96,6 +96,7 @@ pub struct LocalCircumstances {
 /// Angular radii and separation of the discs of the Sun and the Moon as seen from a place, radians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
+    /// The Sun's radius.
     pub sun: f64,
     /// The Moon's radius for the umbra.
     pub moon: f64,
@@ -156,6 +157,7 @@ pub(super) struct MeanContacts {
     pub outer: (f64, f64),
     /// Second and third contact; `None` if no disc comes to lie within the other.
     pub inner: Option<(f64, f64)>,
+    /// Whether the Moon's disc is smaller than the Sun's at the maximum.
     pub is_annular: bool,
 }
 

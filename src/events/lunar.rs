@@ -54,6 +54,7 @@ pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
 /// An eclipse of the Moon.
 #[derive(Clone, Debug)]
 pub struct LunarEclipse {
+    /// Penumbral, partial or total.
     pub class: LunarType,
     /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
     pub greatest: Instant,
@@ -86,7 +87,9 @@ struct LunarEclipseGeometry {
 struct ShadowAtMoon {
     /// Vector from the axis to the Moon's centre.
     offset_from_axis: DVec3,
+    /// Radius of the umbra.
     umbra_km: f64,
+    /// Radius of the penumbra.
     penumbra_km: f64,
 }
 

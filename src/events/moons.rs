@@ -51,6 +51,7 @@ impl MoonEventType {
 
 #[derive(Clone, Debug)]
 pub struct MoonEvent {
+    /// What happens.
     pub class: MoonEventType,
     /// The moon in transit, or the one that is occulted or eclipsed.
     pub moon: NaifId,

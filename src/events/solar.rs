@@ -45,6 +45,7 @@ impl SolarType {
 /// An eclipse of the Sun.
 #[derive(Clone, Debug)]
 pub struct SolarEclipse {
+    /// Partial, annular, total or hybrid.
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
     pub central: bool,

@@ -26,7 +26,9 @@ pub struct Glyph {
 /// The glyphs of one text size.
 #[derive(Clone, Debug)]
 pub struct GlyphAtlas {
+    /// The coverage of all glyphs.
     pub texture: SharedTexture,
+    /// The glyph of each character.
     cells: BTreeMap<char, Glyph>,
     /// A ring, the marker of small bodies.
     pub marker: Glyph,

@@ -72,8 +72,11 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) 
 /// All maps by file name.
 #[derive(Debug)]
 pub struct MapStore {
+    /// The user's folder of maps.
     folder: Option<PathBuf>,
+    /// Limit on the size of maps in that folder.
     max_megapixels: u32,
+    /// Decoded maps in memory, by name and decoding.
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,

@@ -28,6 +28,7 @@ const CLIPPED_FRACTION: f64 = 1e-4;
 /// A panorama.
 #[derive(Clone, Debug)]
 pub struct Panorama {
+    /// The equirectangular image.
     pub texture: Texture,
     /// Luminance of the texture's value 1, cd/m², for a linear file; `None`: the file has no unit.
     pub unit_cd_m2: Option<f64>,

@@ -125,9 +125,11 @@ fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     filter.average(texels, sums);
 }
 
-/// A box filter: `whole` texels on both sides, and the next ones with the weight `end_weight`.
+/// A box filter of a length that need not be a whole number of texels.
 struct BoxFilter {
+    /// Number of texels with full weight on either side of the middle.
     whole: usize,
+    /// Weight of the next texel on either side.
     end_weight: f64,
     /// 1 / length of the box.
     weight: f64,

@@ -80,7 +80,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
 }
 
-/// Geometric direction, direction corrected for light time, and apparent direction, corrected for aberration, too.
+/// Geometric direction, direction corrected for light time, and apparent direction, corrected for light time and aberration.
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);

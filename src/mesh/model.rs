@@ -159,6 +159,7 @@ fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
 
 #[derive(Default)]
 struct MeshBuilder {
+    /// The index in `points` of each vertex so far.
     known: FxHashMap<VertexKey, u32>,
     points: Vec<Point>,
     /// For each vertex the index of its position: vertices at one position are one point of the surface.

@@ -26,6 +26,7 @@ pub struct Corner {
 /// The content of a file. Lengths are in the file's own unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
+    /// Vertex positions.
     pub positions: Vec<DVec3>,
     /// Vertex colours, sRGB, 0 to 1: one for each position, or none at all.
     pub colours: Vec<DVec3>,

@@ -28,9 +28,11 @@ pub(crate) struct Solid {
     points: Vec<(DVec3, DVec3)>,
     /// For each vertex the index of its position: triangles with a corner at that position do not occlude it.
     position_ids: Vec<u32>,
+    /// Indices in `points`.
     triangles: Vec<[u32; 3]>,
     /// Whether both sides of a triangle are lit.
     two_sided: bool,
+    /// Built on first use.
     tree: OnceLock<Bvh>,
 }
 

@@ -26,7 +26,7 @@ const BLEND_FROM_YEAR: f64 = 1955.0;
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
     let index = measured_index(tt_s);
-    // Cubic interpolation needs an entry on either side of the interval: it serves from the second entry to the last but one.
+    // Cubic interpolation needs an entry on either side of the interval, so the table is used from its second entry to the last but one.
     let last_served = MEASURED_MS.len() - 2;
     if index >= 1.0 && index < last_served as f64 {
         return measured_s(index);
@@ -98,7 +98,7 @@ fn year_of_entry(index: usize) -> f64 {
     year_of(((MEASURED_FIRST_MJD + index as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - MJD_ORIGIN_JD)) * SECONDS_PER_DAY)
 }
 
-/// Position in the measured table, whose dates are in UTC. TT serves as well: in the minute between both, Delta T changes by less than 3 µs.
+/// Position in the measured table. The table's dates are in UTC, but TT may be used: in the minute between the two, Delta T changes by less than 3 µs.
 fn measured_index(tt_s: f64) -> f64 {
     let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - MJD_ORIGIN_JD);
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS

@@ -31,20 +31,24 @@ pub struct PoleAndMeridian {
 /// One body's model: polynomials in degrees, plus sines and cosines of angles that all bodies of a planet's system share.
 #[derive(Clone, Debug, Default)]
 struct Model {
-    /// Polynomials in Julian centuries.
+    /// Polynomial in Julian centuries.
     pole_ra: Vec<f64>,
+    /// Polynomial in Julian centuries.
     pole_dec: Vec<f64>,
     /// Polynomial in days.
     w: Vec<f64>,
-    /// Amplitudes of the sines (of the cosines for the declination), degrees, one for each angle of the system.
+    /// Amplitudes of the sines of the system's angles, degrees, in the order of the angles.
     ra_terms: Vec<f64>,
+    /// Amplitudes of the cosines, likewise.
     dec_terms: Vec<f64>,
+    /// Amplitudes of the sines, likewise.
     w_terms: Vec<f64>,
 }
 
 /// All models of a kernel.
 #[derive(Clone, Debug, Default)]
 pub struct Pck {
+    /// By NAIF code of the body.
     models: HashMap<i32, Model>,
     /// By system: the polynomial of each angle in Julian centuries, degrees.
     angles: HashMap<i32, Vec<Vec<f64>>>,
