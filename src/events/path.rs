@@ -1,8 +1,7 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is the last place whose greatest phase is central (total or annular) on the
-//! great circle across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
-//! shadow meets the ground.
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is the farthest place, on a great circle across the path, at which the eclipse is still
+//! central (total or annular). Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;

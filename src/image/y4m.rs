@@ -1,7 +1,7 @@
 //! Writes finished frames as YUV4MPEG2, for a video encoder.
 //!
 //! In: rows of display bytes, top first. Out: BT.709 luma and chroma in limited range (Y 16..235, C 16..240), one plane after the other, 4:4:4; alpha is
-//! ignored. Always: a level is the exact value rounded to nearest, except where that lies within 2e-5 of a half; grey has no chroma.
+//! ignored. Always: a level is the exact value rounded to nearest, unless the exact value lies within 2e-5 of half-way between two levels; grey has no chroma.
 
 use super::ImageError;
 use crate::units::LUMINANCE_WEIGHTS;

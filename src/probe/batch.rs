@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
+/// Taps on a map, for the uniforms of probe modules: they read no maps.
+pub(super) const MAP_TAPS: u8 = 1;
+
 /// A module and its inputs other than the queries.
 pub struct ProbeBatch {
     /// The module that answers the queries.

@@ -1,6 +1,6 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 
-use super::batch::{ProbeBatch, ProbeInputs};
+use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
 use crate::catalog::{self, AerosolPhase, PhaseFunction};
 use crate::render::plan::uniform_bytes;
@@ -262,13 +262,15 @@ fn air_uniform_bytes(
 ) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
     let top = atmosphere.top_km / radius_km;
+    // The air is computed down to the ground.
+    const FLOOR_RADII: f64 = 1.0;
     let air = AtmosphereUniforms {
         end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
         multi_scatter_heights: Vec2::ZERO,
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
-        ..air::uniforms_of(atmosphere, radius_km, 1.0)
+        ..air::uniforms_of(atmosphere, radius_km, FLOOR_RADII)
     };
     // The direction of the light is an input of the query, so the module does not use this one.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
+    Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, MAP_TAPS)?)
 }

@@ -17,7 +17,7 @@ mod text;
 use crate::units::{JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
-/// Standard errors of Delta T from here on are stated beside times, which are printed to the second.
+/// Times are printed to the second. From this standard error of Delta T on, the error is printed beside them.
 pub(crate) const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
@@ -146,8 +146,9 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        let tai_minus_utc_s = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
-        Self::from_tt_seconds(utc_s + tai_minus_utc_s.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at) + TT_MINUS_TAI_S)
+        let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
+        let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
+        Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
     }
 
     fn from_ut1_seconds(ut1_s: f64) -> Self {
