@@ -2,7 +2,7 @@
 //!
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
 //! doubles and summed in `chebyshev`: anise's own evaluation converts to an epoch in nanoseconds, which costs more than the sum.
-//! Always: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
+//! Always: a segment covers its span without a gap, in records of equal length, so that a division gives the record of an instant. Types 2
 //! (Chebyshev positions) and 3 (positions and velocities) are read; other types are rejected by name. A file is rejected before anise reads it
 //! if its chain of summary records leaves the file or returns to a record, because anise would follow it for ever.
 

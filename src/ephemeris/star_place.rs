@@ -1,8 +1,8 @@
 //! The place of a star at a date: linear space motion, and parallax from the viewer's position.
 //!
-//! In: a star of a catalogue, the years since its epoch, the viewer's barycentric position. Out: the vector to the star in units of its distance at the
+//! In: a star of a catalog, the years since its epoch, the viewer's barycentric position. Out: the vector to the star in units of its distance at the
 //! epoch, so that stars without a measured distance need no special case. Its direction is without aberration, and one over its squared length is the
-//! brightness relative to the catalogue. Omitted: the change of light time along the star's path (as in catalogues), orbits of double stars, and light
+//! brightness relative to the catalog. Omitted: the change of light time along the star's path (as in catalogs), orbits of double stars, and light
 //! deflection by the Sun (0.004 arcsec at 90 degrees, 1.75 at the limb).
 
 use crate::catalog::stars::Star;

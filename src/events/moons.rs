@@ -2,9 +2,9 @@
 //!
 //! In: a span of time. Out: events as the Earth's centre sees them. The regions that a moon enters are bounded by planes that touch the planet's spheroid and
 //! the observer. The observer is the Earth's centre for transits and occultations; for shadow transits and eclipses it is the Sun, whose planes touch its sphere
-//! or pass through its centre. Light time between Sun, moon, planet and Earth is included. An
-//! event is listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants:
-//! 30 s for the Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
+//! or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
+//! eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: the planets' atmospheres,
+//! which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
