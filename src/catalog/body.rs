@@ -118,7 +118,8 @@ pub struct Maps {
 /// The cloud shell of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clouds {
-    /// Opacity, linear in the texel's first channel; the gain is not used.
+    /// The texel's first channel, read as a linear value, gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, by smoothstep between them. The gain is
+    /// not used.
     pub map: Map,
     /// Height above the ellipsoid.
     pub height_km: f64,
@@ -133,7 +134,7 @@ pub struct Clouds {
 /// The theory of a body's motion relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// The kernel or the planetary series, by its NAIF code.
+    /// The source of the planets and the Moon: the SPK kernel, the series or the mean elements that the ephemeris has for its NAIF code.
     Planetary,
     /// The theory L1.2 of Jupiter's Galilean moons.
     GalileanL12 {
@@ -378,8 +379,8 @@ impl Body {
         albedo.into_iter().chain(colour).chain(air).collect()
     }
 
-    /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (the Sun: 1). Of the Earth these are the ground's own,
-    /// without clouds and air, not those of the disc. The albedo map times its gain has this mean over the sphere.
+    /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (for a star: 1). If the catalog has the colour and albedo of the
+    /// ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere.
     pub fn mean_reflectance(&self) -> [f64; 3] {
         let albedo = match self.kind {
             BodyKind::Star => 1.0,

@@ -1,6 +1,6 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those with another word that does.
+//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those of which a later word starts with it.
 //! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named
 //! and some sixty other large cities. Any other place can be given by latitude and longitude.
 
@@ -9,10 +9,13 @@ use std::sync::LazyLock;
 /// A city.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct City {
+    /// English name.
     pub name: &'static str,
+    /// English name of the country.
     pub country: &'static str,
-    /// Latitude north and longitude east, degrees.
+    /// Latitude, positive north.
     pub latitude_deg: f64,
+    /// Longitude, positive east.
     pub longitude_deg: f64,
 }
 

@@ -1,8 +1,8 @@
 //! The constellations: names, figures and borders.
 //!
-//! In: the embedded files of catalogs/ (GeoJSON of figures and borders, a list of names; right ascension and declination of J2000, degrees). Out:
-//! [`Constellations`]: figures whose vertices refer to stars of the catalog if possible, so that they follow proper motion, and Delporte's borders, along
-//! circles of B1875. Not here: apparent places.
+//! In: the embedded files of catalogs/ (figures and borders as GeoJSON, and a list of names), with right ascension and declination of J2000 in degrees. Out:
+//! [`Constellations`]: figures, whose vertices refer to stars of the catalog where possible, so that they follow proper motion; and Delporte's borders, which
+//! run along circles of right ascension and declination of the equinox B1875. Not here: apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
@@ -114,9 +114,9 @@ impl Constellations {
             FigureVertex { direction, star }
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
-        let mut drawn = std::collections::BTreeSet::new();
+        let mut with_figure = std::collections::BTreeSet::new();
         let constellation = |(abbreviation, name, _, _, at): Name| {
-            let is_first = drawn.insert(abbreviation.clone());
+            let is_first = with_figure.insert(abbreviation.clone());
             let figures_of_name = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
             let figure =
                 figures_of_name.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| vertex(*at)).collect()).collect();

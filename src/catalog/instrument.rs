@@ -1,8 +1,8 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
 //! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or a problem with the line and the TOML field. A circle has `diameter_deg`, or
-//! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. From a focal length the field of view is
-//! that of a lens without distortion: 2 atan(size / 2 f).
+//! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. A focal length means that of a
+//! lens without distortion, so a field stop or sensor of `size` covers 2 atan(size / (2 focal length)).
 
 use super::fields::{is_name, required_word};
 use super::table::TableReader;

@@ -79,7 +79,7 @@ pub struct Problem {
     pub file: String,
     /// Line number, starting at 1.
     pub line: usize,
-    /// What is wrong; for a field usually body, field, value, and allowed values.
+    /// What is wrong. For a field, it usually names the body, the field, its value and the allowed values.
     pub message: String,
 }
 
@@ -90,10 +90,10 @@ impl std::fmt::Display for Problem {
     }
 }
 
-/// Every problem of the files, by file and line; printed one per line: the first `MAX_SHOWN_PROBLEMS`, then the number of the rest.
+/// All problems of the files. As text it has one line for each of the first `MAX_SHOWN_PROBLEMS`, then the number of the others.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct CatalogError {
-    /// In the order of files and lines.
+    /// Sorted by file and line.
     pub problems: Vec<Problem>,
 }
 
@@ -123,7 +123,7 @@ impl std::fmt::Display for CatalogError {
 #[error("{0}")]
 pub struct UnknownName(pub String);
 
-/// The form in which names are compared: lower case, one spelling of barycentre, and single spaces instead of `_` and `-`.
+/// The form in which names are compared: lower case, `barycenter` for both spellings, and single spaces instead of `_` and `-`.
 pub(crate) fn normalized_name(name: &str) -> String {
     let name = name.to_lowercase().replace("barycentre", "barycenter").replace(['_', '-'], " ");
     name.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -190,7 +190,7 @@ impl Catalog {
         self.stars.as_ref().map_or(stars::EMBEDDED_BRIGHTEST_MAGNITUDE, |s| s.brightest_magnitude())
     }
 
-    /// This catalog with other minor planets or comets, if there are any.
+    /// This catalog with the user's minor planets and comets. Where `supplied` has none of a kind, the embedded ones of that kind stay.
     pub fn with_small_bodies(self, supplied: Option<SmallBodies>) -> Self {
         let Some(supplied) = supplied else { return self };
         let embedded = SmallBodies::embedded();
@@ -252,7 +252,8 @@ impl Catalog {
         &self.instruments
     }
 
-    /// Adds a layer of the sky, or of points and lines, while the catalog is in use. It replaces a layer of the same name.
+    /// Adds a layer while the catalog is in use; it replaces a layer of the same name. Not for an image on a body, which is one of the body's overlays and is
+    /// added by [`Self::with_data`].
     pub fn add_data_layer(&self, layer: DataLayer) {
         self.data_layers.add(layer);
     }

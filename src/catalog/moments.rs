@@ -1,8 +1,8 @@
 //! Well-known moments and viewpoints for them: eclipses, transits, triple shadow transits (of moons on Jupiter), ring-plane crossings.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems. A field
-//! that belongs to another kind of vantage than the moment's is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is
-//! computed here; tests compare the moments with the ephemeris.
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems. A field that only other kinds of
+//! viewpoint ([`Vantage`]) have is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is computed here; tests compare the
+//! moments with the ephemeris.
 
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};

@@ -1,9 +1,9 @@
 //! Names on the surfaces of bodies: the features of the IAU's gazetteer, and crewed landing sites.
 //!
 //! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body: landing sites first, then the others by decreasing prominence.
-//! Always: the tables' latitudes count as planetocentric and their longitudes as east, as those of Mars and of nearly spherical bodies are. For oblate
-//! moons the gazetteer has planetographic latitudes, so that their features are off by up to 5 degrees (Mimas; Enceladus 2). Not here: which names fit into
-//! an image.
+//! Always: the tables' latitudes are taken as planetocentric and their longitudes as east, which is right for Mars and for nearly spherical bodies. For oblate
+//! moons the gazetteer gives planetographic latitudes, so their features are off by up to 5 degrees on Mimas and 2 on Enceladus. Not here: which names fit
+//! into an image.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -75,7 +75,7 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(
     all
 });
 
-/// The features of a body by its name, the most important first.
+/// The features of a body by its name: landing sites, then the others by decreasing prominence.
 pub fn features(body: &str) -> &'static [SurfaceFeature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }

@@ -69,7 +69,7 @@ fn species(mut table: TableReader) -> Option<Species> {
 /// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; the thousands that fit into a file of one megabyte would take
 /// minutes.
 const MAX_SPECIES: usize = 16;
-/// Maximum number of rings of a body; their table of radii has room for 4,096 edges.
+/// Maximum number of rings of a body: the shader's table of ring edges has room for 4,096.
 const MAX_RINGS: usize = 2000;
 
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
@@ -128,7 +128,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         unresolved_moments.extend(root.sections("moment").into_iter().filter_map(moments::unresolved_moment));
         root.finish();
     }
-    // No names are looked up then: the body of an unknown name may be in the file that could not be read.
+    // Names are looked up only if every file could be read: a name that seems unknown may be that of a body in the unread file.
     if !all_are_toml {
         return Err(problems.into_error());
     }
@@ -222,7 +222,7 @@ fn assemble(
         let aliases = draft.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
         for (name, source_line) in draft.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
             ids.insert(name.to_lowercase(), *id);
-            // Names that are looked up in one form would lead to only one of the bodies.
+            // Of two bodies whose names have the same normalized form, a look-up would find only one.
             let form = normalized_name(name);
             if is_name_of_barycenter(&form) {
                 problems.add(source_line, format!("the name \"{name}\" is that of a barycentre"));

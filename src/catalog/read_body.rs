@@ -270,8 +270,8 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
     };
     let older = drafts.remove(&id.value);
     if let Some(older) = older {
-        // An estimated error belongs to the value given in the same file, so an error is dropped when its value is replaced.
-        let kept = |own: Option<f64>, replaced: bool, former: Option<f64>| own.or(former.filter(|_| !replaced));
+        // An estimated error belongs to the value given in the same file. If this file replaces the value, the older error is dropped.
+        let kept = |own: Option<f64>, is_replaced: bool, former: Option<f64>| own.or(former.filter(|_| !is_replaced));
         fresh.estimates = Estimates {
             albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
             colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),

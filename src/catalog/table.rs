@@ -117,7 +117,9 @@ pub(super) struct TableReader<'a> {
     source: &'a TomlFile<'a>,
     /// The prefix of fields in messages: a dotted path that ends in a dot, or empty.
     prefix: String,
+    /// Where the table begins.
     pub source_line: SourceLine,
+    /// The fields that were not requested yet.
     table: DeTable<'a>,
     /// Fields requested so far.
     requested: Vec<&'static str>,
@@ -143,7 +145,7 @@ impl<'a> TableReader<'a> {
         self.table.contains_key(field)
     }
 
-    /// A value of type `T` that passes `ok`; `allowed` describes the condition.
+    /// The value of a field, if it has type `T` and passes `ok`. Otherwise reports a problem, in which `allowed` describes the condition.
     pub fn optional<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();

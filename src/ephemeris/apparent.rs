@@ -11,7 +11,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// SOFA's `dlim`: half the square of the angle from the Sun's centre, radians, below which the deflection is reduced. The Sun's limb is at 1.1e-5.
+/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this. At the Sun's limb it is 1.1e-5.
 const DEFLECTION_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
@@ -97,13 +97,9 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
         )),
         _ => geometric,
     };
-    let velocity = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
-    let apparent = DVec3::from_array(sofars::astro::ab(
-        &deflected.to_array(),
-        &velocity.to_array(),
-        sun_distance_au,
-        (1.0 - velocity.length_squared()).sqrt(),
-    ));
+    let beta = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
+    let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
+    let apparent = DVec3::from_array(sofars::astro::ab(&deflected.to_array(), &beta.to_array(), sun_distance_au, inverse_gamma));
     let geometric_state = ephemeris.state(body, NaifId::EARTH, t, None)?;
     Ok(ApparentPlace {
         gcrs: RaDec::of(apparent),

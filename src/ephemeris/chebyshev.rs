@@ -17,7 +17,7 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
     (c[0] + u * b1 - b2, b1 + u * d1 - d2)
 }
 
-/// The coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` (called with arguments in -1..=1) at as many nodes.
+/// The coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` at the `terms` Chebyshev nodes of -1..=1.
 pub fn fit_nodes(terms: usize, position: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
     let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;
     let values: Vec<DVec3> = (0..terms).map(|j| position(angle(1, j).cos())).collect();

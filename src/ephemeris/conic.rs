@@ -23,7 +23,7 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
     let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
     for _ in 0..quarterings {
-        // Writing 1 + c0 as 2 - x c2 preserves the precision of c2, which is (1 - cos E) / E squared.
+        // Writing 1 + c0 as 2 - x c2 preserves the precision of c2, which is (1 - cos E) / E² with E² = x.
         c3 = 0.25 * (c2 + c0 * c3);
         c2 *= 0.5 * (2.0 - x * c2);
         c1 *= c0;
@@ -67,8 +67,8 @@ impl ConicState {
         };
         // dt/ds is the distance r > 0, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
         // the functions of a hyperbola overflow far beyond the root.
-        let first = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
-        let (mut low, mut high) = (0.0_f64, span.signum() * first);
+        let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
+        let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
         for _ in 0..200 {
             if time_residual(high).0 * span.signum() >= 0.0 {
                 break;

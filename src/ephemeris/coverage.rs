@@ -12,9 +12,11 @@ use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 /// A field of a body that no theory supports at any time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnsupportedField {
+    /// The body that has the field.
     pub body: NaifId,
     /// Key in the body's table of the catalog: `motion`, `parent` or `rotation`.
     pub field: &'static str,
+    /// The reason, and what to write instead, in English.
     pub why: String,
 }
 
@@ -45,7 +47,8 @@ impl Ephemeris {
         }
     }
 
-    /// The first and the last time that `source` (`None`: any) covers a target, TDB seconds past J2000, gaps between them ignored; `None` if it never does.
+    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. `None` if
+    /// there is no such time.
     fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {

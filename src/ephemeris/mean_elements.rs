@@ -9,7 +9,7 @@ use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, KM_PER_AU, SEC
 const CENTURY_S: f64 = DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY;
 
 /// Elements at J2000 and their rates per Julian century: a (au), e, then degrees: I, mean longitude, longitude of perihelion, node.
-/// The last four are b, c, s, f of the mean anomaly's extra b T² + c cos(f T) + s sin(f T), degrees.
+/// The last four are b, c, s, f of b T² + c cos(f T) + s sin(f T), degrees, which is added to the mean anomaly.
 #[rustfmt::skip]
 const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
     ([0.38709843, 0.20563661, 7.00559432, 252.25166724, 77.45771895, 48.33961819], [0.0, 0.00002123, -0.00590158, 149472.67486623, 0.15940013, -0.12214182], [0.0; 4]),

@@ -161,14 +161,19 @@ const LONGEST_CHAIN: usize = 8;
 pub struct Ephemeris {
     /// Kernels in order of precedence; the shipped one is the last.
     kernels: Vec<spk::Spk>,
+    /// The series of planets, Sun and Moon.
     series: series::Series,
+    /// Motions about a parent, from the catalog.
     orbits: HashMap<NaifId, Orbit>,
+    /// Rotation models, from the catalog.
     rotations: HashMap<NaifId, Rotation>,
     /// The moons that displace a planet's centre, each with its share of the system's mass.
     mass_shares: HashMap<NaifId, Vec<MassShare>>,
+    /// The theories of Jupiter's and Saturn's large moons.
     theories: satellites::MoonTheories,
     /// Names of the catalog's bodies, for messages.
     names: HashMap<NaifId, String>,
+    /// Poles and prime meridians from the text kernel.
     pck: orientation::Pck,
     /// The most recent centres of planets: a frame needs one at the same instant for each of the planet's moons.
     recent_centres: Mutex<VecDeque<(NaifId, Instant, LinkState)>>,

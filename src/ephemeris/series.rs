@@ -1,4 +1,5 @@
-//! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, and Pluto by a refit of DE440 for 1551-2646.
+//! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, the Moon by ELP ([`super::elp`]), and Pluto from an SPK kernel of
+//! Chebyshev polynomials that were fitted to DE440 for 1551-2646.
 //!
 //! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated at
 //! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs), which agree with them to 4e-3 km (limited by the resolution of a Julian date
@@ -17,6 +18,10 @@ pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 const MERCURY_SEGMENT_DAYS: f64 = 16.0;
 /// Days that one polynomial of any other body covers.
 const SEGMENT_DAYS: f64 = 32.0;
+/// Limit below which no term of the Moon's series is left out.
+const ALL_TERMS_ARCSEC: f64 = 0.0;
+/// Limit that leaves the Moon's mean motion, equation of the centre, evection, variation and the like.
+const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
 #[derive(Debug)]
 pub struct Series {
@@ -54,8 +59,8 @@ impl Series {
     pub fn state(&self, target: i32, tdb_s: f64) -> Option<State> {
         match target {
             9 => self.pluto.state_and_center(9, tdb_s).map(|(_, state)| state),
-            301 => Some(self.moon.state(tdb_s, 0.0)),
-            399 => Some(earth_from_moon(self.moon.state(tdb_s, 0.0))),
+            301 => Some(self.moon.state(tdb_s, ALL_TERMS_ARCSEC)),
+            399 => Some(earth_from_moon(self.moon.state(tdb_s, ALL_TERMS_ARCSEC))),
             199 | 299 => Some(State::REST),
             _ => {
                 let theory = planetary(target)?;
@@ -70,9 +75,9 @@ impl Series {
         planetary(target).map(|theory| theory_position_km(theory, tdb_s))
     }
 
-    /// The Moon's geocentric state by its largest terms only: mean motion, equation of the centre, evection, variation and the like.
+    /// The Moon's geocentric state by its largest terms only.
     pub fn mean_moon(&self, tdb_s: f64) -> State {
-        self.moon.state(tdb_s, 500.0)
+        self.moon.state(tdb_s, LARGEST_TERMS_ARCSEC)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
 //! doubles and summed in `chebyshev`: anise's own evaluation converts to an epoch in nanoseconds, which costs more than the sum.
-//! Always: a segment covers its span without a gap, and the record of an instant is found by division. Types 2
+//! Always: a segment covers its span without a gap, in records of equal length, so that a division gives the record of an instant. Types 2
 //! (Chebyshev positions) and 3 (positions and velocities) are read; other types are rejected by name. A file is rejected before anise reads it
 //! if its chain of summary records leaves the file or returns to a record, because anise would follow it for ever.
 
@@ -54,10 +54,13 @@ fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
 /// A segment of Chebyshev records of equal length.
 #[derive(Debug)]
 pub struct Segment {
+    /// NAIF code of the body.
     pub target: i32,
+    /// NAIF code of the origin of the body's states.
     pub center: i32,
-    /// Covered span, TDB seconds past J2000.
+    /// Start of the covered span, TDB seconds past J2000.
     pub start_s: f64,
+    /// End of the covered span.
     pub end_s: f64,
     /// Start of the first record.
     first_s: f64,
@@ -65,7 +68,9 @@ pub struct Segment {
     length_s: f64,
     /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
     record_len: usize,
+    /// 3: positions; 6: positions and velocities.
     components: usize,
+    /// The records one after another.
     data: Vec<f64>,
 }
 

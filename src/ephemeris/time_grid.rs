@@ -1,8 +1,8 @@
-//! Caches of slow, smooth functions of time on a fixed grid: [`GridCache`] for values by interval or by node, [`TimeGrid`] for values at nodes, from which
-//! the caller interpolates or extrapolates.
+//! Caches of slow, smooth functions of time. [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] computes values
+//! at nodes, from which the caller interpolates or extrapolates.
 //!
-//! In: a key, an instant, the function. Out: its values at the two nodes around the instant and the weight of the later one, or its value at the nearest
-//! node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
+//! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at the
+//! nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
 //! planet's moons at dozens of instants that differ by the light time between them: these share a few nodes, and later frames of the same instant reuse them.
 
 use parking_lot::Mutex;

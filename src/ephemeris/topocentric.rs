@@ -16,7 +16,7 @@ const REFRACTION_DEG: f64 = 34.0 / 60.0;
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Seconds by which the greatest obscuration may lie outside the span, and a contact before or after the greatest obscuration.
+/// Longest time over which a passage is followed: from the span to a greatest obscuration outside of it, and from there to a contact. Seconds.
 const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
@@ -206,7 +206,7 @@ impl ObserverSky<'_> {
             }
             Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
         };
-        // Almanacs compute first and last contact with a larger Moon than totality.
+        // With the almanacs' radii, the Moon is larger for first and last contact than for totality.
         let penumbral_ratio = if occulting == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
         let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let near = self.topocentric(occulting, start.plus_seconds(s))?;

@@ -69,10 +69,10 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
-    let per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
+    let deg_per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
     let retrograde = elements.inclination_deg > 90.0;
-    let node_rate = if retrograde { per_day(elements.node_period_yr) } else { -per_day(elements.node_period_yr) };
-    let argument_rate = per_day(elements.argument_period_yr);
+    let node_rate = if retrograde { deg_per_day(elements.node_period_yr) } else { -deg_per_day(elements.node_period_yr) };
+    let argument_rate = deg_per_day(elements.argument_period_yr);
     // Longitude is node + argument + anomaly; in a retrograde orbit the node is subtracted.
     let linear_rate = elements.mean_motion_deg_day - argument_rate + if retrograde { node_rate } else { -node_rate };
     let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);

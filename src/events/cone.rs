@@ -10,9 +10,11 @@ use glam::DVec3;
 /// The Earth in GCRS axes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spheroid {
+    /// Equatorial radius.
     pub equatorial_km: f64,
+    /// Polar radius.
     pub polar_km: f64,
-    /// Unit vector.
+    /// Unit vector to the north pole.
     pub pole: DVec3,
 }
 
@@ -39,7 +41,7 @@ impl Spheroid {
         nearest_point_and_half_chord_sq(p, d).1
     }
 
-    /// Where such a line meets the surface: of the two points the one farther along `direction`.
+    /// Where the line through `point_km` along the unit vector `direction` meets the surface: of the two points the one farther along `direction`.
     pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);

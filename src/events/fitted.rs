@@ -10,7 +10,9 @@ const TERMS: usize = 14;
 /// A fitted position, km. Times are seconds from the middle of the span.
 #[derive(Clone, Debug)]
 pub(super) struct FittedPosition {
+    /// Half of the span.
     half_s: f64,
+    /// Chebyshev coefficients of x, y and z.
     axes: [Vec<f64>; 3],
 }
 

@@ -1,10 +1,10 @@
-//! Contacts of a solar eclipse and Baily's beads with the lunar limb profile.
+//! Contacts of a solar eclipse at the Moon's true limb, with its mountains and valleys.
 //!
-//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants at which the Sun's disc and the Moon's true
-//! silhouette touch, where on the limb, and the delay after the contact of the mean limb. In a total eclipse, the last bead goes out at C2 and the first
-//! one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a
-//! [`LimbProfile`], computed again at each contact; if the Sun shines through a valley even at maximum, there is no C2 and no C3. Not included:
-//! refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
+//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants (first contact C1 to fourth contact C4) at which
+//! the Sun's disc and the Moon's true silhouette touch, where on the limb, and the delay after the contact of the mean limb, that of a sphere. In a total
+//! eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and
+//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed again at each contact; if the Sun shines through a valley even at
+//! maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
 use super::numeric::zero_crossing;
@@ -29,6 +29,7 @@ const STEP_S: f64 = 0.25;
 pub struct LimbContact {
     /// C1 to C4.
     pub name: &'static str,
+    /// When it is seen from the place.
     pub time: Instant,
     /// Seconds after the contact of the mean limb; negative if earlier.
     pub delay_s: f64,

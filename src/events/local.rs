@@ -16,8 +16,8 @@ const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
 /// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const SEARCH_STEP_S: f64 = 120.0;
-/// Seconds before and after the shadow's passage at the centre line within which it passes the places beside it: the difference is 52 minutes at 20 degrees
-/// from the path of 1529-11-11. In this span the separation has one minimum.
+/// A place beside the centre line has its least separation of the discs within this time before or after the nearest place on the centre line; the separation
+/// has only one minimum in that span. The difference is 52 minutes at 20 degrees from the path of 1529-11-11.
 const CENTRAL_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
@@ -46,8 +46,11 @@ impl GeodeticPosition {
 /// An instant of an eclipse with the body's position in the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalContact {
+    /// As in [`LocalCircumstances::contacts`], or `maximum`.
     pub name: &'static str,
+    /// When it is seen from the place.
     pub time: Instant,
+    /// Altitude of the body's centre, without refraction.
     pub altitude_deg: f64,
     /// Azimuth from north through east.
     pub azimuth_deg: f64,
@@ -93,6 +96,7 @@ pub struct LocalCircumstances {
 /// Angular radii and separation of the discs of the Sun and the Moon as seen from a place, radians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
+    /// The Sun's radius.
     pub sun: f64,
     /// The Moon's radius for the umbra.
     pub moon: f64,
@@ -107,6 +111,7 @@ impl Discs {
     fn limb_gap(&self) -> f64 {
         self.separation - self.sun - self.penumbral_moon
     }
+
     /// Angle from internal tangency of the discs; negative if one disc lies within the other.
     pub(crate) fn distance_from_internal_tangency(&self) -> f64 {
         self.separation - (self.sun - self.moon).abs()
@@ -152,6 +157,7 @@ pub(super) struct MeanContacts {
     pub outer: (f64, f64),
     /// Second and third contact; `None` if no disc comes to lie within the other.
     pub inner: Option<(f64, f64)>,
+    /// Whether the Moon's disc is smaller than the Sun's at the maximum.
     pub is_annular: bool,
 }
 
@@ -329,6 +335,7 @@ impl<'a> Station<'a> {
 
 /// The spans in which a body is above the horizon, and its first rising and setting, seconds.
 struct AboveHorizon {
+    /// From rising (or the start) to setting (or the end).
     spans: Vec<(f64, f64)>,
     rise: Option<f64>,
     set: Option<f64>,

@@ -54,20 +54,23 @@ pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
 /// An eclipse of the Moon.
 #[derive(Clone, Debug)]
 pub struct LunarEclipse {
+    /// Penumbral, partial or total.
     pub class: LunarType,
     /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
     pub greatest: Instant,
     /// Least distance of the Moon's centre from the axis in the Earth's equatorial radii, positive north of the axis.
     pub gamma: f64,
-    /// Part of the Moon's diameter inside the umbra, and inside the penumbra; negative outside.
+    /// Part of the Moon's diameter inside the umbra; negative outside.
     pub umbral_magnitude: f64,
+    /// Part of the Moon's diameter inside the penumbra.
     pub penumbral_magnitude: f64,
     /// Where the Moon is overhead at greatest eclipse.
     pub place: GeodeticPosition,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
     pub contacts: Vec<Contact>,
+    /// Number of the Saros series.
     pub saros: i64,
-    /// Number in the Saros series, starting at 1.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the theories' span.
     pub saros_member: Option<i64>,
     geometry: LunarEclipseGeometry,
 }
@@ -84,7 +87,9 @@ struct LunarEclipseGeometry {
 struct ShadowAtMoon {
     /// Vector from the axis to the Moon's centre.
     offset_from_axis: DVec3,
+    /// Radius of the umbra.
     umbra_km: f64,
+    /// Radius of the penumbra.
     penumbra_km: f64,
 }
 

@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
-//! In: catalog, ephemeris, a span of time. Out: events by time, with their instants as the Earth's centre receives the light, and their local
-//! circumstances. The geometry is that of the shaders: bodies are where the light passed them, and radii are the catalog's
-//! ([`EclipseRadii`](crate::catalog::EclipseRadii)). Nothing is drawn here and no file is read.
+//! In: catalog, ephemeris, a span of time. Out: eclipses by time, and transits and phenomena of moons in the order in which they are found, with their instants
+//! as the Earth's centre receives the light; for eclipses and transits also local circumstances. The geometry is that of the shaders: bodies are where the light
+//! passed them, and radii are the catalog's ([`EclipseRadii`](crate::catalog::EclipseRadii)). Nothing is drawn here and no file is read.
 
 mod cone;
 mod contacts;

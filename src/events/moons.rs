@@ -1,9 +1,10 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. The geometry is that of planes that touch the planet's spheroid and the observer:
-//! for transits and occultations the Earth as a point, for shadows and eclipses the Sun's disc. Light time between Sun, moon, planet and Earth is included. An
-//! event is listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants:
-//! 30 s for the Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
+//! In: a span of time. Out: events as the Earth's centre sees them. The regions that a moon enters are bounded by planes that touch the planet's spheroid and
+//! the observer. The observer is the Earth's centre for transits and occultations; for shadow transits and eclipses it is the Sun, whose planes touch its sphere
+//! or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
+//! eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: the planets' atmospheres,
+//! which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -50,8 +51,11 @@ impl MoonEventType {
 
 #[derive(Clone, Debug)]
 pub struct MoonEvent {
+    /// What happens.
     pub class: MoonEventType,
+    /// The moon in transit, or the one that is occulted or eclipsed.
     pub moon: NaifId,
+    /// The planet of the moon.
     pub planet: NaifId,
     /// The occulting or eclipsing moon of a mutual event.
     pub by: Option<NaifId>,
@@ -154,12 +158,14 @@ impl MoonAndPlanet<'_> {
 struct MoonConjunction {
     observer: NaifId,
     middle: Instant,
+    /// Half of the fitted span.
     half_s: f64,
     moon: FittedPosition,
     /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
     to_observer: FittedPosition,
     /// Barycentric velocity of the planet.
     planet_velocity_km_s: DVec3,
+    /// Unit vector to the planet's north pole.
     pole: DVec3,
 }
 

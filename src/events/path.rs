@@ -1,8 +1,7 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is the last place whose greatest phase is central (total or annular) on the
-//! great circle across the path. Not here: the limits beyond the ends of the centre line, where only one side of the
-//! shadow meets the ground.
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is the farthest place, on a great circle across the path, at which the eclipse is still
+//! central (total or annular). Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;
@@ -20,9 +19,11 @@ const MAX_WIDTH_DEG: f64 = 25.0;
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
 pub struct EclipsePath {
+    /// Where the axis of the shadow meets the ground, by time.
     pub centre_line: Vec<(Instant, GeodeticPosition)>,
-    /// North and south of the centre line; a point is missing where the umbra extends beyond the sunlit ground.
+    /// North of the centre line; a point is missing where the umbra extends beyond the sunlit ground.
     pub northern_limit: Vec<GeodeticPosition>,
+    /// South of the centre line, likewise.
     pub southern_limit: Vec<GeodeticPosition>,
 }
 
@@ -45,7 +46,7 @@ impl SolarEclipse {
                 (false, _, Some(behind)) => bearing_rad(behind, centre),
                 _ => continue,
             };
-            // To the left of the shadow's motion, which is north unless the path goes westward over a pole.
+            // Left and right of the shadow's motion: north and south, unless the path goes westward over a pole.
             let (left, right) = (self.limit(s, centre, heading_rad - FRAC_PI_2), self.limit(s, centre, heading_rad + FRAC_PI_2));
             let northward_deg = |limit: Option<GeodeticPosition>| limit.map_or(0.0, |p| p.latitude_deg - centre.latitude_deg);
             left_is_north_by_deg += northward_deg(left) - northward_deg(right);

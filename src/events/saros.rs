@@ -1,7 +1,7 @@
 //! The number of an eclipse in its Saros series.
 //!
 //! In: an eclipse, and a function that reports whether there is an eclipse at another phase of the same series. Out: its number, starting at 1. A series
-//! begins with the first eclipse that the radii in force give: with a smaller shadow it may begin later.
+//! begins with the first eclipse that the chosen radii of the Sun and the Moon give: with a smaller shadow it may begin later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;

@@ -45,6 +45,7 @@ impl SolarType {
 /// An eclipse of the Sun.
 #[derive(Clone, Debug)]
 pub struct SolarEclipse {
+    /// Partial, annular, total or hybrid.
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
     pub central: bool,
@@ -57,13 +58,15 @@ pub struct SolarEclipse {
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: GeodeticPosition,
+    /// Altitude of the Sun there at greatest eclipse.
     pub sun_altitude_deg: f64,
     /// Duration of totality or annularity at that place.
     pub duration_s: Option<f64>,
-    /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: umbra or antumbra.
+    /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: the umbra or antumbra does.
     pub contacts: Vec<Contact>,
+    /// Number of the Saros series.
     pub saros: i64,
-    /// Number in the Saros series, starting at 1.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the theories' span.
     pub saros_member: Option<i64>,
     pub(super) geometry: SolarEclipseGeometry,
 }

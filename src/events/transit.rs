@@ -24,9 +24,11 @@ const HALF_S: f64 = 6.0 * 3600.0;
 /// A transit of an inner planet.
 #[derive(Clone, Debug)]
 pub struct Transit {
+    /// Mercury or Venus.
     pub planet: NaifId,
     /// When the centres are nearest, as the Earth's centre receives the light, like the contacts.
     pub greatest: Instant,
+    /// Least angle between the centres.
     pub separation_arcsec: f64,
     /// Distance of the centres over the Sun's radius, positive where the planet passes north of the Sun's centre (celestial north).
     pub gamma: f64,

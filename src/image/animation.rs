@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF, and largest denominator of an animated PNG's delays.
+/// Largest side of a GIF in pixels, and largest denominator of an animated PNG's delays: both are stored in 16 bits.
 const MAX_U16: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
@@ -110,15 +110,14 @@ impl<W: Write> AnimationWriter<W> {
             return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        // Hundredths of a second.
-        let start = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
-        let delay = start(self.frames_written + 1) - start(self.frames_written);
+        let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
+        let delay_hundredths = start_hundredths(self.frames_written + 1) - start_hundredths(self.frames_written);
         match &mut self.encoder {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
             Encoder::Gif(writer) => {
                 // Width and height were checked against 65535 at the start.
                 let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
-                frame.delay = delay as u16;
+                frame.delay = delay_hundredths as u16;
                 writer.write_frame(&frame).map_err(failed)?;
             }
         }

@@ -12,12 +12,15 @@ const MAX_LEVEL: f64 = 255.0;
 /// Statistics of absolute differences, in display levels (0 to 255).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Difference {
+    /// Mean over all compared values.
     pub mean: f64,
     /// 99.9 % of the values differ by this or less.
     pub p999: u8,
+    /// The largest difference.
     pub max: u8,
     /// Peak signal-to-noise ratio; `None` (infinite) for equal images.
     pub psnr_db: Option<f64>,
+    /// Number of pixels of either image.
     pub pixels: u64,
 }
 

@@ -12,8 +12,11 @@ use std::borrow::Cow;
 pub(super) struct EncodedMap {
     /// Name in error messages.
     pub name: String,
+    /// The encoded image (PNG or JPEG).
     pub bytes: Cow<'static, [u8]>,
+    /// How it is decoded.
     pub decoding: MapDecoding,
+    /// Limit on its size.
     pub max_megapixels: u32,
 }
 

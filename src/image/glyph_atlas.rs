@@ -2,9 +2,8 @@
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
 //! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: cells do not touch. A
-//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. Pen
-//! positions are at corners of pixels, but the ring's centre is the middle of the pen's pixel: a caller subtracts half a pixel from a position that
-//! is a ring's centre. The font is Ubuntu Light, as in the window.
+//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. A pen position is a corner of a pixel, but the ring is
+//! drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a pixel from the point. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -27,7 +26,9 @@ pub struct Glyph {
 /// The glyphs of one text size.
 #[derive(Clone, Debug)]
 pub struct GlyphAtlas {
+    /// The coverage of all glyphs.
     pub texture: SharedTexture,
+    /// The glyph of each character.
     cells: BTreeMap<char, Glyph>,
     /// A ring, the marker of small bodies.
     pub marker: Glyph,

@@ -11,6 +11,7 @@ use crate::units::linear_to_srgb;
 pub(crate) struct ExposedPixels<'a> {
     /// Red, green, blue and coverage.
     pub light: &'a [[f32; 4]],
+    /// Factor from light to display light, where 1 is white.
     pub exposure_factor: f64,
 }
 

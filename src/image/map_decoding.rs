@@ -7,9 +7,11 @@ use super::{PoleFilter, TexelFormat};
 /// How a map's file is decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MapDecoding {
+    /// Colour space of the texels.
     pub format: TexelFormat,
+    /// How rows near the poles are filtered.
     pub poles: PoleFilter,
-    /// For a map whose texels shaders turn into opacities. `None`: the mean of texels is the mean of their values.
+    /// For a map whose texels shaders turn into opacities. `None`: a coarser texel has the mean value of its finer texels.
     pub opacity: Option<OpacityTexels>,
 }
 
@@ -24,7 +26,7 @@ impl MapDecoding {
 /// opacity of their mean value would be smaller, and a body's light would depend on the size of its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpacityTexels {
-    /// As bits, so that decodings can be compared.
+    /// The bits of f32 values, so that decodings can be compared and hashed.
     clear_bits: u32,
     closed_bits: u32,
 }

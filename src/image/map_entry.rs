@@ -2,11 +2,13 @@
 //! without the others.
 //!
 //! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
-//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. An opaque level is stored without alpha, an
-//! opaque grey one as one channel.
+//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
+//! one channel if it is also grey.
 //!
-//! Layout: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 (128 bits)
-//! of its packed texels; the XXH3 of everything before. Then the packed texels of all levels. Integers are little-endian.
+//! Layout, integers little-endian:
+//! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of its
+//!   packed texels; last the XXH3 of the header up to here;
+//! - the packed texels of all levels, the finest first.
 //!
 //! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the start on processors
 //! without SHA instructions.

@@ -2,8 +2,8 @@
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those
 //! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
-//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], a map is decoded once; later runs read only
-//! the levels that they need.
+//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], a folder on disk, a map is decoded in one run of the program;
+//! later runs read only the levels that they need.
 
 use super::encoded_map::EncodedMap;
 use super::map_decoding::MapDecoding;
@@ -28,8 +28,11 @@ const MIN_IDLE: Duration = Duration::from_secs(5);
 /// Where a map of this name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapOrigin {
+    /// The file in the user's folder.
     Folder(PathBuf),
+    /// A map that is embedded in the program.
     Embedded,
+    /// No file has this name.
     Missing,
 }
 
@@ -69,8 +72,11 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) 
 /// All maps by file name.
 #[derive(Debug)]
 pub struct MapStore {
+    /// The user's folder of maps.
     folder: Option<PathBuf>,
+    /// Limit on the size of maps in that folder.
     max_megapixels: u32,
+    /// Decoded maps in memory, by name and decoding.
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,

@@ -1,10 +1,9 @@
 //! Mip chains in linear light.
 //!
-//! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of the one above, rounded down and at least 1. Each level is the area
-//! mean of the one above in linear light, so an odd side needs three texels with partial weights. Means stay floats from level to level and
-//! are rounded only on encoding, so errors do not accumulate. Of a map of opacities ([`OpacityTexels`]), each level has the mean opacity. Rows near the
-//! poles are filtered first ([`super::poles`]). The left and right edge of the image are borders of texels at every level, so no mean mixes texels across
-//! the map's seam.
+//! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of that of the finer level, rounded down and at least 1. Each level is the area mean of the
+//! finer level in linear light; along an odd side a texel is the weighted mean of up to three. Means stay floats from level to level and are rounded only on
+//! encoding, so errors do not accumulate. For a map of opacities ([`OpacityTexels`]), the opacities are averaged instead of the light. Rows near the poles are
+//! filtered first ([`super::poles`]). At every level the image's left and right edges are edges of texels, so no mean mixes texels across the map's seam.
 
 use super::map_decoding::{MapDecoding, OpacityTexels};
 use super::poles::{PoleRowFilter, PrefixSums};

@@ -41,7 +41,7 @@ pub use y4m::{write_y4m_header, y4m_frame};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Default limit, needed because a small file can claim any size. A map of 8192 x 4096 has 34 megapixels.
+/// Default limit on the size of an image, needed because a small file can claim any size. A map of 8192 x 4096 has 34 megapixels.
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
 /// Longest side of a map. A map of 64 megapixels in one row would need 2.5 GB for its mip levels.
 const MAX_MAP_SIDE: u32 = 1 << 16;
@@ -51,6 +51,7 @@ const DECODER_BYTES: u64 = 16 << 20;
 /// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
+/// The format of a texture's texels; all have four channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
     /// sRGB-encoded colour, linear alpha; decoded on read.

@@ -1,9 +1,9 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance of its value 1. Always: 8-bit sRGB, which every device can filter; the brightest
-//! ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has
-//! longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
+//! in the middle and increasing to the left, north up, and the luminance for which its value 1 stands. Always: the texture is 8-bit sRGB, which every device can
+//! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
+//! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowOrder;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
@@ -28,6 +28,7 @@ const CLIPPED_FRACTION: f64 = 1e-4;
 /// A panorama.
 #[derive(Clone, Debug)]
 pub struct Panorama {
+    /// The equirectangular image.
     pub texture: Texture,
     /// Luminance of the texture's value 1, cd/m², for a linear file; `None`: the file has no unit.
     pub unit_cd_m2: Option<f64>,

@@ -12,8 +12,8 @@
 //! streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
-//! frame at the pole: a row that slopes away from the pole all round, like a cone, has no mean slope. Mip levels are filtered again, since otherwise the next level would be finer in
-//! longitude.
+//! frame at the pole: a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again: halving alone would leave
+//! a level finer in longitude than in latitude.
 
 use std::f64::consts::{PI, TAU};
 
@@ -125,9 +125,11 @@ fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     filter.average(texels, sums);
 }
 
-/// A box filter: `whole` texels on both sides, and the next ones with the weight `end_weight`.
+/// A box filter of a length that need not be a whole number of texels.
 struct BoxFilter {
+    /// Number of texels with full weight on either side of the middle.
     whole: usize,
+    /// Weight of the next texel on either side.
     end_weight: f64,
     /// 1 / length of the box.
     weight: f64,

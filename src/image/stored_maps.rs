@@ -37,6 +37,7 @@ const SOURCES: [&str; 7] = [
 ];
 /// The libraries that decode images, whose versions are in the lock file.
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
+/// Cargo's lock file.
 const LOCK: &str = include_str!("../../Cargo.lock");
 
 /// The entry of a library in the lock file, with version and checksum.
@@ -87,7 +88,9 @@ fn key_of(map: &EncodedMap) -> Key {
 /// Number and size of the entries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct StoredMapsStatus {
+    /// Number of entries of this version of the program.
     pub entries: u64,
+    /// Bytes of those entries.
     pub bytes: u64,
     /// Number of entries of other versions of the program.
     pub other_entries: u64,
@@ -109,6 +112,7 @@ struct EntryFile {
 pub struct StoredMaps {
     folder: PathBuf,
     budget_bytes: u64,
+    /// After the first failure no further entry is written.
     write_failed: AtomicBool,
 }
 

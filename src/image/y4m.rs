@@ -1,7 +1,7 @@
 //! Writes finished frames as YUV4MPEG2, for a video encoder.
 //!
 //! In: rows of display bytes, top first. Out: BT.709 luma and chroma in limited range (Y 16..235, C 16..240), one plane after the other, 4:4:4; alpha is
-//! ignored. Always: a level is the exact value rounded to nearest, except where that lies within 2e-5 of a half; grey has no chroma.
+//! ignored. Always: a level is the exact value rounded to nearest, unless the exact value lies within 2e-5 of half-way between two levels; grey has no chroma.
 
 use super::ImageError;
 use crate::units::LUMINANCE_WEIGHTS;
@@ -46,7 +46,7 @@ const fn chroma(own: usize, range: f64) -> [i32; 4] {
 /// Y, Cb and Cr. BT.709 divides B - Y by 1.8556 and R - Y by 1.5748.
 const PLANES: [[i32; 4]; 3] = [LUMA, chroma(2, 1.8556), chroma(0, 1.5748)];
 
-/// One component of a pixel, whose bytes are red, green, blue and alpha from the lowest one of `word`.
+/// One component (Y, Cb or Cr) of a pixel. `word`: the pixel's bytes red, green, blue and alpha, red in the lowest.
 #[inline(always)]
 fn level([red, green, blue, offset]: [i32; 4], word: u32) -> u8 {
     let [r, g, b] = [word, word >> 8, word >> 16].map(|v| (v & 0xff) as i32);

@@ -1,4 +1,4 @@
-//! Cost and error of complete images: qualities, stars, renderers.
+//! Cost and error of complete images, by quality, with and without stars, and by renderer. Terms (choice, option, candidate): see [`super`].
 
 use super::drawings::standard_request;
 use super::images::{LinearImage, PrecisionRenderers, level_differences, p999};

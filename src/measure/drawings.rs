@@ -1,7 +1,8 @@
-//! Cost and error of drawing: models of light, shapes, sampling, resolution and precision, each in a view where the choice matters.
+//! Cost and error of drawing. Each choice (a setting with several options) of a model of light, a shape, sampling, resolution or precision is measured in views
+//! in which it matters.
 //!
-//! In: a session and an effort. Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same exposures. The model
-//! that a quality uses is read from the scene that the program builds at that quality; its precision and resolution are stated here.
+//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same
+//! exposures. Which model a quality uses is read from the scene that the program builds at that quality; its precision and resolution are stated here.
 
 use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
@@ -19,7 +20,7 @@ use glam::DVec3;
 
 const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
-/// One sample per pixel and eight taps for all options, so that only the choice differs.
+/// One sample per pixel and eight taps (samples of a map along a pixel's footprint) for all options, so that only the choice differs.
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;

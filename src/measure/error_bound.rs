@@ -29,8 +29,7 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
     }
 }
 
-/// Factor on the difference from the image with the reference's models, because that image is drawn in f32 and with the view's own
-/// samples.
+/// A margin on the difference from the image with the reference's models, because that image is drawn in f32 and with the view's own number of samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
 /// The image without atmospheres, the optical depth along each pixel's ray, and the largest error of the atmosphere models as a fraction of

@@ -17,9 +17,9 @@ const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 /// An image of linear light.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinearImage {
-    /// Size in pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// Size in pixels.
+    /// Height in pixels.
     pub height: u32,
     /// Rows from the top; red, green, blue and coverage.
     pub light: Vec<[f32; 4]>,
@@ -82,10 +82,12 @@ pub(crate) fn p999(mut values: Vec<f64>) -> f64 {
     quantile(&values, 0.999).unwrap_or(0.0)
 }
 
-/// Draws views in either precision.
+/// Draws views with the software renderer, in f32 or f64.
 pub(crate) struct PrecisionRenderers<'a> {
     pub session: &'a Session,
+    /// In f32.
     single: SoftwareRenderer,
+    /// In f64.
     double: SoftwareRenderer,
 }
 

@@ -31,7 +31,7 @@ use timing::{Quartiles, interleaved, seconds_of};
 /// How long a measurement may take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Within half a minute on two cores; all sweeps of `stability` within two minutes.
+    /// Within half a minute on two cores; all sweeps (series of views) of the command `stability` within two minutes.
     Short,
     /// Larger images and more rounds: several minutes.
     Full,
@@ -98,8 +98,11 @@ impl ChoiceMeasure {
 /// An option before it is timed.
 pub(crate) struct Candidate<'a> {
     name: String,
+    /// Its error in the choice's unit.
     error: f64,
+    /// The qualities that use this option in the program.
     default_of: Vec<Quality>,
+    /// What is timed.
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 

@@ -1,7 +1,7 @@
 //! Cost and error of positions: the source of the ephemeris, and corrections for light time.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, the greatest for Sun, Moon and planets on dates over 185
-//! years.
+//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, each the greatest over the Sun, the Moon and the planets on dates that span
+//! 185 years.
 
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
@@ -80,7 +80,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
 }
 
-/// Geometric direction, direction corrected for light time, and apparent direction, corrected for aberration, too.
+/// Geometric direction, direction corrected for light time, and apparent direction, corrected for light time and aberration.
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);

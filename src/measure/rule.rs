@@ -31,11 +31,15 @@ impl ErrorUnit {
 
     /// Upper limit of a quality's error. `None`: the most accurate option must be used.
     ///
-    /// `draft` is for exploring. A good eye resolves 60 arcsec, or 4 arcsec at a magnification of 15; the bound of 1 arcsec is a quarter of that.
-    /// 15.9 % of light is a quarter of a stop. 32 levels of 255 are an eighth of white, exceeded in one pixel of a thousand.
-    /// `standard` is for the window and for saved images. The Moon moves 0.1 arcsec in 0.2 s, so the time of a contact is off by at most
-    /// that.
-    /// Half a percent of light is a third of a level of 255 at mid grey. Three levels are 1 % of the display's range.
+    /// `draft` is for exploring:
+    /// - 1 arcsec is a quarter of what a good eye resolves at a magnification of 15 (60 arcsec without it).
+    /// - 15.9 % of light is a quarter of a stop.
+    /// - 32 levels of 255, exceeded in one pixel of a thousand, are an eighth of white.
+    ///
+    /// `standard` is for the window and for saved images:
+    /// - The Moon moves 0.1 arcsec in 0.2 s, so the time of a contact is off by at most 0.2 s.
+    /// - Half a percent of light is a third of a level of 255 at mid grey.
+    /// - Three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
             Self::Arcseconds => [1.0, 0.1],

@@ -1,9 +1,9 @@
 //! Turns a file's faces into vertices: one for each combination of position, normal, texture coordinate and colour.
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
-//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. A triangle across the map's seam continues beyond its
-//! edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split into three there.
-//! Triangles without an area are dropped.
+//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture coordinates
+//! continue beyond the map's edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split
+//! into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
 use super::self_shadow::Solid;
@@ -74,6 +74,7 @@ pub struct Mesh {
     pub indices: Arc<Vec<u32>>,
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
     pub max_radius: f64,
+    /// The same mesh in f64, for self-shadowing.
     pub(super) solid: Solid,
 }
 
@@ -93,8 +94,9 @@ impl PartialEq for Mesh {
 /// A vertex in double precision.
 #[derive(Clone, Copy)]
 struct Point {
-    /// Body axes, kilometres.
+    /// Body axes.
     position_km: DVec3,
+    /// Unit vector, body axes.
     normal: DVec3,
     /// Texture coordinates.
     uv: DVec2,
@@ -157,6 +159,7 @@ fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
 
 #[derive(Default)]
 struct MeshBuilder {
+    /// The index in `points` of each vertex so far.
     known: FxHashMap<VertexKey, u32>,
     points: Vec<Point>,
     /// For each vertex the index of its position: vertices at one position are one point of the surface.
@@ -181,7 +184,8 @@ impl MeshBuilder {
         index
     }
 
-    /// Mean number of triangles' boxes that a line through the box of all meets: the ratio of the boxes' areas (Cauchy's formula for convex bodies).
+    /// Mean number of bounding boxes of triangles that a line through the bounding box of all triangles meets. By Cauchy's formula for convex bodies it is the
+    /// sum of their surface areas over that of the large box.
     fn overlap(&self) -> f64 {
         let area = |corners: &mut dyn Iterator<Item = DVec3>| {
             let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
@@ -223,7 +227,7 @@ impl Mesh {
     /// Builds the model of a body from a file.
     ///
     /// # Errors
-    /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area: one line.
+    /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
         let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
         let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);

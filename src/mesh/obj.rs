@@ -15,20 +15,26 @@ pub(crate) const MAX_CORNERS: usize = 64;
 /// A corner of a triangle, by index into the lists of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Corner {
+    /// Index in [`Obj::positions`], and in [`Obj::colours`] if there are colours.
     pub position: u32,
+    /// Index in [`Obj::textures`].
     pub texture: Option<u32>,
+    /// Index in [`Obj::normals`].
     pub normal: Option<u32>,
 }
 
 /// The content of a file. Lengths are in the file's own unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
+    /// Vertex positions.
     pub positions: Vec<DVec3>,
     /// Vertex colours, sRGB, 0 to 1: one for each position, or none at all.
     pub colours: Vec<DVec3>,
     /// Texture coordinates: right and up from the map's lower left corner.
     pub textures: Vec<DVec2>,
+    /// Unit vectors.
     pub normals: Vec<DVec3>,
+    /// The faces, split into triangles.
     pub triangles: Vec<[Corner; 3]>,
 }
 

@@ -28,9 +28,11 @@ pub(crate) struct Solid {
     points: Vec<(DVec3, DVec3)>,
     /// For each vertex the index of its position: triangles with a corner at that position do not occlude it.
     position_ids: Vec<u32>,
+    /// Indices in `points`.
     triangles: Vec<[u32; 3]>,
     /// Whether both sides of a triangle are lit.
     two_sided: bool,
+    /// Built on first use.
     tree: OnceLock<Bvh>,
 }
 
@@ -44,10 +46,12 @@ struct Bvh {
 }
 
 struct Node {
+    /// Corners of the bounding box, kilometres.
     low: DVec3,
     high: DVec3,
-    /// Leaf: first triangle in `order`, and their number in `count`. Inner node: the second child (the first is the next node), and 0 in `count`.
+    /// Leaf: index in `order` of its first triangle. Inner node: index of its second child; the first child is the next node.
     at: u32,
+    /// Leaf: number of triangles. Inner node: 0.
     count: u32,
 }
 

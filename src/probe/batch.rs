@@ -1,7 +1,7 @@
 //! Evaluates many queries with one module. The software renderer draws a small target in which each query is a column.
 //!
-//! In: a module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of
-//! each query, of four numbers each. Inputs are pairs of f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).
+//! In: a shader module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of each query, one
+//! pixel of four numbers each. Each input goes to the shader as two f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).
 
 use super::ProbeError;
 use crate::render::plan::{
@@ -15,8 +15,12 @@ use std::sync::Arc;
 /// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
+/// Taps on a map, for the uniforms of probe modules: they read no maps.
+pub(super) const MAP_TAPS: u8 = 1;
+
 /// A module and its inputs other than the queries.
 pub struct ProbeBatch {
+    /// The module that answers the queries.
     pub module: ModuleId,
     /// Empty if the module has no uniforms.
     pub uniform_bytes: Vec<u8>,

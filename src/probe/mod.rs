@@ -1,9 +1,9 @@
 //! Queries that the emitted shaders answer, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`. Out: one JSON value, or one line that states what is wrong with the query. The file of a
-//! kind of query lists its fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the
-//! fields, chooses the module (an entry of shaders/entry/probe_*.wesl with the features of a key) and converts rows of numbers into named
-//! results. Always: no formula of a shader is duplicated here.
+//! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. Each kind has a source
+//! file in this folder. It lists the fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the fields, chooses the shader
+//! module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts its rows of numbers into named results. Always: no formula
+//! of a shader is duplicated here.
 
 pub mod batch;
 mod error;
@@ -70,9 +70,11 @@ type Answerer = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
 /// One field of a query.
 pub struct QueryField {
+    /// The key in the JSON object.
     pub name: &'static str,
     /// Meaning and unit.
     pub description: &'static str,
+    /// Whether the query must have it.
     pub requirement: Requirement,
 }
 
@@ -88,8 +90,11 @@ pub enum Requirement {
 
 /// One kind of query: its name, its fields, and the function that answers it.
 pub struct QueryKind {
+    /// The value of the field `q`.
     pub name: &'static str,
+    /// What it answers.
     pub description: &'static str,
+    /// Its fields besides `q`.
     pub fields: &'static [QueryField],
     /// A complete query.
     pub example: &'static str,

@@ -12,15 +12,20 @@ use serde_json::{Value, json};
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Fields {
-    /// A disc in front of the Sun: its radius and the distance of the centres, solar radii.
+    /// Radius of a disc in front of the Sun, solar radii.
     k: Option<f64>,
+    /// Distance of the disc's centre from the Sun's, solar radii.
     d: Option<f64>,
-    /// An ellipse in front of the Sun, solar radii.
+    /// Semi-major axis of an ellipse in front of the Sun, solar radii.
     semi_major: Option<f64>,
+    /// Its semi-minor axis, solar radii.
     semi_minor: Option<f64>,
+    /// Distance of its centre from the Sun's, solar radii.
     centre_distance: Option<f64>,
+    /// From its major axis to the direction of the Sun's centre.
     #[serde(default)]
     offset_angle_from_major_axis_deg: f64,
+    /// Limb darkening of the Sun; see [`Self::limb_darkening`].
     u1: Option<f64>,
     u2: Option<f64>,
     #[serde(default)]
@@ -110,6 +115,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = query.offset_angle_from_major_axis_deg.to_radians().sin_cos();
+    // In the order in which shaders/entry/probe_disc_overlap.wesl reads them.
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
     let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), 1);

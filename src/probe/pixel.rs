@@ -23,6 +23,7 @@ struct Fields {
     view: CameraFile,
     /// Default: J2000.
     time: Option<String>,
+    /// Default: [`SIZE`].
     size: Option<[u32; 2]>,
     effects: Option<String>,
     x: u32,
@@ -31,6 +32,7 @@ struct Fields {
 
 /// The standard quality of the command line, so that the numbers match the image that it draws.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
+/// Default width and height of the image.
 const SIZE: [u32; 2] = [1024, 1024];
 
 // The fields that describe a view; `project` has them, too.
@@ -101,7 +103,9 @@ pub(super) fn view_request(
 pub(crate) struct PixelReport {
     /// The linear pixel, all draws together.
     pub radiance: [f32; 3],
+    /// Exposure of the view.
     pub exposure_stops: f64,
+    /// Time of the view.
     pub time: Instant,
     /// Draws that cover the pixel's centre, nearest first.
     pub draws: Vec<PixelDraw>,
@@ -110,13 +114,17 @@ pub(crate) struct PixelReport {
 /// One draw at the pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PixelDraw {
+    /// The body that is drawn.
     pub body: NaifId,
     /// The body's name.
     pub name: String,
+    /// The part of the body: globe, air, clouds, or a half of the ring.
     pub part: BodyPart,
+    /// The shader module that draws it.
     pub module: ModuleId,
     /// Planetographic latitude and east longitude of the point on the surface, degrees; `None` if the draw is no globe.
     pub ground_deg: Option<[f64; 2]>,
+    /// The colour and the named values that the module computes.
     pub values: PixelValues,
 }
 

@@ -3,7 +3,7 @@
 //! Lengths are in equatorial radii; axes are the body's, with the pole at +z. The ring is a profile given in the query or that of a body in
 //! the catalog.
 
-use super::batch::{ProbeBatch, ProbeInputs};
+use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::sunlight::check_limb_darkening;
 use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required, unit_vector};
 use crate::catalog::{Body, Ring};
@@ -20,8 +20,10 @@ use std::sync::Arc;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Annulus {
+    /// Inner and outer radius, equatorial radii.
     r_in: f64,
     r_out: f64,
+    /// Optical depth along the normal of the plane.
     tau_normal: f64,
     #[serde(default)]
     #[allow(dead_code)]
@@ -41,7 +43,7 @@ enum TransmissionModel {
 struct TransmissionFields {
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
-    /// Accepted without effect: the light at a given point does not depend on the shape of the planet.
+    /// Accepted without effect: the light that a ring transmits to a given point does not depend on the shape of the planet.
     #[serde(default)]
     #[allow(dead_code)]
     flattening: f64,
@@ -106,7 +108,7 @@ fn evaluate(
     }
     let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
     let built = prober.library().get(&module)?;
-    let uniform_bytes = uniform_bytes(&built.layout, uniforms, 1)?;
+    let uniform_bytes = uniform_bytes(&built.layout, uniforms, MAP_TAPS)?;
     let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
     let texture = |(table, binding): (&Arc<RingTable>, u32)| TextureBinding { binding, source: TextureSource::Image(ring_profile(table)) };
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
@@ -184,6 +186,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
                 dust: 0.0,
             };
             let rings: Vec<_> = profile.iter().map(ring).collect();
+            // The profile's radii are in equatorial radii, the unit of the table.
             RingTable::of_shadow(rings.iter(), 1.0, &slants)
         }
         (None, Some(name)) => {

@@ -1,6 +1,6 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 
-use super::batch::{ProbeBatch, ProbeInputs};
+use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
 use crate::catalog::{self, AerosolPhase, PhaseFunction};
 use crate::render::plan::uniform_bytes;
@@ -29,7 +29,7 @@ struct Fields {
     model: ModelName,
 }
 
-/// An atmosphere. The fields that are ignored here and in [`Species`] are those that tests/data/rayleigh_reference_public.json has besides.
+/// An atmosphere. Fields that are ignored here and in [`Species`] are those of tests/data/rayleigh_reference_public.json that no model needs.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Atmosphere {
@@ -138,8 +138,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let features = species::features_of(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    // The ray in the form of a draw's uniforms: terms that would cancel in f32 are computed in f64. The point of its line nearest the centre is of order
-    // one, whereas |camera|^2 - along^2 would cancel for a distant camera.
+    // The ray as the shader of a draw gets it: terms that would cancel in f32 are computed here in f64. The point of its line nearest the centre is of order
+    // one, whereas |camera|^2 - along^2 would cancel for a distant camera. The order is that in which shaders/entry/probe_scatter.wesl reads the numbers.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;
@@ -262,13 +262,15 @@ fn air_uniform_bytes(
 ) -> Result<Vec<u8>, ProbeError> {
     let built = prober.library().get(module)?;
     let top = atmosphere.top_km / radius_km;
+    // The air is computed down to the ground.
+    const FLOOR_RADII: f64 = 1.0;
     let air = AtmosphereUniforms {
         end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
         multi_scatter_heights: Vec2::ZERO,
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
-        ..air::uniforms_of(atmosphere, radius_km, 1.0)
+        ..air::uniforms_of(atmosphere, radius_km, FLOOR_RADII)
     };
     // The direction of the light is an input of the query, so the module does not use this one.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
-    Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, 1)?)
+    Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, MAP_TAPS)?)
 }

@@ -5,7 +5,7 @@
 //! fraction that each body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`. The time is
 //! that at which the light arrives at the ground.
 
-use super::batch::{ProbeBatch, ProbeInputs};
+use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, fields, optional, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -24,8 +24,9 @@ use serde_json::{Map, Value, json};
 struct Fields {
     body: String,
     time: String,
-    /// Planetographic latitude and east longitude, degrees.
+    /// Planetographic latitude, degrees.
     lat: f64,
+    /// East longitude, degrees.
     lon: f64,
     #[serde(default)]
     model: RequestedModel,
@@ -121,6 +122,7 @@ pub struct OccludedSun<'a> {
     receiver: &'a Receiver<'a>,
     sun: &'a Body,
     model_choice: EclipseModelChoice,
+    /// The bodies that [`Self::seen_from`] found.
     pub occluders: Vec<Occluder<'a>>,
 }
 
@@ -168,8 +170,6 @@ pub fn sunlight_from_uniforms(
     points: &[DVec3],
 ) -> Result<Vec<[f64; 3]>, ProbeError> {
     const RESULT_ROWS: u32 = 1;
-    // The module reads no maps.
-    const MAP_TAPS: u8 = 1;
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
     // A key with an eclipse has a light; the probe reads neither its direction nor its irradiance.

@@ -1,5 +1,5 @@
-//! One plan in f32 and in f64: the difference of the images, and the first value of a module that differs by much
-//! ([`first_large_difference`]). The f32 image may be drawn by the GPU; values of modules are those of the software renderer.
+//! One plan (the draws of a view, ready for a renderer) drawn in f32 and in f64: the difference of the images, and the first named value of a shader module that
+//! differs by much ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
 use super::{SweepBench, SweepResult};
 use crate::measure::{LinearImage, PlannedView, level_differences};
@@ -8,7 +8,7 @@ use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
 use serde_json::Value;
 
-/// Index and value of the greatest number; NaN counts as infinity and is returned as such.
+/// Index and value of the greatest number; NaN counts as infinity and is returned as infinity.
 pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     let nan_as_infinity = |v: &f64| if v.is_nan() { f64::INFINITY } else { *v };
     let numbers = values.iter().map(nan_as_infinity).enumerate();

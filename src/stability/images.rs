@@ -1,4 +1,4 @@
-//! Complete images at every scale: bodies with clouds, air or rings from near to far, and images of two sizes.
+//! Two sweeps of complete images: `depth` draws bodies with clouds, air or rings from near to far, `scale` compares images of two sizes.
 
 use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
@@ -17,7 +17,7 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance in radii beyond which images from consecutive distances are compared, because the perspective differs by less than a level.
+/// Distance in radii beyond which images from consecutive distances are compared: from there on, the change of perspective is less than a display level.
 const COMPARED_BEYOND_RADII: f64 = 3e4;
 
 /// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance

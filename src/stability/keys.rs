@@ -1,4 +1,5 @@
-//! Every key of a covering set on the sample body, f32 against f64.
+//! Shaders of every feature, f32 against f64. A key names the features of one generated shader; the keys of a covering set together have every pair (or triple) of
+//! values of features. Each is drawn on the sample body, a made-up globe.
 
 use super::difference::{describe_cause, larger_or_nan, least_differences, worst_of};
 use super::{SweepBench, SweepResult};
@@ -13,8 +14,8 @@ use serde_json::json;
 /// Side of the image, pixels.
 const SIDE_PX: u32 = 24;
 
-/// A covering set of all pairs of values (short) or of all triples (full). Each key is drawn twice: the disc fills the image, or its limb is
-/// in the image.
+/// Draws a covering set of all pairs of values (short effort) or of all triples (full). Each key is drawn twice: once the disc fills the image, once the limb
+/// is in it.
 pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = bench.session();

@@ -19,7 +19,7 @@ use crate::units::{SPEED_OF_LIGHT_KM_S, SUN_RADIUS_KM};
 use glam::DVec3;
 use serde_json::json;
 
-/// Receiver, occluder, instant.
+/// Shadows: the body that receives it, the body that casts it, and an instant (UTC).
 const SHADOWS: [(&str, &str, &str); 7] = [
     ("earth", "moon", "2024-04-08T18:17:16Z"),
     ("earth", "moon", "2023-10-14T17:59:30Z"),

@@ -124,6 +124,8 @@ pub struct SweepBench<'a> {
 }
 
 impl<'a> SweepBench<'a> {
+    /// A bench with the renderers that the session's settings ask for.
+    ///
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
@@ -191,7 +193,7 @@ impl<'a> SweepBench<'a> {
     }
 }
 
-/// One sample per pixel, as in draft images; eight taps.
+/// One sample per pixel, as in draft images; eight taps (samples of a map along a pixel's footprint).
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
 /// Half a level of 255, which is invisible: the bound of f32 against f64.

@@ -1,4 +1,4 @@
-//! Sequences of images: steps of less than a pixel, and exposures through eclipses.
+//! Sweeps of image sequences: `motion` moves camera or bodies by less than a pixel a step, `exposure` follows automatic exposure through eclipses.
 
 use super::views::{JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepBench, SweepResult};

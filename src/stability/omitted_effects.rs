@@ -1,7 +1,7 @@
-//! Omitted effects: frames with the chosen effects against frames with every effect.
+//! Omitted effects: a frame with the effects that the scene chooses for the view ("chosen") against a frame with every effect ("all").
 //!
-//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: of the
-//! differences, and of the ratio of operations of the chosen frame to those of the frame with every effect. For each of the worst views above
+//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: that of the
+//! differences, and that of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
 //! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
 //! frame, which show which of the two is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
 //! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.

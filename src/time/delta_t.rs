@@ -26,7 +26,7 @@ const BLEND_FROM_YEAR: f64 = 1955.0;
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
     let index = measured_index(tt_s);
-    // Cubic interpolation needs an entry on either side of the interval: it serves from the second entry to the last but one.
+    // Cubic interpolation needs an entry on either side of the interval, so the table is used from its second entry to the last but one.
     let last_served = MEASURED_MS.len() - 2;
     if index >= 1.0 && index < last_served as f64 {
         return measured_s(index);
@@ -59,8 +59,9 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
 
 /// One standard error of [`delta_t_s`] before the measured table: years and seconds, linear in between.
 ///
-/// To 1600 of Morrison and Stephenson, J. Hist. Astron. 35 (2004), 333: [`early_error_s`] to 1200, then 20 s, because the decades' fluctuations are unknown.
-/// From 1700 the largest differences of the spline from the Astronomical Almanac (page K8), an earlier reduction: 4.7 s about 1800, 0.8 s in 1900.
+/// Up to 1600 as Morrison and Stephenson state it, J. Hist. Astron. 35 (2004), 333: [`early_error_s`] until 1200, and 20 s from 1300, because fluctuations over
+/// decades are not known for those years. From 1700 the largest differences between the spline and the Astronomical Almanac (page K8), which is an earlier
+/// reduction: 4.7 s about 1800, 0.8 s in 1900.
 const ERRORS_BEFORE_TABLE_S: [(f64, f64); 8] =
     [(1200.0, 30.8), (1300.0, 20.0), (1600.0, 20.0), (1700.0, 5.0), (1820.0, 5.0), (1890.0, 2.1), (1900.0, 0.8), (1970.0, 0.7)];
 
@@ -69,9 +70,9 @@ fn early_error_s(year: f64) -> f64 {
     0.8 * ((year - 1820.0) / 100.0).powi(2)
 }
 
-/// One standard error of [`delta_t_s`] in seconds: published figures and differences before the measured table (462 s in 585 BC, 20 s in 1500, 0.8 s in
-/// 1900), measured ones in it. After the table's end it is an estimate: 0.05 s, plus 0.2 s a year for the first hundred years, plus 0.8 s times the square
-/// of the centuries since that end.
+/// One standard error of [`delta_t_s`] in seconds. Before the measured table it follows published errors and differences (462 s in 585 BC, 20 s in 1500, 0.8 s
+/// in 1900), within the table measured differences. After the table's end it is an estimate: 0.05 s, plus 0.2 s a year for the first hundred years, plus 0.8 s
+/// times the square of the centuries since that end.
 pub fn delta_t_error_s(tt_s: f64) -> f64 {
     let year = year_of(tt_s);
     match year {
@@ -98,7 +99,7 @@ fn year_of_entry(index: usize) -> f64 {
     year_of(((MEASURED_FIRST_MJD + index as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - MJD_ORIGIN_JD)) * SECONDS_PER_DAY)
 }
 
-/// Position in the measured table, whose dates are in UTC. TT serves as well: in the minute between both, Delta T changes by less than 3 µs.
+/// Position in the measured table. The table's dates are in UTC, but TT may be used: in the minute between the two, Delta T changes by less than 3 µs.
 fn measured_index(tt_s: f64) -> f64 {
     let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - MJD_ORIGIN_JD);
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS

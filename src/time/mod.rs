@@ -17,7 +17,7 @@ mod text;
 use crate::units::{JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
-/// Standard errors of Delta T from here on are stated beside times, which are printed to the second.
+/// Times are printed to the second. From this standard error of Delta T on, the error is printed beside them.
 pub(crate) const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
@@ -129,8 +129,9 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                let rest_s = if s > 0.0 { 1.0 } else { 0.0 };
-                Self::from_utc_seconds(midnight_s + into_leap_s + s - rest_s)
+                // A span forwards uses up the rest of the leap second, which has no number in the count.
+                let leap_length_s = if s > 0.0 { 1.0 } else { 0.0 };
+                Self::from_utc_seconds(midnight_s + into_leap_s + s - leap_length_s)
             }
             _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
         }
@@ -145,8 +146,9 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        let tai_minus_utc_s = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
-        Self::from_tt_seconds(utc_s + tai_minus_utc_s.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at) + TT_MINUS_TAI_S)
+        let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
+        let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
+        Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
     }
 
     fn from_ut1_seconds(ut1_s: f64) -> Self {
@@ -164,7 +166,8 @@ impl Instant {
         self.utc_seconds_of_tai(self.tt_seconds_past_j2000() - TT_MINUS_TAI_S)
     }
 
-    /// The same, for the nearest millisecond: an instant 10 ns before a leap second, by the rounding of a number of seconds, is the leap second's start.
+    /// [`Self::utc_seconds`] of the nearest millisecond. A leap second's start, as a number of TDB seconds, may be rounded to 10 ns before it; the result is
+    /// then still the leap second's start.
     fn utc_seconds_rounded_to_ms(self) -> (f64, Option<f64>) {
         let tai_s = self.tt_seconds_past_j2000() - TT_MINUS_TAI_S;
         self.utc_seconds_of_tai((tai_s * 1e3).round() / 1e3)

@@ -6,10 +6,13 @@ use super::layer::{DataPoint, hex_colour};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
-/// The columns of latitude (or declination), longitude (or right ascension), time, size and colour in a table, in this order.
+/// The columns of a table that describe a point.
 pub(super) struct Columns {
+    /// Columns of latitude (or declination), longitude (or right ascension), time, size and colour.
     indices: [Option<usize>; 5],
+    /// Number of all columns of the table.
     count: usize,
+    /// Names in messages of the first two.
     coordinate_names: [&'static str; 2],
 }
 
@@ -25,7 +28,7 @@ impl Columns {
         };
         let known: [&[&str]; 5] =
             [coordinates[0], coordinates[1], &["datetime", "time", "date"], &["sizepx", "size"], &["colour", "color"]];
-        // Of several columns with known names, the one counts whose name is listed first: `ra_deg` before `ra`, which may be in hours.
+        // If several columns have names for the same field, the name that comes first in `known` decides: `ra_deg` before `ra`, which may be in hours.
         let indices = known.map(|known| known.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         // In the customary order: latitude before longitude, but right ascension before declination.

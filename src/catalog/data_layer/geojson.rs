@@ -68,14 +68,17 @@ struct Geometries {
 }
 
 impl Geometries {
+    /// The positions of a list; `None` if an item is something else.
     fn positions(list: Vec<Coordinates>) -> Option<Vec<[f64; 2]>> {
         list.into_iter().map(|c| if let Coordinates::Position(p) = c { Some(p) } else { None }).collect()
     }
 
+    /// The lines of a list; `None` if an item is something else.
     fn lines(list: Vec<Coordinates>) -> Option<Vec<Vec<[f64; 2]>>> {
         list.into_iter().map(|c| if let Coordinates::List(items) = c { Self::positions(items) } else { None }).collect()
     }
 
+    /// The points and lines of a geometry of this `type`; `None` if the coordinates are those of another type.
     fn of(kind: &str, coordinates: Coordinates) -> Option<Self> {
         let points = |points| Self { points, ..Self::default() };
         let lines = |lines| Self { lines, ..Self::default() };

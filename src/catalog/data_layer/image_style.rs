@@ -1,4 +1,4 @@
-//! Conversion of an image's values to colours: limits by percentiles, a curve, a colour map.
+//! Conversion of an image's values to colours: percentiles give the values of black and white, a curve maps those between, a colour map colours them.
 //!
 //! In: values, some of which may be NaN or infinite. Out: sRGB with alpha; alpha is 0 where the value is not finite.
 
@@ -34,7 +34,7 @@ pub enum Stretch {
     Log,
 }
 
-/// Colours over 0 to 1.
+/// Colours of the values from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ColourMap {
     /// Black to white.
@@ -119,7 +119,7 @@ mod tests {
             assert!((0..1000).all(|k| stretch.apply(f64::from(k) / 1000.0) < stretch.apply(f64::from(k + 1) / 1000.0)), "{stretch:?}");
             assert_eq!(stretch.apply(f64::INFINITY), stretch.apply(1.0));
         }
-        // Computed by hand: the square root of 1/4; two of the logarithm's three decades; asinh brightens 0.01 more than threefold.
+        // Computed by hand: the square root of 1/4 is 1/2; 99/999 is two of the logarithm's three decades; asinh makes 0.01 more than three times as bright.
         assert_eq!(Stretch::Sqrt.apply(0.25), 0.5);
         assert!((Stretch::Log.apply(99.0 / 999.0) - 2.0 / 3.0).abs() < 1e-12);
         assert!(Stretch::Asinh.apply(0.01) > 3.0 * 0.01);

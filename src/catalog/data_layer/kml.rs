@@ -45,10 +45,10 @@ impl ElementHandler for Document {
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
         let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
-        // Other elements have points, too: a PhotoOverlay, for instance.
+        // Points occur in other elements, for instance in a PhotoOverlay.
         let is_in_placemark = || path.iter().any(|e| e.name == "Placemark");
         match (element.name.as_str(), ancestor(1)) {
-            // Documents, folders and views have times, too, which are not those of a Placemark.
+            // The times of documents, folders and views are not those of a Placemark.
             ("when", "TimeStamp") | ("begin", "TimeSpan") if ancestor(2) == "Placemark" => {
                 let text = element.text.trim();
                 // A year or a month alone means its first day.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Maximum number of points and line vertices of a layer together.
 pub(super) const MAX_POSITIONS: usize = 1_000_000;
 
-/// Maximum number for all layers of a catalog together.
+/// Maximum number of points and line vertices of all layers of a catalog together.
 const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
 /// Maximum total length of the lines of a layer, and of all layers together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn
@@ -72,7 +72,9 @@ pub struct DataLine {
 pub(super) struct Content {
     pub points: Vec<DataPoint>,
     pub lines: Vec<DataLine>,
+    /// Number of points and line vertices.
     positions: usize,
+    /// Total length of the lines.
     length_deg: f64,
 }
 

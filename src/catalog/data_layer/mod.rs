@@ -1,9 +1,11 @@
 //! User data on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. The file
-//! name's ending determines the format: CSV and VOTable (points, on a body by `lat_deg` and `lon_deg`, planetographic, east; in the sky by `ra_deg`
-//! and `dec_deg`, ICRF; `time`, `size_px` and `colour` are optional), GeoJSON and KML (points and outlines on a body), FITS (an image on a body or in
-//! the sky). Always: a file with a wrong line is rejected entirely.
+//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. Always: a file with a
+//! wrong line is rejected entirely. The ending of the file's name determines the format:
+//! - CSV and VOTable: points. On a body by `lat_deg` (planetographic) and `lon_deg` (east), in the sky by `ra_deg` and `dec_deg` (ICRF); `time`, `size_px` and
+//!   `colour` are optional.
+//! - GeoJSON and KML: points and outlines on a body.
+//! - FITS: an image on a body or in the sky.
 
 mod columns;
 mod csv;

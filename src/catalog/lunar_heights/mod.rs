@@ -46,7 +46,7 @@ pub struct HeightMap {
     name: String,
     columns: usize,
     rows: usize,
-    /// Heights: rows from north to south, each row eastward.
+    /// Heights above the sphere: rows from north to south, each row eastward.
     km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
     west_rad: f64,

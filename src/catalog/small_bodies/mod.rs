@@ -1,8 +1,8 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
-//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range, orbits are about the
-//! Sun, the two directions of an orbit are perpendicular unit vectors of the ICRF. Orbits are osculating, without perturbations since the epoch. Not here:
-//! positions (`ephemeris::conic`), and the brightness in an image (scene).
+//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range; orbits are about the
+//! Sun; the two vectors that orient an orbit are perpendicular unit vectors (ICRF). Orbits are osculating: perturbations since the epoch are left out. Not
+//! here: positions (`ephemeris::conic`), and the brightness in an image (scene).
 
 mod mpcorb;
 mod read;
@@ -50,8 +50,11 @@ pub enum BrightnessLaw {
 pub struct SmallBody {
     /// Number or designation; empty where the table has none.
     pub designation: String,
+    /// Proper name, or the full name if the table has only that; empty for a body with a designation alone.
     pub name: String,
+    /// Its orbit about the Sun.
     pub orbit: HeliocentricOrbit,
+    /// Its brightness by distance and phase.
     pub brightness: BrightnessLaw,
 }
 

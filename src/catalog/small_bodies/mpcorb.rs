@@ -25,7 +25,7 @@ const NUMBERS: [(usize, Range<usize>); 8] = [
 ];
 const PACKED_DESIGNATION: Range<usize> = 0..7;
 const EPOCH_COLUMNS: Range<usize> = 20..25;
-/// Byte range of the number in brackets and the name; a line may end before it.
+/// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;
 
 /// Whether a text is in this format: a line of dashes ends its heading, or its first line has numbers in these columns.

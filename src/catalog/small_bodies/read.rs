@@ -23,6 +23,7 @@ struct Columns {
     name: Option<usize>,
     /// The database's full name, such as `1 Ceres (A801 AA)` or `1P/Halley`. It contains the designation.
     full_name: Option<usize>,
+    /// Number of all columns of the table.
     count: usize,
 }
 
@@ -34,7 +35,7 @@ fn normalized(name: &str) -> String {
 impl Columns {
     /// Finds the columns by name. The error names a required column that is missing.
     fn of(names: &[String]) -> Result<Self, String> {
-        // The first of the accepted names counts: `M_deg` before `m`, which may be a magnitude.
+        // The earlier of a field's accepted names has precedence: `M_deg` before `m`, which may be a magnitude.
         let column_of = |known: &[&str]| known.iter().find_map(|column| names.iter().position(|n| n == column));
         let by_field = FIELDS.each_ref().map(|f| column_of(f.columns));
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());

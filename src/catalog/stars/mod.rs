@@ -1,8 +1,8 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalog (`read`). Out: [`StarCatalog`], whose stars lie in cells of the sky, each cell's brightest star first, so that a view selects
-//! the cells in its frame, and in each cell the stars down to its limit. Always: directions are unit vectors, all numbers are finite. Not here: the place of a
-//! star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
+//! In: the text of a catalog (`read`). Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell: a view
+//! takes the cells in its frame, and from each cell the first stars, down to its limiting magnitude. Always: directions are unit vectors, all numbers are
+//! finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
 
 mod names;
 mod read;
@@ -42,8 +42,9 @@ pub struct SkyCell {
     pub axis: DVec3,
     pub radius_rad: f64,
     pub brightest_magnitude: f32,
-    /// The largest motion and parallax of its stars, in the units of [`Star`].
+    /// Length of the largest [`Star::motion_per_year`].
     pub motion_per_year: f64,
+    /// Largest [`Star::parallax_rad`].
     pub parallax_rad: f64,
 }
 
@@ -76,7 +77,7 @@ pub(super) const EMBEDDED_BRIGHTEST_MAGNITUDE: f32 = -1.44;
 /// Cells per side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
 const CELLS_PER_SIDE: usize = 16;
 
-/// The cell of a direction: the face of the cube that it meets, and the position on it.
+/// The number of the cell that contains a direction: by the face of the cube that the direction meets, then by the row and the column on that face.
 fn cell_of(direction: DVec3) -> usize {
     let size = direction.abs();
     let (axis, largest) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });

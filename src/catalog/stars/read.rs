@@ -55,7 +55,7 @@ const FIELDS: [Field; 9] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Columns of hip2.dat (ReadMe of catalog I/311), as byte ranges. V is computed from Hp.
+/// Columns of hip2.dat (ReadMe of catalog I/311), as byte ranges. V is computed from Hp, the magnitude in Hipparcos' own band.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 /// Byte range of the magnitude Hp.
@@ -93,7 +93,7 @@ impl Columns {
             .split(',')
             .map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect())
             .collect();
-        // The first of the accepted names counts: `hip` before `id`, which may be the table's own number.
+        // The earlier of a field's accepted names has precedence: `hip` before `id`, which may be the table's own number.
         let by_field = FIELDS.each_ref().map(|f| f.columns.iter().find_map(|column| names.iter().position(|n| n == column)));
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;

@@ -20,27 +20,35 @@ pub enum PckError {
 /// Pole and prime meridian of one body at one time, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleAndMeridian {
+    /// Right ascension of the north pole, ICRF.
     pub pole_ra_deg: f64,
+    /// Declination of the north pole, ICRF.
     pub pole_dec_deg: f64,
+    /// WGCCRE's W: along the equator from its ascending node on the ICRF equator east to the prime meridian.
     pub w_deg: f64,
 }
 
-/// One body's model: polynomials and the amplitudes of its system's angles.
+/// One body's model: polynomials in degrees, plus sines and cosines of angles that all bodies of a planet's system share.
 #[derive(Clone, Debug, Default)]
 struct Model {
+    /// Polynomial in Julian centuries.
     pole_ra: Vec<f64>,
+    /// Polynomial in Julian centuries.
     pole_dec: Vec<f64>,
-    /// In days; the polynomials of the pole are in Julian centuries.
+    /// Polynomial in days.
     w: Vec<f64>,
-    /// Amplitudes in degrees, one for each angle of the system.
+    /// Amplitudes of the sines of the system's angles, degrees, in the order of the angles.
     ra_terms: Vec<f64>,
+    /// Amplitudes of the cosines, likewise.
     dec_terms: Vec<f64>,
+    /// Amplitudes of the sines, likewise.
     w_terms: Vec<f64>,
 }
 
 /// All models of a kernel.
 #[derive(Clone, Debug, Default)]
 pub struct Pck {
+    /// By NAIF code of the body.
     models: HashMap<i32, Model>,
     /// By system: the polynomial of each angle in Julian centuries, degrees.
     angles: HashMap<i32, Vec<Vec<f64>>>,

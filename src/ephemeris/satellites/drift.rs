@@ -55,8 +55,8 @@ fn drift(body: NaifId) -> Drift {
         901 => (1.1, 0.001),
         // Larissa.
         807 => (1.1, 0.24),
-        // Phoebe and Nereid: the Sun's perturbation, estimated from the Moon's evection and annual equation: 7.5 m e + 3 m² + 6 m e', m the ratio of the
-        // motions.
+        // Phoebe and Nereid: the Sun's perturbation, estimated by analogy with the Moon's evection, variation and annual equation as 7.5 m e + 3 m² + 6 m e'.
+        // m: the planet's mean motion over the moon's; e, e': the eccentricities of moon and planet.
         609 => (5.2, 0.01),
         802 => (2.3, 0.01),
         // Ceres and Vesta, osculating elements: 0.03 and 0.02 degrees a year from their proper motions, times four.

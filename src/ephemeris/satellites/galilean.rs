@@ -21,16 +21,17 @@ struct Table {
 struct Moon {
     /// GM of Jupiter and the moon, au³ per day².
     mu: f64,
-    /// Mean longitude at the epoch, radians, and its rate a day.
+    /// Mean longitude at the epoch, radians.
     al0: f64,
+    /// Rate of the mean longitude, radians a day.
     al1: f64,
-    /// Semi-major axis, au: cosines.
+    /// Semi-major axis, au: a sum of cosines.
     a: Vec<Term>,
-    /// Mean longitude, radians: sines.
+    /// Periodic part of the mean longitude, radians: a sum of sines.
     l: Vec<Term>,
-    /// Eccentricity: e·exp(iϖ).
+    /// Eccentricity e·exp(iϖ): a sum of complex exponentials.
     z: Vec<Term>,
-    /// Inclination: sin(I/2)·exp(iΩ).
+    /// Inclination sin(I/2)·exp(iΩ): a sum of complex exponentials.
     zeta: Vec<Term>,
 }
 
@@ -80,7 +81,7 @@ impl GalileanL12 {
 }
 
 /// Bound of the error, km. The short series differ from JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) by at most 353
-/// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); a third is added for the dates between. More than 70 years from 2000 the bound
+/// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); at least a third is added for the dates between. More than 70 years from 2000 the bound
 /// grows, up to about the diameter of the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let within_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);

@@ -4,8 +4,9 @@
 //! Time: TT days past JD 2444240.0. Frame: Saturn's equator of the theory; the table's matrix converts it to the ecliptic of J2000, and the obliquity of
 //! VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
 //!
-//! Each element is a sum of groups; a group's terms share an integer combination of the moons' slow longitude variations. Those variations
-//! are the first group of each moon's longitude series, so they are summed first, for all moons on which the groups depend.
+//! Each element is a sum of groups of periodic terms. The terms of a group have one angle in common, which is added to their arguments: an integer combination
+//! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series, so these groups are summed first, for all
+//! moons on which the other groups depend.
 
 use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};
 use crate::ephemeris::State;

@@ -1,4 +1,4 @@
-//! Headers of FITS files (standard 4.0): cards of 80 bytes in blocks of 2880.
+//! Headers of FITS files (standard 4.0). A header is a sequence of 80-byte cards, `KEYWORD = value / comment`, in blocks of 2880 bytes.
 //!
 //! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: at most 1000 blocks are read.
 //! Not read: long strings (CONTINUE), hierarchical keywords.
@@ -12,7 +12,7 @@ pub(super) const BLOCK: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
 
-/// The header of one HDU.
+/// The header of one HDU (header-data unit: an image or table of the file).
 pub(super) struct Header {
     /// The cards that have a value: keyword, value, card number.
     cards: Vec<(String, String, usize)>,

@@ -1,8 +1,8 @@
-//! Images in FITS files: the first image with two axes, in the primary HDU or an IMAGE extension.
+//! Images in FITS files: the first image with two axes, in the primary HDU (header-data unit) or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a body's, and its style. Out: [`PlacedImage`], or the number of the wrong card and the reason. Always: values are BSCALE
-//! x + BZERO; BLANK and values that are not finite are transparent; sizes are checked before data are read. Rejected: cubes of several planes and
-//! compressed images (fpack).
+//! In: bytes, whether the image is a map of a body, and its style. Out: [`PlacedImage`], or the number of the wrong card (80 bytes of a header) and the reason.
+//! Always: stored numbers are multiplied by BSCALE, and BZERO is added; BLANK and values that are not finite are transparent; sizes are checked before data are
+//! read. Rejected: cubes of several planes and compressed images (fpack).
 
 mod header;
 mod wcs;

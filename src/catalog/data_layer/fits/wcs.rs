@@ -100,7 +100,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     // In older files RADESYS is called RADECSYS, and EQUINOX is called EPOCH (standard, section 8.3).
     let frame = if header.text("RADESYS").is_empty() { "RADECSYS" } else { "RADESYS" };
     let has_known_frame = matches!(header.text(frame), "" | "ICRS" | "FK5");
-    // Some files give the time of the observation, a text or 0 as EPOCH; with the ICRS it means nothing.
+    // Some files write the time of the observation, a text or 0 into EPOCH. The ICRS has no equinox, so EPOCH is ignored there.
     let is_equinox = |year: &f64| (1800.0..2100.0).contains(year) && header.text(frame) != "ICRS";
     let (keyword, equinox) = match header.number("EQUINOX")? {
         Some(year) => ("EQUINOX", Some(year)),
@@ -125,8 +125,8 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     Ok(ImageWcs::Tangent { centre_deg, centre_px, deg_per_px })
 }
 
-/// A matrix from pixels to degrees (of intermediate coordinates) turned so that its rows give degrees east and degrees north. `lonpole_deg`: the native
-/// longitude of the celestial pole, which grows from the image's bottom (0) over x (90) to its top (180).
+/// Turns a matrix from pixels to intermediate world coordinates so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude of the
+/// celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
 fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
     // The usual values are exact.
     let (sin, cos) = match lonpole_deg {

@@ -131,7 +131,9 @@ impl Column {
 /// The rows of a stream.
 pub(super) struct Rows<'a> {
     columns: &'a [Column],
+    /// The decoded stream.
     bytes: Vec<u8>,
+    /// Where the next row begins.
     offset: usize,
     /// BINARY2: each row begins with a bit for each column, set where the value is null.
     has_null_flags: bool,

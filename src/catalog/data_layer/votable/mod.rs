@@ -15,12 +15,15 @@ use crate::wording::echo_within;
 /// A FIELD element: the description of a column.
 struct Field {
     name: String,
+    /// Unified Content Descriptor: what the column means.
     ucd: String,
     unit: Option<String>,
     data_type: String,
+    /// Number of values in a cell, as [`Column::new`] takes it.
     arraysize: String,
     /// The number that means null.
     null: Option<String>,
+    /// The line of the element.
     line: usize,
 }
 
