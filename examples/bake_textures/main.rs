@@ -17,7 +17,6 @@ mod painted;
 
 /// (source under textures/, our name): maps that are copied unchanged.
 const COPIED: &[(&str, &str)] = &[
-    ("earth_citylights_2048.jpg", "earth_night.jpg"),
     ("moon_4096.jpg", "moon.jpg"),
     ("sss_mercurymap.jpg", "mercury.jpg"),
     ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
@@ -172,6 +171,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         save(&flatten(&open(from)?, contrast), &out.join(to))?;
     }
+    let (lights, colour) = city_lights(&open("earth_citylights_2048.jpg")?);
+    save(&lights, &out.join("earth_night.jpg"))?;
+    println!("earth_night.jpg gain = [{}]", colour.map(|c| format!("{c:.4}")).join(", "));
     let catalog = Catalog::embedded();
     for recolouring in &RECOLOURED {
         let body = catalog
@@ -212,6 +214,22 @@ fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
     let mut bytes = Vec::new();
     image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 90).encode_image(map)?;
     Ok(std::fs::write(path, bytes)?)
+}
+
+/// City lights as the sensor saw them, in one channel: their luminance in grey, and the mean colour of the source's lights per luminance, for the gain in the
+/// catalog. The source's own hues are those of its JPEG compression: along coasts they are purple, green and blue.
+fn city_lights(map: &RgbImage) -> (RgbImage, Colour) {
+    let luminance = |p: Colour| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
+    let linear = |p: &Rgb<u8>| p.0.map(|v| srgb_to_linear(f64::from(v) / 255.0));
+    let mut sum = [0.0; 3];
+    for (_, y, p) in map.enumerate_pixels() {
+        let area = ((f64::from(y) + 0.5) / f64::from(map.height()) * PI).sin();
+        let light = linear(p);
+        sum = std::array::from_fn(|c| sum[c] + area * light[c]);
+    }
+    let colour = sum.map(|c| c / luminance(sum));
+    let grey = |p: &Rgb<u8>| Rgb([(linear_to_srgb(luminance(linear(p))) * 255.0).round() as u8; 3]);
+    (RgbImage::from_fn(map.width(), map.height(), |x, y| grey(map.get_pixel(x, y))), colour)
 }
 
 /// Features of one body and one type by the gazetteer's code: AA for craters, LG for large ringed features. Longitudes become -180..180.

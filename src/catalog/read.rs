@@ -156,7 +156,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
 
 /// The body with the name or alias that a layer gives; reports an unknown name.
 fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
-    let is_named = |name: &String| name.eq_ignore_ascii_case(&body_name.value);
+    let is_named = |name: &String| name.to_lowercase() == body_name.value.to_lowercase();
     let found = bodies.iter().find(|b| is_named(&b.name) || b.aliases.iter().any(is_named)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();

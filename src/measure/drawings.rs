@@ -28,8 +28,8 @@ const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
-/// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: it is in the zenith at 94 degrees west.
-const LONGITUDE_OF_LOW_SUN_DEG: f64 = -15.0;
+/// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: it is in the zenith at 86 degrees east.
+const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
 
 /// A square view of a body from `distance_radii` in the direction of another body. The field of view is a quarter wider than the disc.
 fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
@@ -189,7 +189,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth by day and night from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The last two look north, with the Sun 10 to 15
+/// The Earth by day and night from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The last two look north, with the Sun 12 to 17
 /// degrees above the horizon in the west, outside the image.
 fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);

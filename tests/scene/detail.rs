@@ -236,3 +236,30 @@ fn hills_and_billows_stay_in_place() {
         assert!(same > 0.95 && displaced < same - 0.2, "{body:?} from {height_km} km: {same} {displaced}");
     }
 }
+
+/// City lights within a texel of the night map: bright centres and dark gaps that keep the mean light, on the night side of the Earth without clouds and air.
+#[test]
+fn city_lights_have_structure_and_keep_the_mean_light() {
+    let from_above = |[latitude_deg, longitude_deg]: [f64; 2], height_km: f64, effects: &str| {
+        let (latitude, longitude) = (latitude_deg.to_radians(), longitude_deg.to_radians());
+        let zenith = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+        let effects = format!("-clouds,-atmosphere,-planet-shine,{effects}");
+        light(&draw(&looking_down_on(EARTH, EARTH_RADIUS_KM, zenith, height_km, DVec2::ZERO, &effects)))
+    };
+    // The Po valley, the Ruhr, Paris, Warsaw, Moscow, Cairo: after sunset at 20 hours.
+    let cities = [[45.4, 9.5], [51.4, 7.0], [48.8, 2.3], [52.2, 21.0], [55.7, 37.6], [30.0, 31.2]];
+    let mut ratios = Vec::new();
+    for (place, height_km) in cities.into_iter().flat_map(|place| [100.0, 250.0].map(|h| (place, h))) {
+        let [with, without] = ["+detail", "-detail"].map(|effects| from_above(place, height_km, effects));
+        let level = mean(&without);
+        let change = mean_difference(&with, &without) / level;
+        println!("{place:?} from {height_km} km: mean {:.3}, change {change:.3}", mean(&with) / level);
+        assert!(level > 0.0 && change > 0.2, "{place:?} from {height_km} km: {change}");
+        ratios.push(mean(&with) / level);
+    }
+    // A frame contains few of the largest towns.
+    let mean_ratio = mean(&ratios);
+    assert!((mean_ratio - 1.0).abs() < 0.15, "{mean_ratio}: {ratios:?}");
+    let far = ["+detail", "-detail"].map(|effects| from_above(cities[0], 5_000.0, effects));
+    assert_eq!(far[0], far[1], "from far away");
+}

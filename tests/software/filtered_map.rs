@@ -61,7 +61,7 @@ fn renamed() -> String {
 }
 
 /// Random texels on every level, so that a wrong level is detected.
-fn noise() -> Texture {
+pub(super) fn noise() -> Texture {
     let mut seed = 5_u32;
     let mut next = || {
         seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -75,17 +75,17 @@ fn noise() -> Texture {
 }
 
 /// The ellipse on the map that is a pixel's footprint.
-struct Footprint {
+pub(super) struct Footprint {
     /// Its centre, in map coordinates.
-    uv: [f64; 2],
+    pub(super) uv: [f64; 2],
     /// Lengths of the axes, texels.
-    major: f64,
-    minor: f64,
+    pub(super) major: f64,
+    pub(super) minor: f64,
     /// Angle of the major axis, radians.
-    rotation: f64,
+    pub(super) rotation: f64,
     /// The gradients along x and y are the points `phase` and `phase` + 90 degrees of the ellipse in its parametric form, major axis times cosine + minor axis
     /// times sine; radians.
-    phase: f64,
+    pub(super) phase: f64,
 }
 
 /// A quasi-random position and footprint: the major axis is 1/8 to 256 texels long, up to 32 times the minor one, in any direction.
@@ -106,7 +106,7 @@ fn magnified(index: usize) -> Footprint {
 }
 
 /// Filtered values of one batch: the lane number gives the footprint.
-fn batch<R: Real>(
+pub(super) fn batch<R: Real>(
     program: &Program,
     textures: &Textures<'_>,
     class: KernelClass,
@@ -134,7 +134,7 @@ fn batch<R: Real>(
 }
 
 /// The texture, bound at every place where the program reads a texture.
-fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Textures<'a> {
+pub(super) fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Textures<'a> {
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let texels = Arc::new(Texels::of_texture(texture).expect("complete levels"));
     let uses = program.textures.iter().map(|t| BoundTexture { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
@@ -142,7 +142,7 @@ fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Tex
 }
 
 /// The greatest of some numbers, none below 0; NaN, which `f64::max` ignores, if there is one.
-fn greatest(numbers: impl IntoIterator<Item = f64>) -> f64 {
+pub(super) fn greatest(numbers: impl IntoIterator<Item = f64>) -> f64 {
     numbers.into_iter().max_by(f64::total_cmp).expect("one number at least")
 }
 
@@ -211,7 +211,7 @@ fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified(
 }
 
 /// The greatest change of the value from one footprint to the next, in 16 000 equal steps of the parameter from 0 to 1.
-fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: impl Fn(f64) -> Footprint) -> f64 {
+pub(super) fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: impl Fn(f64) -> Footprint) -> f64 {
     let texture = noise();
     let textures = bound(program, &texture, class);
     let values: Vec<[f64; 4]> = (0..16_000 / LANES)
@@ -221,7 +221,7 @@ fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: i
 }
 
 /// A footprint at a fixed position.
-fn fixed(major: f64, minor: f64) -> Footprint {
+pub(super) fn fixed(major: f64, minor: f64) -> Footprint {
     Footprint { uv: [0.31, 0.47], major, minor, rotation: 0.6, phase: 0.4 }
 }
 

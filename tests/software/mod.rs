@@ -9,6 +9,7 @@ mod lower;
 mod math;
 mod pass_fusion;
 mod raster;
+mod read_map;
 mod sampling;
 mod speed;
 mod texels_between;

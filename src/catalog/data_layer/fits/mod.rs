@@ -219,7 +219,7 @@ mod tests {
         let image = read(&bytes, false, &full_range()).expect("the third");
         let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = image.wcs else { panic!("{:?}", image.wcs) };
         assert_eq!((centre_deg, centre_px, deg_per_px), ([83.633, 22.0145], [1.5, 1.0], [[-0.01, -0.0], [-0.0, 0.01]]));
-        // A quarter turn, expressed in each of the three ways.
+        // A quarter turn, expressed in each of the three ways; the last without CDELT, too.
         let quarter = |cards: &[(&str, &str)]| {
             let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed");
             let ImageWcs::Tangent { deg_per_px, .. } = image.wcs else { panic!("{:?}", image.wcs) };
@@ -230,6 +230,7 @@ mod tests {
         assert_eq!(quarter(&[("CD1_2", "-0.01"), ("CD2_1", "0.01")]), expected);
         assert_eq!(quarter(&[scale[0], scale[1], ("CROTA2", "90")]), expected);
         assert_eq!(quarter(&[scale[0], scale[1], ("PC1_1", "0"), ("PC1_2", "-1"), ("PC2_1", "1"), ("PC2_2", "0")]), expected);
+        assert_eq!(quarter(&[("PC1_1", "0"), ("PC1_2", "-0.01"), ("PC2_1", "0.01"), ("PC2_2", "0")]), expected);
     }
 
     #[test]

@@ -50,11 +50,14 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     let deg_per_px = if cd.iter().flatten().any(Option::is_some) {
         cd.map(|row| row.map(|v| v.unwrap_or(0.0)))
     } else {
-        let [Some(dx), Some(dy)] = [number("CDELT1")?, number("CDELT2")?] else {
+        let pc = matrix_cards("PC")?;
+        let has_pc = pc.iter().flatten().any(Option::is_some);
+        // Beside PC the default of CDELT is 1 (FITS 4.0, section 8.2); without both nothing states the scale.
+        let default = has_pc.then_some(1.0);
+        let [Some(dx), Some(dy)] = [number("CDELT1")?.or(default), number("CDELT2")?.or(default)] else {
             return Err((1, "CD1_1 or CDELT1 and CDELT2: missing; the image has no scale".to_owned()));
         };
-        let pc = matrix_cards("PC")?;
-        if pc.iter().flatten().any(Option::is_some) {
+        if has_pc {
             let [[a, b], [c, d]] = pc;
             [[dx * a.unwrap_or(1.0), dx * b.unwrap_or(0.0)], [dy * c.unwrap_or(0.0), dy * d.unwrap_or(1.0)]]
         } else {
