@@ -113,8 +113,9 @@ fn counted_operations_grow_with_the_number_of_pixels() {
         let report: Value = serde_json::from_slice(&out.stdout).expect("one JSON value");
         ["shaded_pixels", "operations", "texture_reads"].map(|name| number(&report["scenes"][0]["counts"][name], name))
     };
-    let (small, large) = (counts("64x64"), counts("128x128"));
-    assert!(small[0] > 0.0 && small[0] < 64.0 * 64.0, "there is sky beside the Moon: {small:?}");
+    // Texels are not yet magnified at these sizes.
+    let (small, large) = (counts("48x48"), counts("96x96"));
+    assert!(small[0] > 0.0 && small[0] < 48.0 * 48.0, "there is sky beside the Moon: {small:?}");
     assert!(small[1] > 20.0 * small[0] && small[2] >= small[0], "each shaded pixel must take operations and read a map: {small:?}");
     for (of_small, of_large) in small.into_iter().zip(large) {
         assert!((of_large / of_small / 4.0 - 1.0).abs() < 0.1, "{small:?} {large:?}");

@@ -205,7 +205,7 @@ fn a_module_is_translated_into_every_language_and_its_cost_counted() {
     assert_eq!(text.lines().filter(|l| !l.starts_with(';') && l.contains("Op")).count(), instructions);
     assert!(text.contains("OpEntryPoint Fragment") && text.contains("OpTypeFloat 32"), "{}", &text[..800]);
     let cost = ir_cost(&module);
-    assert_eq!(cost.texture_reads, 4 * 8, "for each map, four texels of two levels");
+    assert_eq!(cost.texture_reads, 4 * 2 * 8, "for each map, filtered or smooth, four texels of two levels");
     assert_eq!(cost.uniform_bytes, module.layout.uniform_size);
 }
 
