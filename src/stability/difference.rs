@@ -77,7 +77,7 @@ fn agree(x: f64, y: f64) -> bool {
 /// What differs in a value: which of its numbers is not finite in one precision, or by how much the value differs.
 fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> String {
     let mut numbers = single.numbers.iter().zip(&double.numbers).enumerate();
-    let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !agree(**x, **y) && !(x.is_finite() && y.is_finite())) else {
+    let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !(agree(**x, **y) || x.is_finite() && y.is_finite())) else {
         return format!("{} by {relative:.1e} of itself", single.name);
     };
     let (value, precision) = if x.is_nan() || y.is_finite() { (x, "f32") } else { (y, "f64") };
