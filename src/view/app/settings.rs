@@ -176,7 +176,8 @@ pub struct Settings {
     /// Written by `other_version::Saved`.
     #[serde(skip_serializing)]
     pub bookmarks: Vec<Bookmark>,
-    /// The last views that the user left, newest first.
+    /// The last views that the user left, newest first. Written by `other_version::Saved`.
+    #[serde(skip_serializing)]
     pub recent: Vec<Bookmark>,
     /// What only another version of the program can read.
     #[serde(skip)]
@@ -221,21 +222,26 @@ impl Settings {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
-            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
+            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
         let (read, unread) = match other_version::read(&text) {
             Ok(read) => read,
-            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside(path)))),
+            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
         };
         // egui would panic at a scale of 0.
         let zoom = read.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
         let settings = Self { zoom, home: read.home.or_default(), ..read };
         if let Some(unread) = unread {
-            let aside = set_aside(path);
-            // The valid part is written at once: the settings writer waits for a change.
-            let written = settings.save(path).err().map_or(String::new(), |e| format!("; {e}"));
-            return (settings, Some(format!("{}: {unread}; {aside}{written}", path.display())));
+            let line = match set_aside(path) {
+                // The valid part is written at once: the settings writer waits for a change.
+                Ok(aside) => match settings.save(path) {
+                    Ok(()) => aside,
+                    Err(e) => format!("{aside}; {e}"),
+                },
+                Err(reason) => reason,
+            };
+            return (settings, Some(format!("{}: {unread}; {line}", path.display())));
         }
         let notice = settings.other_version.notice().map(|notice| format!("{}: {notice}", path.display()));
         (settings, notice)
@@ -257,8 +263,13 @@ impl Settings {
     }
 }
 
-/// Renames a file that cannot be used as settings; returns where it is now, or why it could not be renamed.
-fn set_aside(path: &Path) -> String {
+/// [`set_aside`], where both outcomes are only told.
+fn aside_or_reason(path: &Path) -> String {
+    set_aside(path).unwrap_or_else(|reason| reason)
+}
+
+/// Renames a file that cannot be used as settings. Returns a text that says where it is now, or as the error why it could not be renamed.
+fn set_aside(path: &Path) -> Result<String, String> {
     let numbered = |number: u32| {
         let mut name = path.as_os_str().to_owned();
         name.push(if number == 1 { ".broken".to_owned() } else { format!(".broken-{number}") });
@@ -271,8 +282,8 @@ fn set_aside(path: &Path) -> String {
     }
     let aside = numbered(number);
     match std::fs::rename(path, &aside) {
-        Ok(()) => format!("kept as {}", aside.display()),
-        Err(e) => format!("it could not be set aside: {e}"),
+        Ok(()) => Ok(format!("kept as {}", aside.display())),
+        Err(e) => Err(format!("it could not be set aside: {e}")),
     }
 }
 

@@ -91,12 +91,18 @@ pub(crate) struct EventsPanel {
 impl EventsPanel {
     /// The span and rate at which the chosen event is played.
     pub(crate) fn playback_of_chosen(&self) -> Option<EventPlayback> {
-        self.chosen.as_ref().map(|event| event.playback())
+        let chosen = self.chosen.as_ref()?;
+        Some(self.playback.unwrap_or_else(|| chosen.playback()))
     }
 
     /// The contacts of an event at a place, if they were asked for and have arrived. `self.local` may still hold those of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
+    }
+
+    /// Whether events of this kind are listed.
+    fn lists(&self, event: &SkyEvent) -> bool {
+        EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, on)| on && kind == event.kind())
     }
 
     /// Whether the time of an event is within the span of the last search.
@@ -182,20 +188,21 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     let time = interface.viewer.destination().time();
     let panel = &interface.events;
-    let displayed = panel.chosen.as_ref().filter(|event| event.playback().is_near(time.tdb_seconds_past_j2000()));
+    let is_displayed = |event: &&Arc<SkyEvent>| panel.lists(event) && event.playback().is_near(time.tdb_seconds_past_j2000());
+    let displayed = panel.chosen.as_ref().filter(is_displayed);
     let start = displayed.map_or(time, |event| panel.start_beside(event));
     begin_at(interface, worker, start);
 }
 
-/// Starts a search from an instant; a running search is dropped. A chosen event outside the searched span is dropped, too, because its details
-/// would not belong to the list.
+/// Starts a search from an instant; a running search is dropped. A chosen event outside the searched span, or of a kind
+/// that is not searched, is dropped, too, because its details would not belong to the list.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
     panel.searched = Some((panel.backward, start));
-    if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event)) {
+    if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.lists(event)) {
         (panel.chosen, panel.local) = (None, None);
     }
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
@@ -359,12 +366,16 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
-/// Selects an event that was found outside this panel, and shows the best view of it. If the list belongs to another span, the search starts again.
+/// Selects an event that was found outside this panel, and shows the best view of it. If the list belongs to another span, or to other
+/// kinds, the search starts again.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     let panel = &mut interface.events;
     let start = panel.start_beside(&event);
-    let is_listed_elsewhere = panel.searched.is_some() && !panel.covers(&event);
+    let is_listed_elsewhere = panel.searched.is_some() && !(panel.covers(&event) && panel.lists(&event));
+    for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+        *on |= kind == event.kind();
+    }
     panel.playback = None;
     panel.chosen = Some(event);
     if is_listed_elsewhere {

@@ -1,9 +1,10 @@
 //! Settings files that another version of the program has written.
 //!
 //! In: the text of a settings file. Out: the settings that this version can read, and the rest. Always: a field or bookmark that cannot be read affects no
-//! other; fields with unknown names and bookmarks that cannot be read are saved as they were, so that the other version still finds them.
+//! other; fields with unknown names, and bookmarks and recent views that cannot be read, are saved as they were, so that the other version still finds
+//! them. Not kept: unknown fields inside a known field, such as a panel's.
 
-use super::{Bookmark, Settings};
+use super::{Bookmark, MAX_RECENT, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
@@ -18,6 +19,7 @@ pub struct OtherVersion {
     /// Fields with unknown names.
     fields: Map<String, Value>,
     bookmarks: Vec<Value>,
+    recent: Vec<Value>,
 }
 
 impl OtherVersion {
@@ -39,12 +41,19 @@ enum SavedBookmark<'s> {
     Other(&'s Value),
 }
 
+impl<'s> SavedBookmark<'s> {
+    fn all(these: &'s [Bookmark], others: &'s [Value]) -> Vec<Self> {
+        these.iter().map(Self::This).chain(others.iter().map(Self::Other)).collect()
+    }
+}
+
 /// The content of a settings file.
 #[derive(Serialize)]
 pub(super) struct Saved<'s> {
     #[serde(flatten)]
     settings: &'s Settings,
     bookmarks: Vec<SavedBookmark<'s>>,
+    recent: Vec<SavedBookmark<'s>>,
     #[serde(flatten)]
     other_fields: &'s Map<String, Value>,
 }
@@ -52,9 +61,14 @@ pub(super) struct Saved<'s> {
 impl Settings {
     /// The settings as they are written to a file.
     pub(super) fn saved(&self) -> Saved<'_> {
-        let (these, others) = (self.bookmarks.iter(), self.other_version.bookmarks.iter());
-        let bookmarks = these.map(SavedBookmark::This).chain(others.map(SavedBookmark::Other)).collect();
-        Saved { settings: self, bookmarks, other_fields: &self.other_version.fields }
+        let other = &self.other_version;
+        Saved {
+            settings: self,
+            bookmarks: SavedBookmark::all(&self.bookmarks, &other.bookmarks),
+            // The lists of both versions are limited, so that the file does not grow.
+            recent: SavedBookmark::all(&self.recent, &other.recent[..other.recent.len().min(MAX_RECENT)]),
+            other_fields: &other.fields,
+        }
     }
 }
 
@@ -76,7 +90,9 @@ pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json:
             Value::Array(entries) if LISTS.contains(&name.as_str()) => {
                 let (read, unread): (Vec<Value>, Vec<Value>) = entries.into_iter().partition(|entry| Bookmark::deserialize(entry).is_ok());
                 if name == BOOKMARKS {
-                    other_version.bookmarks = unread;
+                    other_version.bookmarks = unread
+                } else {
+                    other_version.recent = unread
                 }
                 Value::Array(read)
             }
@@ -118,6 +134,7 @@ mod tests {
         unknown["view"]["polarisation"] = json!(0.5);
         let entries = newer["bookmarks"].as_array_mut().expect("a list");
         entries.insert(1, unknown.clone());
+        newer["recent"] = json!([unknown]);
         std::fs::write(&path, newer.to_string()).expect("a file");
         let (settings, notice) = Settings::load(&path);
         assert_eq!((settings.zoom, &settings.bookmarks), (1.1, &ours.bookmarks));
@@ -128,6 +145,7 @@ mod tests {
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
         assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
         assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));
+        assert_eq!(saved["recent"], json!([unknown]));
     }
 
     /// A field whose value this version cannot read has its default; the file is set aside, and the rest is written in its place.
@@ -141,6 +159,8 @@ mod tests {
         other["recent"].as_array_mut().expect("a list").push(json!({"name": "x"}));
         std::fs::write(&path, other.to_string()).expect("a file");
         let (settings, line) = Settings::load(&path);
+        let other_recent = OtherVersion { recent: vec![json!({"name": "x"})], ..OtherVersion::default() };
+        let ours = Settings { other_version: other_recent, ..ours };
         assert_eq!(settings, ours);
         let line = line.expect("a line");
         assert!(line.contains("unit: ") && line.contains("settings.json.broken"), "{line}");
