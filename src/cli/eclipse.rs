@@ -96,16 +96,18 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let rows = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
+    let (rows, written) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
-        return print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) });
+        print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) })?;
+    } else {
+        print_result(&as_text(&catalog, &rows, args.at.is_some()))?;
     }
-    print_result(&as_text(&catalog, &rows, args.at.is_some()))
+    written.map_err(CliError::Failed)
 }
 
-/// The events of the span as JSON objects, in order of time.
-fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec<Value>, String> {
+/// The events of the span as JSON objects, in order of time; and whether the file of paths was written.
+fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Vec<Value>, Result<(), String>), String> {
     let time = |name: &str, text: &str| instant_or_now(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
     if from >= to {
@@ -114,6 +116,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
     let place = args.at.as_deref().map(parse_place).transpose()?;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
+    let mut written = Ok(());
     let is_wanted = |kind| args.kind.contains(&kind);
     if is_wanted(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
@@ -126,7 +129,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
             rows.push((eclipse.greatest, row));
         }
         if let Some(file) = &args.path {
-            write_paths(file, &found, radii.name(), args.overwrite)?;
+            written = write_paths(file, &found, radii.name(), args.overwrite);
         }
     } else if args.path.is_some() {
         return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
@@ -151,7 +154,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Vec
         row["delta_t_s"] = json!(delta_t_s);
         row["delta_t_error_s"] = json!(error_s);
     }
-    Ok(rows.into_iter().map(|(_, row)| row).collect())
+    Ok((rows.into_iter().map(|(_, row)| row).collect(), written))
 }
 
 /// Parses `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.

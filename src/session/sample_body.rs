@@ -210,6 +210,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         map_stretch: Vec2::ONE,
         // Maps are filtered, as in most views.
         map_pixel: 1.0,
+        camera_height: 1.0,
         night_radiance: Vec3::splat(0.2),
         specular_strength: 1.0,
         wave_slope_sq: 0.03,

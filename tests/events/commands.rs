@@ -107,7 +107,7 @@ fn a_path_replaces_another_file_only_with_overwrite() {
     std::fs::write(&file, "mine").expect("a file");
     let refused = find(&args);
     let stderr_text = String::from_utf8_lossy(&refused.stderr);
-    assert!(refused.status.code() == Some(1) && refused.stdout.is_empty() && stderr_text.trim().lines().count() == 1, "{stderr_text}");
+    assert!(refused.status.code() == Some(1) && !refused.stdout.is_empty() && stderr_text.trim().lines().count() == 1, "{stderr_text}");
     assert!(stderr_text.contains("path.geojson: this file exists; --overwrite replaces it"), "{stderr_text}");
     assert_eq!(std::fs::read(&file).expect("a file"), b"mine");
     assert!(find(&[&args[..], &["--overwrite"]].concat()).status.success());

@@ -44,6 +44,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         limb_darkening_u2: Vec3::splat(19.0),
         map_stretch: Vec2::splat(20.0),
         map_pixel: 34.0,
+        camera_height: 35.0,
         detail: Default::default(),
         night_radiance: Vec3::splat(21.0),
         specular_strength: 22.0,

@@ -127,8 +127,10 @@ uniforms! {
         /// Factors on y and z that turn a unit-sphere point into a direction whose longitude and whose angle to the equatorial plane are those by which the map's
         /// columns and rows are spaced (planetocentric or planetographic).
         pub map_stretch: Vec2 = "map_stretch",
-        /// Width of a pixel straight below the camera, in circumferences of the body.
+        /// Lower limit of the widths of the draw's pixels on the ground, in circumferences of the body.
         pub map_pixel: f32 = "map_pixel",
+        /// Height of the camera above the unit sphere, equatorial radii.
+        pub camera_height: f32 = "camera_height",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
         /// Strength of the ocean glint.

@@ -1,8 +1,8 @@
 //! The uniforms shared by all draws of a body's globe and of the shells around it.
 
-use crate::catalog::{Map, NaifId, Photometry};
+use crate::catalog::{Body, Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
-use crate::scene::camera::{self, AnchorForm, ClipRect};
+use crate::scene::camera::{self, AnchorForm, Camera, ClipRect};
 use crate::scene::draw::features::MapSet;
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
@@ -26,6 +26,16 @@ pub(crate) fn uniforms(
     secondary_lights: &[LightOn],
 ) -> DrawUniforms {
     uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
+}
+
+/// Lower limit of the widths of pixels on a body's ground, in circumferences; 0 for a body with a shape model, parts of which are nearer than its ellipsoid.
+fn smallest_pixel(camera: &Camera, placement: &camera::Placement, body: &Body) -> f64 {
+    if body.mesh.is_some() {
+        return 0.0;
+    }
+    let (straight_below_deg, _) = detail::ground_deg_per_px(camera, placement, None);
+    // At an angle a from the axis of the image a pixel spans cos^2 a times the angle that it spans on the axis, or more.
+    straight_below_deg / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
 /// Like [`uniforms`], but for a draw that shows `fraction` of the body's light.
@@ -75,7 +85,8 @@ pub(crate) fn uniforms_of_fraction(
         limb_darkening_u1: camera::narrow(u1),
         limb_darkening_u2: camera::narrow(u2),
         map_stretch: camera::narrow2(body.map_stretch()),
-        map_pixel: camera::narrow_scalar(detail::ground_deg_per_px(camera, placement, None).0 / 360.0),
+        map_pixel: camera::narrow_scalar(smallest_pixel(camera, placement, body)),
+        camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),

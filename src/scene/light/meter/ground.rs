@@ -11,7 +11,7 @@ use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::disc_share;
+use crate::scene::point::drawn_disc_share;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
@@ -78,7 +78,8 @@ impl Albedo {
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / ABOVE_CLOUDS.ln()));
         // A point has the light of the whole planet.
-        let weight = (1.0 - cloudiness) * disc_share(diameter_px);
+        let weight =
+            (1.0 - cloudiness) * drawn_disc_share(own_effects.as_ref().unwrap_or(effects).override_of(Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
     }

@@ -248,7 +248,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
-        if diameter_px < 1.0 && !is_target {
+        if diameter_px < 1.0 && self.disc_share(p, diameter_px) < 1.0 && !is_target {
             // A point: all of the body's light, spread over a sprite.
             let pixel_sr = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
