@@ -67,11 +67,11 @@ fn texels_of_level_0() -> Vec<f32> {
     texture.levels[0].bytes().as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
 }
 
-/// Below a quarter of a texel per pixel the value is that of the B-spline: in f64 to rounding, in f32 to 2^-16 of a texel's position.
+/// Below an eighth of a texel per pixel the value is that of the B-spline: in f64 to rounding, in f32 to 2^-16 of a texel's position.
 #[test]
 fn magnified_maps_are_cubic_b_splines() {
     let texels = texels_of_level_0();
-    let at = |index: usize| round(index, 0.2);
+    let at = |index: usize| round(index, 0.1);
     let expected: Vec<[f64; 4]> = (0..8 * LANES).map(|index| spline(&texels, at(index).uv)).collect();
     let difference = |program: &Program, in_f32: bool| {
         let found = if in_f32 { values::<f32>(program, at) } else { values::<f64>(program, at) };
@@ -86,30 +86,30 @@ fn magnified_maps_are_cubic_b_splines() {
     assert!(edited != READ_MAP && difference(&reading(&edited, NEAR), false) > 1e-3, "another weight is not noticed");
 }
 
-/// Where no pixel is smaller than half a texel, all values are those of `filtered_map`, to the bit; so are, in a near view, pixels that span more than half a
-/// texel in some direction.
+/// Where no pixel is smaller than a quarter of a texel, all values are those of `filtered_map`, to the bit; so are, in a near view, pixels that span more than a
+/// quarter of a texel in some direction.
 #[test]
 fn other_maps_are_filtered_to_the_bit() {
-    let filter_only = READ_MAP.replace("if draw.map_pixel * size.x < 0.5 {", "if false {");
+    let filter_only = READ_MAP.replace("if draw.map_pixel * size.x < 0.25 {", "if false {");
     assert_ne!(filter_only, READ_MAP);
     let (filter, far, near) = (reading(&filter_only, FAR), reading(READ_MAP, FAR), reading(READ_MAP, NEAR));
-    for width in [0.1, 0.3, 0.48, 0.52, 0.75, 1.5, 20.0] {
+    for width in [0.05, 0.15, 0.24, 0.26, 0.75, 1.5, 20.0] {
         let of = |program: &Program| values::<f32>(program, |index| round(index, width));
         assert_eq!(of(&far), of(&filter), "{width} texels");
-        assert_eq!(of(&near) == of(&filter), width > 0.5, "{width} texels, near");
+        assert_eq!(of(&near) == of(&filter), width > 0.25, "{width} texels, near");
     }
 }
 
-/// While a footprint grows from an eighth of a texel to one, the value changes gradually.
+/// While a footprint grows from a sixteenth of a texel to one, the value changes gradually.
 #[test]
 fn no_jump_separates_smooth_from_filtered_maps() {
-    let growing = |t: f64| fixed(0.125 + 0.875 * t, 0.125 + 0.875 * t);
-    // 16 000 steps of 5.5e-5 texels. The weight's slope is at most 1.5 per 0.375 of the sum of squares, whose slope is at most 4 widths: 8 per texel up to half a
-    // texel; the two values differ by at most 1.
-    const MAX_STEP: f64 = 8.0 * 5.5e-5;
+    let growing = |t: f64| fixed(0.0625 + 0.9375 * t, 0.0625 + 0.9375 * t);
+    // 16 000 steps of 5.9e-5 texels. The weight's slope is at most 1.5 per 0.09375 of the sum of squares, whose slope is at most 4 widths, 1 at a quarter of a
+    // texel: 16 per texel; the two values differ by at most 1.
+    const MAX_STEP: f64 = 16.0 * 5.9e-5;
     let step = greatest_step::<f64>(&reading(READ_MAP, NEAR), KernelClass::detect(), growing);
     assert!(step < MAX_STEP, "a step of {step}");
-    let edited = READ_MAP.replace("smoothstep(SMOOTHING_IS_COMPLETE, SMOOTHING_BEGINS, ", "step(0.3, ");
+    let edited = READ_MAP.replace("smoothstep(SMOOTHING_IS_COMPLETE, SMOOTHING_BEGINS, ", "step(0.08, ");
     assert_ne!(edited, READ_MAP);
     let step = greatest_step::<f64>(&reading(&edited, NEAR), KernelClass::detect(), growing);
     assert!(step > 10.0 * MAX_STEP, "a jump of {step} is not noticed");
