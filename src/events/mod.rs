@@ -35,17 +35,14 @@ use crate::time::Instant;
 use lunation::{Phase, Syzygy};
 use saros::SeriesStarts;
 use sky::EclipseBodies;
+use std::ops::Range;
 
 /// Eclipses of the Sun whose greatest phase is in `from..to`.
 ///
 /// # Errors
 /// The catalog lacks a body, or the theories do not cover the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
-    let mut found = eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at)?;
-    count_members(&mut found, eclipse_at, |e: &mut SolarEclipse, member| e.saros_member = member);
-    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+    find_solar(catalog, ephemeris, from..to, true)
 }
 
 /// As [`solar_eclipses`], without their numbers in the Saros series, which take most of the time.
@@ -58,10 +55,7 @@ pub fn uncounted_solar_eclipses(
     from: Instant,
     to: Instant,
 ) -> Result<Vec<SolarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
-    let found = eclipses_at_phase(Phase::New, from, to, |e: &SolarEclipse| e.greatest, eclipse_at)?;
-    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+    find_solar(catalog, ephemeris, from..to, false)
 }
 
 /// Eclipses of the Moon whose greatest phase is in `from..to`.
@@ -69,11 +63,7 @@ pub fn uncounted_solar_eclipses(
 /// # Errors
 /// As [`solar_eclipses`].
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
-    let mut found = eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at)?;
-    count_members(&mut found, eclipse_at, |e: &mut LunarEclipse, member| e.saros_member = member);
-    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+    find_lunar(catalog, ephemeris, from..to, true)
 }
 
 /// As [`lunar_eclipses`], without their numbers in the Saros series, which take most of the time.
@@ -86,40 +76,47 @@ pub fn uncounted_lunar_eclipses(
     from: Instant,
     to: Instant,
 ) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
-    let found = eclipses_at_phase(Phase::Full, from, to, |e: &LunarEclipse| e.greatest, eclipse_at)?;
-    Ok(found.into_iter().map(|(eclipse, _)| eclipse).collect())
+    find_lunar(catalog, ephemeris, from..to, false)
 }
 
-/// The eclipses that `eclipse_at` finds at the syzygies of a phase, with these syzygies.
+/// `counts`: whether the eclipses get their numbers in the Saros series.
+fn find_solar(catalog: &Catalog, ephemeris: &Ephemeris, span: Range<Instant>, counts: bool) -> Result<Vec<SolarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
+    let set_member = |e: &mut SolarEclipse, member| e.saros_member = member;
+    eclipses_at_phase(Phase::New, span, |e| e.greatest, eclipse_at, counts.then_some(set_member))
+}
+
+/// As [`find_solar`].
+fn find_lunar(catalog: &Catalog, ephemeris: &Ephemeris, span: Range<Instant>, counts: bool) -> Result<Vec<LunarEclipse>, EphemerisError> {
+    let bodies = EclipseBodies::of(catalog)?;
+    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
+    let set_member = |e: &mut LunarEclipse, member| e.saros_member = member;
+    eclipses_at_phase(Phase::Full, span, |e| e.greatest, eclipse_at, counts.then_some(set_member))
+}
+
+/// The eclipses that `eclipse_at` finds at the syzygies of a phase. `set_member`: sets an eclipse's number in its Saros series; `None` to leave it out.
 fn eclipses_at_phase<E>(
     phase: Phase,
-    from: Instant,
-    to: Instant,
+    span: Range<Instant>,
     greatest: impl Fn(&E) -> Instant,
     eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
-) -> Result<Vec<(E, Syzygy)>, EphemerisError> {
+    set_member: Option<impl Fn(&mut E, Option<i64>)>,
+) -> Result<Vec<E>, EphemerisError> {
     let mut found = Vec::new();
+    let mut starts = SeriesStarts::default();
     // Mean and true phase differ by less than a day.
     const MARGIN_S: f64 = 86_400.0;
-    let mut syzygy = Syzygy::before(phase, from.plus_seconds(-MARGIN_S));
-    while syzygy.mean_instant() < to.plus_seconds(MARGIN_S) {
-        found.extend(eclipse_at(syzygy)?.filter(|e| (from..to).contains(&greatest(e))).map(|eclipse| (eclipse, syzygy)));
+    let mut syzygy = Syzygy::before(phase, span.start.plus_seconds(-MARGIN_S));
+    while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
+        if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
+            if let Some(set_member) = &set_member {
+                // The start is unknown if the series may have begun before the theories' span.
+                set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
+            }
+            found.push(eclipse);
+        }
         syzygy = syzygy.next();
     }
     Ok(found)
-}
-
-/// Sets the numbers of eclipses in their Saros series.
-fn count_members<E>(
-    eclipses: &mut [(E, Syzygy)],
-    eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
-    set_member: impl Fn(&mut E, Option<i64>),
-) {
-    let mut starts = SeriesStarts::default();
-    for (eclipse, syzygy) in eclipses {
-        // The start is unknown if the series may have begun before the theories' span.
-        set_member(eclipse, starts.member(*syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
-    }
 }

@@ -66,6 +66,7 @@ fn orbits_pass_in_front_of_and_behind_the_planet() {
 #[test]
 fn layers_are_parsed_or_refused_by_name() {
     assert_eq!(Layers::parse("+orbits,-labels").expect("layers"), Layers { orbits: true, ..Layers::default() });
+    assert_eq!(Layers::parse("+Orbits,-LABELS").expect("layers"), Layers { orbits: true, ..Layers::default() });
     // The last sign counts.
     assert_eq!(Layers::parse("+orbits, -orbits").expect("layers"), Layers::default());
     // The text contains only the settings that differ from the default, and parses back to them.

@@ -61,7 +61,7 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 }
 
 /// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. Of the Earth's light, 15 % is scattered
-/// more than once in the air as seen from 3 radii, but 20 % in a view of the limb from 400 km, and half in a clear sky with a low Sun (`orrery measure
+/// more than once in the air as seen from 3 radii, but up to 29 % in a view of the limb from 400 km or of a clear sky with a low Sun (`orrery measure
 /// --choice air --choice air-near`); draft quality may leave out 16 %.
 const NEAR_RADII: f64 = 1.25;
 

@@ -374,6 +374,7 @@ mod tests {
         assert!(EffectOverrides::parse("+night=linear").unwrap_err().to_string().contains("only one model"));
         assert!(EffectOverrides::parse("-eclipse=linear").unwrap_err().to_string().contains("-eclipse"));
         assert!(EffectOverrides::parse("night").unwrap_err().to_string().contains("`night`: write + or -"));
+        assert!(EffectOverrides::parse("moon: ").unwrap_err().to_string().contains("`moon:`: the effect is missing"));
         assert!(EffectOverrides::parse("+eclipses").unwrap_err().to_string().contains("did you mean `eclipse`"));
     }
 

@@ -249,7 +249,9 @@ mod tests {
         let good = text(3, 3, |x, y| (x, y));
         assert!(error_text("").starts_with("dome.data:1: empty"));
         assert!(error_text("3\n2 2\n").starts_with("dome.data:1: the first line"));
-        assert!(error_text("2\n2 two\n").starts_with("dome.data:2: write the numbers"));
+        for size in ["2 two", "40 30 abc", "40 30 1.5", "40"] {
+            assert!(error_text(&format!("2\n{size}\n")).starts_with("dome.data:2: write the numbers"), "{size}");
+        }
         assert!(error_text("2\n1 9\n").starts_with("dome.data:2: 1 columns"));
         let cut: Vec<&str> = good.lines().take(9).collect();
         assert!(error_text(&cut.join("\n")).contains("dome.data:9: ends after 2 rows and 1 nodes; 3 rows of 3"));

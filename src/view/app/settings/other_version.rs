@@ -167,4 +167,16 @@ mod tests {
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), other.to_string());
         assert_eq!(Settings::load(&path), (ours, None), "the valid part is in the file, and is not reported again");
     }
+
+    /// The only copy of a value that this version cannot read is not replaced: with `.broken` the file's name exceeds the 255 bytes of file systems.
+    #[test]
+    fn a_file_that_cannot_be_set_aside_stays_as_it_is() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("s".repeat(250));
+        let text = r#"{"unit": "furlongs", "names": false}"#;
+        std::fs::write(&path, text).expect("a file");
+        let (settings, line) = Settings::load(&path);
+        assert!(!settings.names && line.expect("a line").contains("could not be set aside"));
+        assert_eq!(std::fs::read_to_string(&path).expect("kept"), text);
+    }
 }
