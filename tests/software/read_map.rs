@@ -90,7 +90,7 @@ fn magnified_maps_are_cubic_b_splines() {
 /// quarter of a texel in some direction.
 #[test]
 fn other_maps_are_filtered_to_the_bit() {
-    let filter_only = READ_MAP.replace("if draw.map_pixel * size.x < 0.25 {", "if false {");
+    let filter_only = READ_MAP.replace("if 2.0 * narrowest * narrowest < SMOOTHING_BEGINS {", "if false {");
     assert_ne!(filter_only, READ_MAP);
     let (filter, far, near) = (reading(&filter_only, FAR), reading(READ_MAP, FAR), reading(READ_MAP, NEAR));
     for width in [0.05, 0.15, 0.24, 0.26, 0.75, 1.5, 20.0] {
