@@ -5,9 +5,10 @@ fn main() -> std::process::ExitCode {
     orrery::cli::run()
 }
 
-/// Sets `XDG_RUNTIME_DIR` if it is not set to an absolute path. Graphics drivers look there for a Wayland socket, and print a line each time if the
-/// variable is missing. The value is the folder that systemd creates for the user, if it exists and is private; else `/dev/null`, which contains
-/// no socket and in which nobody can create one.
+/// Sets `XDG_RUNTIME_DIR` unless it already is an absolute path. (The XDG Base Directory Specification declares relative ones invalid.) Graphics
+/// drivers look in this folder for a Wayland socket, and print a warning to standard error if the variable is missing or invalid. The value is the
+/// folder that systemd creates for the user, if it exists and only the user may access it; otherwise, or without `/proc`, it is `/dev/null`, in which
+/// nobody can create a socket.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn set_xdg_runtime_dir() {
     use std::os::unix::fs::MetadataExt;
@@ -15,12 +16,12 @@ fn set_xdg_runtime_dir() {
     if std::env::var_os("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).is_absolute()) {
         return;
     }
-    let private_folder = std::fs::metadata("/proc/self").ok().and_then(|me| {
-        let folder = PathBuf::from(format!("/run/user/{}", me.uid()));
+    let private_folder = std::fs::metadata("/proc/self").ok().and_then(|own_process| {
+        let folder = PathBuf::from(format!("/run/user/{}", own_process.uid()));
         let metadata = folder.metadata().ok()?;
-        (metadata.is_dir() && metadata.uid() == me.uid() && metadata.mode() & 0o077 == 0).then_some(folder)
+        (metadata.is_dir() && metadata.uid() == own_process.uid() && metadata.mode() & 0o077 == 0).then_some(folder)
     });
-    // SAFETY: this is the first thing that the process does, so no other thread reads the environment.
+    // SAFETY: `main` calls this function first, when the process has no other thread that could read or write the environment.
     unsafe { std::env::set_var("XDG_RUNTIME_DIR", private_folder.as_deref().unwrap_or(Path::new("/dev/null"))) };
 }
 

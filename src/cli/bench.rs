@@ -1,7 +1,7 @@
 //! `orrery bench`: measures wall time and CPU time per frame of the standard scenes, by stage, and prints JSON.
 //!
 //! Each scene is drawn once to fill the caches and then measured. Except for `first_ms`, `least_ms` and the costs of effects, the times in a scene's row
-//! are those of a single frame, the one with the median wall time, so that they belong together. Writing files is not part of a frame here.
+//! are those of a single frame, the one with the median wall time, so that they belong together. No files are written.
 
 use super::output::{print_message, progress};
 use super::view_args::size;
@@ -22,21 +22,21 @@ const AFTER_HELP: &str = "Examples:
   orrery bench
   orrery bench --scene saturn --scene moon-limb --size 512x512 --frames 9
 
-With --effects, each scene also lists each active effect. cpu_ms and wall_ms, its cost:
-the median difference between --frames pairs of frames with and without the effect, at
-least 0. cpu_noise_ms and wall_noise_ms: the median absolute deviation of these
-differences (null for one pair); a cost below its noise is not significant. light: the
-absolute changes of luminance that the effect causes, summed over the pixels, as a
-fraction of the total luminance of the brighter image.
+With --effects, each scene also lists its active effects. cpu_ms and wall_ms are the
+cost of an effect: the median difference between --frames pairs of frames with and
+without it, at least 0. cpu_noise_ms and wall_noise_ms are the median absolute deviation
+of these differences (null for one pair); a cost below its noise is not significant.
+light is the sum over the pixels of the absolute change of luminance that the effect
+causes, as a fraction of the total luminance of the brighter image.
 
 Scenes: earth-3-radii, saturn, moon-limb, jupiter-four-moons, whole-system, night-sky, belt
-(100000 invented minor planets, distributed as the known ones), million-stars (those that
-ship and invented fainter ones, to magnitude 10.8).
+(100000 invented minor planets, distributed as the known ones), million-stars (the
+embedded stars and invented fainter ones, down to magnitude 10.8).
 
 With --counts, each scene also lists what the fragment shaders of its bodies execute in
 one frame: operations (a fused multiply-add is one; a branch counts for all pixels of a
-batch if one of them takes it) and texture reads (all taps of a filtered map are one),
-both summed over pixels.
+batch if one of them takes it) and texture reads (a filtered read is one, whatever its
+number of taps), both summed over the pixels.
 
 With --meshes, shape models are measured in place of the scenes: an invented shape for
 Phobos with 5000 to 326000 triangles. For each number: the time to read the shape, the
@@ -75,7 +75,7 @@ pub(crate) struct BenchArgs {
     json: bool,
 }
 
-/// The stages of every frame: all but those at program start (catalog and kernel) and the writing of files.
+/// The stages of every measured frame. The others run at program start (catalog, kernel) or write files, which `bench` does not.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// The measurements of one frame.
@@ -110,7 +110,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             (None, None) => None,
         };
         let session = own_session.as_ref().unwrap_or(&session);
-        let measure_of = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
+        let measure = |request: &ViewRequest| -> Result<MeasuredFrame, CliError> {
             let (stages_before, _) = session.report();
             let cpu_before = process_cpu();
             let start = WallInstant::now();
@@ -121,18 +121,17 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (stages_after, _) = session.report();
             Ok(MeasuredFrame { wall, cpu, stages: stages_after.since(&stages_before), drawn_by })
         };
-        let measure = || measure_of(&scene.request);
-        let first = measure()?;
-        let mut frames = (0..args.frames).map(|_| measure()).collect::<Result<Vec<_>, _>>()?;
-        let mut scene_row = row(scene.name, &first, &mut frames);
+        let first = measure(&scene.request)?;
+        let mut frames = (0..args.frames).map(|_| measure(&scene.request)).collect::<Result<Vec<_>, _>>()?;
+        let mut row = scene_row(scene.name, &first, &mut frames);
         if args.effects {
-            let list = effects(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure_of, &bar)?;
-            scene_row["effects"] = list.into();
+            let effects = effect_rows(session, SamplingQuality::of(common.quality), &scene.request, args.frames, &measure, &bar)?;
+            row["effects"] = effects.into();
         }
         if args.counts {
-            scene_row["counts"] = counts(session, SamplingQuality::of(common.quality), &scene.request)?;
+            row["counts"] = shader_counts(session, SamplingQuality::of(common.quality), &scene.request)?;
         }
-        rows.push(scene_row);
+        rows.push(row);
     }
     bar.finish_and_clear();
     let options = session.renderer().options();
@@ -148,20 +147,20 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     super::output::print_result(&format!("{report:#}\n"))
 }
 
-/// The pixels, operations and texture reads of one frame in the fragment shaders of bodies, summed over the pixels of the cost view.
-fn counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The cost view shows bodies only, so stars and lines of the sky are not counted.
+/// The number of pixels that the bodies' fragment shaders shade in one frame, and the operations and texture reads of these shaders, summed over the pixels.
+fn shader_counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
+    // The pixel view of the cost shows only bodies, so the shaders of stars and lines are not counted.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, FrameImages::DisplayAndHdr)?;
-    // Each pixel of the cost view stores its operations in red, and its texture reads times INSTRUCTIONS_PER_READ in green.
+    // Each of its pixels stores the operations in red, and the texture reads times INSTRUCTIONS_PER_READ in green.
     let (red, green) = (0, 1);
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[red] > 0.0).count(),
         "operations": sum(red).round(), "texture_reads": (sum(green) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// The cost of each active effect and its change of the image, from pairs of frames with and without the effect that are drawn alternately. The measured frames
-/// are added to the length of `bar`; `measure` advances it.
-fn effects(
+/// A row for each active effect: its cost, and how much it changes the image. Both come from frames with and without the effect; those that are timed are
+/// drawn alternately. The function adds the timed frames to the length of `bar`, and expects `measure` to advance it.
+fn effect_rows(
     session: &Session,
     sampling: SamplingQuality,
     request: &ViewRequest,
@@ -179,38 +178,37 @@ fn effects(
     for effect in active {
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);
-        // Also loads the modules and maps of this variant before the timing.
+        // This frame also loads the modules and maps of the variant, so that the timed frames do not.
         let drawn_without = session.draw(&request_without, sampling, FrameImages::DisplayAndHdr)?;
         let frames = interleaved(pair_count as usize, &[&|| measure(&request_with), &|| measure(&request_without)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
         let pairs = || frames[0].iter().zip(&frames[1]);
-        let wall = pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect();
-        let cpu = pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect();
-        let ((wall, wall_noise), (cpu, cpu_noise)) = (cost(wall), cost(cpu));
+        let (wall_ms, wall_noise_ms) = cost_and_noise_ms(pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect());
+        let (cpu_ms, cpu_noise_ms) = cost_and_noise_ms(pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect());
         rows.push(json!({
             "name": effect.name(),
-            "cpu_ms": cpu,
-            "cpu_noise_ms": cpu_noise,
-            "wall_ms": wall,
-            "wall_noise_ms": wall_noise,
+            "cpu_ms": cpu_ms,
+            "cpu_noise_ms": cpu_noise_ms,
+            "wall_ms": wall_ms,
+            "wall_noise_ms": wall_noise_ms,
             "light": LightChange::between(&drawn_without.frame.hdr, &drawn_with.frame.hdr).absolute,
         }));
     }
     Ok(rows)
 }
 
-/// The median of time differences (milliseconds), at least 0, and for several differences their median absolute deviation.
-fn cost(differences_ms: Vec<f64>) -> (Option<f64>, Option<f64>) {
+/// The cost, which is the median of the time differences but at least 0, and the noise, which is their median absolute deviation (`None` for fewer than two).
+fn cost_and_noise_ms(differences_ms: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences_ms.len();
-    let median = |values: Vec<f64>| Quartiles::of(values).map(|s| s.median);
-    let Some(middle) = median(differences_ms.clone()) else { return (None, None) };
-    let noise = median(differences_ms.iter().map(|d| (d - middle).abs()).collect()).filter(|_| count > 1);
+    let median_of = |values: Vec<f64>| Quartiles::of(values).map(|quartiles| quartiles.median);
+    let Some(median) = median_of(differences_ms.clone()) else { return (None, None) };
+    let noise = median_of(differences_ms.iter().map(|d| (d - median).abs()).collect()).filter(|_| count > 1);
     let round_to_microsecond = |ms: f64| (1e3 * ms).round() / 1e3;
-    (Some(round_to_microsecond(middle.max(0.0))), noise.map(round_to_microsecond))
+    (Some(round_to_microsecond(median.max(0.0))), noise.map(round_to_microsecond))
 }
 
-/// The row of a scene; `frames` must not be empty.
-fn row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
+/// The row of a scene; sorts `frames`, which must not be empty, by wall time.
+fn scene_row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
     frames.sort_by_key(|f| f.wall);
     let median = &frames[(frames.len() - 1) / 2];
     let by_stage = |ms: &dyn Fn(Stage) -> Value| -> Map<String, Value> {
@@ -248,16 +246,17 @@ mod tests {
             bar.inc(1);
             Ok(MeasuredFrame { wall: Duration::ZERO, cpu: None, stages: Stages::default(), drawn_by: None })
         };
-        let effects = effects(&session, SamplingQuality { samples: 1, anisotropy: 1 }, &scene.request, 2, &measure, &bar).expect("effects");
+        let effects =
+            effect_rows(&session, SamplingQuality { samples: 1, anisotropy: 1 }, &scene.request, 2, &measure, &bar).expect("effects");
         assert!(!effects.is_empty());
         assert_eq!((bar.length(), bar.position()), (Some(1 + 4 * effects.len() as u64), 1 + 4 * effects.len() as u64));
     }
 
     #[test]
     fn a_cost_is_a_median_of_at_least_zero_with_its_deviation() {
-        assert_eq!(cost(vec![-3.0, -1.0, -2.0]), (Some(0.0), Some(1.0)));
-        assert_eq!(cost(vec![4.0, 6.0]), (Some(5.0), Some(1.0)));
-        assert_eq!((cost(vec![7.0]), cost(Vec::new())), ((Some(7.0), None), (None, None)));
+        assert_eq!(cost_and_noise_ms(vec![-3.0, -1.0, -2.0]), (Some(0.0), Some(1.0)));
+        assert_eq!(cost_and_noise_ms(vec![4.0, 6.0]), (Some(5.0), Some(1.0)));
+        assert_eq!((cost_and_noise_ms(vec![7.0]), cost_and_noise_ms(Vec::new())), ((Some(7.0), None), (None, None)));
     }
 
     #[test]
@@ -269,7 +268,7 @@ mod tests {
             MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, drawn_by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
-        let row = row("saturn", &frame(90, 9), &mut frames);
+        let row = scene_row("saturn", &frame(90, 9), &mut frames);
         assert_eq!((&row["median_ms"], &row["median_cpu_ms"], &row["least_ms"]), (&json!(20.0), &json!(7.0), &json!(10.0)));
         assert_eq!((&row["stages"]["draw_ms"], &row["stages_cpu"]["draw_ms"]), (&json!(19.0), &Value::Null));
     }

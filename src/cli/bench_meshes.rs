@@ -27,19 +27,21 @@ use std::fmt::Write;
 use std::path::Path;
 
 const PHOBOS: NaifId = NaifId(401);
-/// Numbers of bands of latitude from pole to pole; a sphere with n bands has about 4 n² triangles.
+/// Numbers of latitude bands from pole to pole; a sphere with n bands has 4 n (n - 1) triangles.
 const BANDS: [u32; 4] = [36, 72, 143, 286];
-/// Radius of the sphere without its bumps: about the mean radius of Phobos.
+/// Radius of the sphere without its bumps: about the mean radius of Phobos (11.08 km, IAU WGCCRE 2015).
 const RADIUS_KM: f64 = 11.0;
 /// 2013-08-20 00:00 TDB, chosen arbitrarily.
 const JD_TDB: f64 = 2_456_524.5;
 
-/// A bumpy sphere as a Wavefront OBJ, and its number of triangles.
+/// The text of a Wavefront OBJ file of a bumpy sphere, and its number of triangles. Vertices lie in circles of latitude from south to north, whose `row` is 0
+/// at the southern pole and `bands` at the northern one.
 fn bumpy_sphere(bands: u32) -> (String, u32) {
     let columns = 2 * bands;
-    let position = |i: u32, j: u32| {
-        let (latitude, longitude) = (PI * (f64::from(j) / f64::from(bands) - 0.5), TAU * f64::from(i) / f64::from(columns));
+    let position = |column: u32, row: u32| {
+        let (latitude, longitude) = (PI * (f64::from(row) / f64::from(bands) - 0.5), TAU * f64::from(column) / f64::from(columns));
         let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+        // Arbitrary waves, -2 to 2. They change the radius by at most 8 %, which is enough for the shape to cast shadows on itself.
         let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
         direction * RADIUS_KM * (1.0 + 0.04 * bumps)
     };
@@ -48,29 +50,29 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
         let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
     };
     vertex(position(0, 0));
-    (1..bands).for_each(|j| (0..columns).for_each(|i| vertex(position(i, j))));
+    (1..bands).for_each(|row| (0..columns).for_each(|column| vertex(position(column, row))));
     vertex(position(0, bands));
-    // Index of a vertex between the poles; the southern pole is vertex 1.
-    let inner_vertex = |i: u32, j: u32| 2 + (j - 1) * columns + i % columns;
-    let north = 2 + (bands - 1) * columns;
+    // Indices of vertices: OBJ counts from 1, which is the southern pole.
+    let inner_vertex = |column: u32, row: u32| 2 + (row - 1) * columns + column % columns;
+    let (south_pole, north_pole) = (1, 2 + (bands - 1) * columns);
     let mut triangles = 0;
     let mut face = |a: u32, b: u32, c: u32| {
         triangles += 1;
         let _ = writeln!(text, "f {a} {b} {c}");
     };
-    for i in 0..columns {
-        face(1, inner_vertex(i + 1, 1), inner_vertex(i, 1));
-        for j in 1..bands - 1 {
-            face(inner_vertex(i, j), inner_vertex(i + 1, j), inner_vertex(i + 1, j + 1));
-            face(inner_vertex(i, j), inner_vertex(i + 1, j + 1), inner_vertex(i, j + 1));
+    for column in 0..columns {
+        face(south_pole, inner_vertex(column + 1, 1), inner_vertex(column, 1));
+        for row in 1..bands - 1 {
+            face(inner_vertex(column, row), inner_vertex(column + 1, row), inner_vertex(column + 1, row + 1));
+            face(inner_vertex(column, row), inner_vertex(column + 1, row + 1), inner_vertex(column, row + 1));
         }
-        face(inner_vertex(i, bands - 1), inner_vertex(i + 1, bands - 1), north);
+        face(inner_vertex(column, bands - 1), inner_vertex(column + 1, bands - 1), north_pole);
     }
     (text, triangles)
 }
 
-/// Writes the mesh file and a catalog that gives it to Phobos; returns its number of triangles.
-fn write(folder: &Path, bands: u32) -> Result<u32, CliError> {
+/// Writes the mesh file, and a catalog file that makes it the shape of Phobos. Returns its number of triangles.
+fn write_model(folder: &Path, bands: u32) -> Result<u32, CliError> {
     let (text, triangles) = bumpy_sphere(bands);
     let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
     let write_file = |name: &str, text: &str| std::fs::write(folder.join(name), text);
@@ -80,22 +82,25 @@ fn write(folder: &Path, bands: u32) -> Result<u32, CliError> {
     Ok(triangles)
 }
 
-/// Median and quartiles of the ratios of `times` to `base_times`, taken round by round.
+/// Median and quartiles of the ratios of `times` to `base_times`, each ratio from one round.
 fn ratio(times: &[f64], base_times: &[f64]) -> Value {
     Quartiles::of_ratios(times, base_times)
-        .map_or(Value::Null, |s| json!({ "median": rounded(s.median), "quartiles": [rounded(s.low), rounded(s.high)] }))
+        .map_or(Value::Null, |q| json!({ "median": rounded(q.median), "quartiles": [rounded(q.low), rounded(q.high)] }))
 }
 
+/// The value with three decimals; further digits are noise.
 fn rounded(value: f64) -> f64 {
     (1e3 * value).round() / 1e3
 }
 
-fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
+/// The row of the model with this number of latitude bands.
+fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
     let folder = tempfile::tempdir().map_err(|e| CliError::Failed(format!("a folder for shapes: {e}")))?;
-    let triangles = write(folder.path(), bands)?;
+    let triangles = write_model(folder.path(), bands)?;
     let mut sources = common.sources_for_drawing();
     sources.catalogs = Some(folder.path().to_owned());
     let session = Session::open(&sources, print_message)?.counting_cpu();
+    // Over the sub-solar point, so that the whole disc is lit.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with_shadow =
         ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
@@ -125,7 +130,7 @@ fn row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) 
         "triangles": triangles,
         "read_ms": rounded(read_ms),
         "trace_shadow_ms": rounded(trace_shadow_ms),
-        "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|s| rounded(1e3 * s.median)),
+        "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|q| rounded(1e3 * q.median)),
         "without_self_shadow": ratio(&times[1], &times[0]),
         "mesh": ratio(&times[2], &times[0]),
     }))
@@ -135,7 +140,7 @@ pub(crate) fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<()
     let bar = progress(BANDS.len() as u64);
     let mut models = Vec::new();
     for bands in BANDS {
-        models.push(row(common, size, rounds, bands)?);
+        models.push(model_row(common, size, rounds, bands)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -157,7 +162,10 @@ mod tests {
         assert_eq!(faces.len(), triangles as usize);
         let mut edges = std::collections::HashSet::new();
         for [a, b, c] in &faces {
-            assert!([(*a, *b), (*b, *c), (*c, *a)].into_iter().all(|e| edges.insert(e)), "an edge twice in one direction");
+            assert!(
+                [(*a, *b), (*b, *c), (*c, *a)].into_iter().all(|e| edges.insert(e)),
+                "two triangles have an edge in the same direction"
+            );
             let normal = (vertices[*b] - vertices[*a]).cross(vertices[*c] - vertices[*a]);
             assert!(normal.dot(vertices[*a]) > 0.0);
         }

@@ -1,4 +1,4 @@
-//! `orrery compare`: the difference between two images.
+//! `orrery compare`: measures the difference between two images, and optionally the fraction of pixels in which it stays within an error bound.
 
 use super::output::print_result;
 use super::output_file::write_once;
@@ -7,6 +7,9 @@ use crate::files::read_bytes;
 use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
 use crate::wording::{echo, echo_within};
 use std::path::{Path, PathBuf};
+
+/// Longest quotation of a file name in a message that names both images, characters.
+const MAX_NAME_CHARS: usize = 100;
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -29,7 +32,7 @@ pub(crate) struct CompareArgs {
     /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Error bound of each pixel in 255ths, as `render --error` writes it: print the percentage of pixels within it
+    /// Image of the error bounds that `render --error` writes (1 level = 1/255): print the percentage of pixels within their bound
     #[arg(long, value_name = "FILE")]
     error: Option<PathBuf>,
     /// Print JSON
@@ -54,22 +57,22 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     let with_both_names = |e: image::ImageError| {
         CliError::Failed(format!(
             "{} and {}: {e}",
-            echo_within(&args.a.display().to_string(), 100),
-            echo_within(&args.b.display().to_string(), 100)
+            echo_within(&args.a.display().to_string(), MAX_NAME_CHARS),
+            echo_within(&args.b.display().to_string(), MAX_NAME_CHARS)
         ))
     };
     let difference = a.difference(&b).map_err(with_both_names)?;
     if let Some(path) = &args.output {
-        let shown = a.difference_image(&b).map_err(with_both_names)?;
+        let scaled = a.difference_image(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
-        image::write_png(&mut bytes, shown.width, shown.height, &shown.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
+        image::write_png(&mut bytes, scaled.width, scaled.height, &scaled.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_once("-o", path, &bytes, args.overwrite)?;
     }
     let fraction_within_bound = match &args.error {
         Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
         None => None,
     };
-    let psnr = difference.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
+    let psnr_text = difference.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));
     if args.json {
         let mut report = serde_json::json!(difference);
         if let Some(fraction) = fraction_within_bound {
@@ -78,7 +81,7 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         print_result(&format!("{report}\n"))?;
     } else {
         print_result(&format!(
-            "mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr}\npixels {}\n",
+            "mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr_text}\npixels {}\n",
             difference.mean, difference.p999, difference.max, difference.pixels
         ))?;
         if let Some(fraction) = fraction_within_bound {

@@ -9,7 +9,7 @@ use crate::wording::echo;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Largest warp mesh file, bytes: enough for a million nodes of five numbers.
+/// Largest warp mesh file, bytes: enough for a million nodes, each a line of up to 134 characters (five numbers).
 const MAX_MESH_BYTES: u64 = 1 << 27;
 
 /// Options of the composition.
@@ -27,7 +27,7 @@ pub(crate) struct CompositionArgs {
     #[arg(long, value_name = "D", default_value_t = 0.0, allow_negative_numbers = true)]
     pub dome_tilt: f64,
     /// Stereo pair: anaglyph (red and cyan glasses, red on the left; Dubois' matrix), side-by-side (each eye has half the width, undistorted),
-    /// or interlaced (even rows, from 0, for the left eye); zero parallax at the target's distance
+    /// or interlaced (rows 0, 2, 4, ... for the left eye); zero parallax at the target's distance
     #[arg(long, value_enum, value_name = "HOW")]
     pub stereo: Option<StereoLayout>,
     /// Distance between the eyes in km [default: 1/30 of the width that the image spans at the target; on a surface 63 mm]
@@ -45,9 +45,10 @@ impl CompositionArgs {
     /// A mesh that cannot be read, with its file and line; options that contradict each other, or a number out of range.
     pub(crate) fn composition(&self) -> Result<Composition, CliError> {
         let warp = self.warp.as_ref().map(|path| {
-            let shown = echo(&path.display().to_string());
-            let text = read_text(path, MAX_MESH_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}; --warp takes a text file")))?;
-            WarpMesh::parse(&shown, &text).map(Arc::new).map_err(|e| CliError::Failed(e.to_string()))
+            let mesh_name = echo(&path.display().to_string());
+            let text =
+                read_text(path, MAX_MESH_BYTES).map_err(|e| CliError::Failed(format!("{mesh_name}: {e}; --warp takes a text file")))?;
+            WarpMesh::parse(&mesh_name, &text).map(Arc::new).map_err(|e| CliError::Failed(e.to_string()))
         });
         let composition = Composition {
             projection: self.projection,

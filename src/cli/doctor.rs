@@ -8,7 +8,7 @@ use crate::render::software::kernels::KernelClass;
 use crate::session::{Meshes, RendererPreference, Session, SessionError, Sources, cache_folder, read_catalog};
 use crate::wording::counted;
 
-/// Appends a line to the report, which is printed once at the end.
+/// Appends a line to the report. `run` prints the report once, at its end.
 macro_rules! push_line {
     ($out:expr, $($args:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($args)*))) };
 }
@@ -17,9 +17,9 @@ macro_rules! push_line {
 #[command(after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/")]
 pub(crate) struct DoctorArgs {}
 
+/// Checks the catalog files. Returns the catalog for the other checks: the embedded one if a file is invalid.
 fn catalogs(common: &Common, out: &mut String) -> Catalog {
     let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
-    let embedded = Catalog::embedded();
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
             let overridden_by = folder.map_or(String::new(), |f| format!(", overridden by the files of {f}"));
@@ -29,11 +29,11 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
         Err(SessionError::Catalog(e)) => {
             push_line!(out, "catalogs  {}:", counted(e.problems.len(), "invalid field"));
             e.to_string().lines().for_each(|problem| push_line!(out, "          {problem}"));
-            embedded
+            Catalog::embedded()
         }
         Err(e) => {
             push_line!(out, "catalogs  {e}; give a readable folder with --catalogs");
-            embedded
+            Catalog::embedded()
         }
     }
 }
@@ -50,7 +50,7 @@ fn bodies(catalog: &Catalog, out: &mut String) {
     for (kind, kind_name) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
         if !names.is_empty() {
-            push_line!(out, "bodies    {} {kind_name}{}: {}", names.len(), if names.len() == 1 { "" } else { "s" }, names.join(", "));
+            push_line!(out, "bodies    {}: {}", counted(names.len(), kind_name), names.join(", "));
         }
     }
     let without_source: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
@@ -60,16 +60,17 @@ fn bodies(catalog: &Catalog, out: &mut String) {
 }
 
 fn shaders(common: &Common, out: &mut String) {
-    match (super::inputs::fragments(common), &common.shaders) {
-        (Ok(fragments), folder) => {
+    match super::inputs::fragments(common) {
+        Ok(fragments) => {
+            let folder = common.shaders.as_ref().map(|folder| folder.display().to_string());
             let surface = (!common.surface.is_empty()).then(|| "--surface".to_owned());
-            let origins: Vec<String> = folder.as_ref().map(|folder| folder.display().to_string()).into_iter().chain(surface).collect();
+            let origins: Vec<String> = folder.into_iter().chain(surface).collect();
             push_line!(out, "shaders   {} built-in sources", crate::shader::fragments::FRAGMENTS.len());
             if !origins.is_empty() {
                 push_line!(out, "          {} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and "));
             }
         }
-        (Err(e), _) => push_line!(out, "shaders   {e}"),
+        Err(e) => push_line!(out, "shaders   {e}"),
     }
 }
 
@@ -120,27 +121,27 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
 
 /// Reads the files of `--stars`, `--minor-planets`, `--lunar-heights` and `--sky`.
 fn data_files(common: &Common, out: &mut String) {
-    let all = common.sources();
-    let (stars, minor_planets) = (all.stars.is_some(), all.minor_planets.is_some());
-    let (lunar_heights, sky) = (all.lunar_heights.is_some(), all.sky.is_some());
-    // Each alone, so that a problem of one file does not hide that of another.
-    let alone = Sources {
-        max_megapixels: all.max_megapixels,
-        cache: all.cache.clone(),
-        threads: all.threads,
+    let given = common.sources();
+    let (stars, minor_planets) = (given.stars.is_some(), given.minor_planets.is_some());
+    let (lunar_heights, sky) = (given.lunar_heights.is_some(), given.sky.is_some());
+    // A session for each file, because a session stops at the first file that it cannot read.
+    let without_files = Sources {
+        max_megapixels: given.max_megapixels,
+        cache: given.cache.clone(),
+        threads: given.threads,
         renderer: RendererPreference::Software,
         ..Sources::default()
     };
     let options = [
-        ("--stars", stars, Sources { stars: all.stars, ..alone.clone() }),
-        ("--minor-planets", minor_planets, Sources { minor_planets: all.minor_planets, ..alone.clone() }),
-        ("--lunar-heights", lunar_heights, Sources { lunar_heights: all.lunar_heights, ..alone.clone() }),
-        ("--sky", sky, Sources { sky: all.sky, sky_frame: all.sky_frame, ..alone }),
+        ("--stars", stars, Sources { stars: given.stars, ..without_files.clone() }),
+        ("--minor-planets", minor_planets, Sources { minor_planets: given.minor_planets, ..without_files.clone() }),
+        ("--lunar-heights", lunar_heights, Sources { lunar_heights: given.lunar_heights, ..without_files.clone() }),
+        ("--sky", sky, Sources { sky: given.sky, sky_frame: given.sky_frame, ..without_files }),
     ];
     for (option, _, sources) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
         match Session::open(&sources, |_| {}) {
             Ok(_) => push_line!(out, "data      the file of {option} can be read"),
-            // Some of the errors name the option after the file.
+            // Some errors are `FILE: --lunar-heights: REASON`, and the line already names the option.
             Err(e) => push_line!(out, "data      {option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1)),
         }
     }
@@ -181,15 +182,21 @@ fn adapters(common: &Common, out: &mut String) {
     }
 }
 
+/// Names the kernel class of the software renderer, and the other ones that this machine can run.
+fn kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, out: &mut String) {
+    push_line!(out, "software  {} kernels on {threads} threads", used.name());
+    let others: Vec<_> = available.iter().filter(|k| **k != used).map(|k| k.name()).collect();
+    if !others.is_empty() {
+        push_line!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
+    }
+}
+
 pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
-    let options = Options::default();
     let threads =
         common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();
     adapters(common, out);
-    push_line!(out, "software  {} kernels on {threads} threads", options.kernels.name());
-    let others: Vec<_> = KernelClass::available().iter().filter(|k| **k != options.kernels).map(|k| k.name()).collect();
-    push_line!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
+    kernel_classes(Options::default().kernels, &KernelClass::available(), threads, out);
     let catalog = catalogs(common, out);
     bodies(&catalog, out);
     kernel(common, &catalog, out);
@@ -202,4 +209,21 @@ pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
         Err(why) => push_line!(out, "cache     {why}"),
     }
     super::output::print_result(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_kernel_classes_are_listed_only_if_there_are_any() {
+        let report = |available: &[KernelClass]| {
+            let mut out = String::new();
+            kernel_classes(KernelClass::Portable, available, 2, &mut out);
+            out
+        };
+        assert_eq!(report(&[KernelClass::Portable]), "software  portable kernels on 2 threads\n");
+        let both = report(&[KernelClass::Neon, KernelClass::Portable]);
+        assert!(both.ends_with("also available: neon; select one with ORRERY_KERNELS\n"), "{both}");
+    }
 }

@@ -55,11 +55,11 @@ Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
 C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch;
 begin and end, when the centre of the moon or of its shadow passes the planet's edge.
-Longitudes and circumstances at a place have the error of Delta T (TT - UT1), and so
-have instants before 1972. It is printed where it exceeds half a second.
+Longitudes, circumstances at a place and instants before 1972 are as uncertain as
+Delta T (TT - UT1). Its standard error is printed if it is half a second or more.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
 the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra; in
-a transit the planet's diameter over the Sun's.
+a transit the ratio of the planet's diameter to the Sun's.
 With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
 Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
 your own; none is included) those of its real limb are added: its C2 is the last bead
@@ -96,17 +96,18 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let (rows, written) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
+    let (rows, path_written) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
         print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) })?;
     } else {
-        print_result(&as_text(&catalog, &rows, args.at.is_some()))?;
+        print_result(&as_text(&catalog, &rows))?;
     }
-    written.map_err(CliError::Failed)
+    path_written.map_err(CliError::Failed)
 }
 
-/// The events of the span as JSON objects, in order of time; and whether the file of paths was written.
+/// The events of the span as JSON objects, in order of time, and the result of writing the file of `--path`. That result is separate, so that `run` can print
+/// the events even if the file cannot be written.
 fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Vec<Value>, Result<(), String>), String> {
     let time = |name: &str, text: &str| instant_or_now(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
@@ -116,36 +117,36 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
     let place = args.at.as_deref().map(parse_place).transpose()?;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
-    let mut written = Ok(());
+    let mut path_written = Ok(());
     let is_wanted = |kind| args.kind.contains(&kind);
     if is_wanted(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         for eclipse in &found {
-            let mut row = solar(eclipse, place);
+            let mut row = solar_row(eclipse, place);
             if let (Some(place), Some(map)) = (place, catalog.lunar_heights()) {
                 let contacts = eclipse.limb_contacts(place, ephemeris, map).map_err(|e| e.to_string())?;
-                row["local"]["limb"] = limb(&contacts, map);
+                row["local"]["limb"] = limb_circumstances(&contacts, map);
             }
             rows.push((eclipse.greatest, row));
         }
         if let Some(file) = &args.path {
-            written = write_paths(file, &found, radii.name(), args.overwrite);
+            path_written = write_paths(file, &found, radii.name(), args.overwrite);
         }
     } else if args.path.is_some() {
         return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
     }
     if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, lunar(e, place, events::shadow_enlargement(radii)))));
+        rows.extend(found.iter().map(|e| (e.greatest, lunar_row(e, place, events::shadow_enlargement(radii)))));
     }
     if is_wanted(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, transit(catalog, e, place))));
+        rows.extend(found.iter().map(|e| (e.greatest, transit_row(catalog, e, place))));
     }
     if is_wanted(Kind::Moons) {
         let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         let mutual = events::mutual_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().chain(&mutual).map(|e| (e.greatest, moon_event(catalog, e))));
+        rows.extend(found.iter().chain(&mutual).map(|e| (e.greatest, moon_event_row(catalog, e))));
     }
     rows.sort_by(|a, b| a.0.tdb_seconds_past_j2000().total_cmp(&b.0.tdb_seconds_past_j2000()));
     for (greatest, row) in &mut rows {
@@ -154,14 +155,17 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
         row["delta_t_s"] = json!(delta_t_s);
         row["delta_t_error_s"] = json!(error_s);
     }
-    Ok((rows.into_iter().map(|(_, row)| row).collect(), written))
+    Ok((rows.into_iter().map(|(_, row)| row).collect(), path_written))
 }
 
-/// Parses `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.
+/// Accepted heights of a place, metres: from below the deepest sea floor (Challenger Deep, 10.9 km) to the edge of space (Karman line).
+const HEIGHT_RANGE_M: std::ops::RangeInclusive<f64> = -12_000.0..=100_000.0;
+
+/// Parses `--at`: `LAT,LON` or `LAT,LON,HEIGHT` in degrees, degrees east and metres.
 pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
     let invalid = |what: &str| format!("--at {}: {what}; give latitude and east longitude in degrees, such as 78.22,15.65", echo(text));
-    let numbers: Vec<f64> =
-        text.split(',').map(|part| part.trim().parse().map_err(|_| invalid("not numbers with commas"))).collect::<Result<_, _>>()?;
+    let parsed: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let numbers = parsed.map_err(|_| invalid("not numbers separated by commas"))?;
     let (latitude_deg, longitude_deg, height_m) = match numbers[..] {
         [lat, lon] => (lat, lon, 0.0),
         [lat, lon, height] => (lat, lon, height),
@@ -170,18 +174,18 @@ pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
     if !(-90.0..=90.0).contains(&latitude_deg) || !(-360.0..=360.0).contains(&longitude_deg) {
         return Err(invalid("latitude goes from -90 to 90, longitude from -360 to 360"));
     }
-    if !(-12_000.0..=100_000.0).contains(&height_m) {
+    if !HEIGHT_RANGE_M.contains(&height_m) {
         return Err(invalid("the height goes from -12000 to 100000 metres"));
     }
     Ok(GeodeticPosition { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
 
 /// Contacts as a JSON object that maps names to UTC times.
-fn times(contacts: &[(&'static str, Instant)]) -> Value {
+fn utc_times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
 
-fn solar(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
+fn solar_row(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "solar",
         "type": eclipse.class.name(),
@@ -190,7 +194,7 @@ fn solar(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
         "greatest_tt": eclipse.greatest.to_tt_iso(),
         "gamma": eclipse.gamma,
         "magnitude": eclipse.magnitude,
-        "contacts": times(&eclipse.contacts),
+        "contacts": utc_times(&eclipse.contacts),
         "lat": eclipse.place.latitude_deg,
         "lon": eclipse.place.longitude_deg,
         "sun_altitude_deg": eclipse.sun_altitude_deg,
@@ -204,8 +208,8 @@ fn solar(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
     row
 }
 
-/// Contacts computed with the Moon's limb profile, and the times of the last bead before totality or annularity and the first one after it.
-fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
+/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. C2 is the last bead before totality or annularity, C3 the first one after it.
+fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);
         json!({ "time": time, "later_s": c.delay_s, "position_angle_deg": angle_deg, "height_km": c.height_km })
@@ -215,7 +219,7 @@ fn limb(contacts: &[LimbContact], map: &HeightMap) -> Value {
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
-fn lunar(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
+fn lunar_row(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
     let (penumbral_s, partial_s, total_s) =
         (eclipse.duration_s("P1", "P4"), eclipse.duration_s("U1", "U4"), eclipse.duration_s("U2", "U3"));
     let mut row = json!({
@@ -226,7 +230,7 @@ fn lunar(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enlarge
         "gamma": eclipse.gamma,
         "magnitude": eclipse.umbral_magnitude,
         "penumbral_magnitude": eclipse.penumbral_magnitude,
-        "contacts": times(&eclipse.contacts),
+        "contacts": utc_times(&eclipse.contacts),
         "lat": eclipse.place.latitude_deg,
         "lon": eclipse.place.longitude_deg,
         "duration_s": match eclipse.class {
@@ -249,7 +253,7 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>) -> Value {
+fn transit_row(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "transit",
         "type": "transit",
@@ -259,7 +263,7 @@ fn transit(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>
         "gamma": transit.gamma,
         "magnitude": transit.magnitude,
         "separation_arcsec": transit.separation_arcsec,
-        "contacts": times(&transit.contacts),
+        "contacts": utc_times(&transit.contacts),
         "lat": null,
         "lon": null,
         "duration_s": transit.duration_s(),
@@ -271,7 +275,7 @@ fn transit(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>
     row
 }
 
-fn moon_event(catalog: &Catalog, event: &MoonEvent) -> Value {
+fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
     json!({
         "kind": "moons",
         "type": event.class.name(),
@@ -282,7 +286,7 @@ fn moon_event(catalog: &Catalog, event: &MoonEvent) -> Value {
         "greatest_tt": event.greatest.to_tt_iso(),
         "gamma": null,
         "magnitude": null,
-        "contacts": times(&event.contacts),
+        "contacts": utc_times(&event.contacts),
         "lat": null,
         "lon": null,
         "duration_s": event.duration_s(),
@@ -297,11 +301,11 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: b
         let Some(path) = eclipse.path() else { continue };
         let centre: Vec<GeodeticPosition> = path.centre_line.iter().map(|(_, place)| *place).collect();
         let instants: Vec<Instant> = path.centre_line.iter().map(|(t, _)| *t).collect();
-        // `instants`: those of the places, or none.
+        // `instants`: one for each place, or empty if the line has no times.
         let mut add = |name: &str, places: &[GeodeticPosition], instants: &[Instant]| {
             let lines = events::cut_at_date_line(places);
             if !lines.is_empty() {
-                // One for each vertex, in the order of the coordinates.
+                // A time for each vertex, in the order of the coordinates.
                 let times: Vec<String> =
                     lines.iter().flatten().filter_map(|v| Some(instant_at(instants, v.position)?.to_utc_iso())).collect();
                 let times = if times.is_empty() { Value::Null } else { json!(times) };
@@ -328,14 +332,14 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: b
     write_once("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
-/// The instant at a position along a line whose places have these instants; see [`events::CutVertex::position`].
+/// The instant at a position along a line, by linear interpolation between the instants of its places; see [`events::CutVertex::position`].
 fn instant_at(instants: &[Instant], position: f64) -> Option<Instant> {
     let before = *instants.get(position as usize)?;
     let after = instants.get(position as usize + 1).unwrap_or(&before);
     Some(before.plus_seconds(position.fract() * (after.tdb_seconds_past_j2000() - before.tdb_seconds_past_j2000())))
 }
 
-/// Adds the circumstances at a place under `local`, and the local contacts of the discs to the row's `contacts`.
+/// Adds the circumstances at a place as the row's field `local`, and the times of the local contacts to the row's `contacts`.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
         row["local"] = json!({ "visible": false });

@@ -5,14 +5,15 @@ use crate::events;
 use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
 use serde_json::{Value, json};
 
-/// An ISO time rounded to a decimal of the second: with 0 decimals `2024-04-08 18:17:20`. A carry may reach the date.
+/// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. A carry may reach the date.
 fn rounded_time(iso: &Value, decimals: u8) -> String {
     let text = iso.as_str().unwrap_or("");
+    // Half a unit of the last decimal is added, and the digits after that decimal are cut.
     let half_unit_s = 0.5 * 0.1_f64.powi(i32::from(decimals));
+    let raised = Instant::parse(text).map_or_else(|_| text.to_owned(), |t| t.plus_seconds(half_unit_s).to_utc_iso());
+    let raised = raised.trim_end_matches('Z').replace('T', " ");
     // `to_utc_iso` omits a fraction of 0.
-    let later = Instant::parse(text).map_or_else(|_| text.to_owned(), |t| t.plus_seconds(half_unit_s).to_utc_iso());
-    let later = later.trim_end_matches('Z').replace('T', " ");
-    let (whole, fraction) = later.split_once('.').unwrap_or((later.as_str(), ""));
+    let (whole, fraction) = raised.split_once('.').unwrap_or((raised.as_str(), ""));
     match usize::from(decimals) {
         0 => whole.to_owned(),
         kept => format!("{whole}.{:0<kept$}", fraction.get(..kept).unwrap_or(fraction)),
@@ -29,14 +30,14 @@ fn seconds_past_j2000(iso: &Value) -> f64 {
     iso.as_str().and_then(|text| Instant::parse(text).ok()).map_or(f64::INFINITY, Instant::tdb_seconds_past_j2000)
 }
 
-/// A number with this many decimals; what rounds to zero has no minus sign.
+/// A number with this many decimals, without a minus sign if it rounds to zero; `-` for null.
 fn number(value: &Value, decimals: usize) -> String {
     let Some(v) = value.as_f64() else { return "-".to_owned() };
     let text = format!("{v:.decimals$}");
     text.strip_prefix('-').filter(|digits| digits.bytes().all(|b| matches!(b, b'0' | b'.'))).unwrap_or(&text).to_owned()
 }
 
-/// A duration as text, rounded to its last unit: `4m28s` or `1h02m`.
+/// A duration as text, rounded to its last unit: `4m28s` or `1h02m`; `-` for null.
 fn duration(seconds: &Value) -> String {
     match seconds.as_f64() {
         None => "-".to_owned(),
@@ -48,9 +49,9 @@ fn duration(seconds: &Value) -> String {
     }
 }
 
-/// The line about the rows' largest error of Delta T, if times to a second are affected.
+/// A line about the largest error of Delta T among the rows, if it is large enough to change times that are printed to a second.
 fn delta_t_text(rows: &[Value]) -> Option<String> {
-    // Without a place or a longitude, times from 1972 on do not depend on the Earth's rotation.
+    // The Earth's rotation affects longitudes, what a place sees, and times before 1972, which are UT1. All other times do not depend on Delta T.
     let depends_on_rotation = |row: &Value| {
         let is_ut1 = seconds_past_j2000(&row["greatest"]) < seconds_past_j2000(&json!("1972-01-01"));
         row["lat"].is_number() || !row["local"].is_null() || is_ut1
@@ -58,8 +59,8 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     let error_s = |row: &Value| if depends_on_rotation(row) { row["delta_t_error_s"].as_f64().unwrap_or(0.0) } else { 0.0 };
     let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
     (error_s(worst) >= SHOWN_DELTA_T_ERROR_S).then(|| {
-        let day = rounded_time(&worst["greatest"], 0);
-        let day = day.split(' ').next().unwrap_or("");
+        let time = rounded_time(&worst["greatest"], 0);
+        let day = time.split(' ').next().unwrap_or("");
         let seconds = error_s(worst);
         let error = if seconds < 60.0 { format!("{seconds:.1} s") } else { duration(&json!(seconds)) };
         // The Earth turns by a degree in 240 s.
@@ -70,22 +71,23 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     })
 }
 
-/// The table: a heading, a row for each event, with `at_place` a line of local circumstances below it, and a last line with the number of events.
-pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> String {
+/// The table: a heading; a row for each event, with a line below it if the row has local circumstances; a line with the number of events, the radii and the
+/// Earth's shadow; and a line about the error of Delta T if it matters.
+pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
-    // The line below each row; the heading has none.
+    // The line below each line of `table`; the heading has none.
     let mut notes: Vec<Option<String>> = vec![None];
     for row in rows {
-        let word = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
+        let text_of = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
         table.push([
             rounded_time(&row["greatest"], 0),
-            word("kind"),
+            text_of("kind"),
             row["body"].as_str().map_or_else(
-                || word("type"),
+                || text_of("type"),
                 |body| match row["by"].as_str() {
-                    Some(by) => format!("{body} {} by {by}", word("type")),
-                    None => format!("{body} {}", word("type")),
+                    Some(by) => format!("{body} {} by {by}", text_of("type")),
+                    None => format!("{body} {}", text_of("type")),
                 },
             ),
             number(&row["gamma"], 4),
@@ -100,7 +102,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
             },
             contacts_text(row),
         ]);
-        notes.push((at_place && !row["local"].is_null()).then(|| local_text(&row["local"])));
+        notes.push((!row["local"].is_null()).then(|| local_text(&row["local"])));
     }
     let widths: [usize; 10] = std::array::from_fn(|column| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0));
     let mut text = String::new();
@@ -115,7 +117,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value], at_place: bool) -> Stri
     text
 }
 
-/// The contacts in order of time, without C1 to C4, which [`local_text`] prints on their own line.
+/// The contacts in order of time, without C1 to C4: these are the local ones, which [`local_text`] prints with their altitudes.
 fn contacts_text(row: &Value) -> String {
     let Some(contacts) = row["contacts"].as_object() else { return String::new() };
     let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
@@ -138,7 +140,7 @@ fn local_text(local: &Value) -> String {
     by_time.push(("maximum".to_owned(), &local["maximum"]));
     by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
-    // A Moon that is up only outside the umbra has no umbral magnitude. In a penumbral eclipse both values are the same.
+    // If the Moon is up only while it is outside the umbra, `magnitude` is not positive. In a penumbral eclipse both magnitudes are equal.
     let (magnitude, penumbral) = (&local["magnitude"], &local["penumbral_magnitude"]);
     let in_penumbra = !penumbral.is_null() && (magnitude == penumbral || magnitude.as_f64().is_some_and(|m| m <= 0.0));
     parts.push(if in_penumbra {
@@ -176,7 +178,7 @@ fn limb_text(limb: &Value) -> String {
         };
         let time = rounded_time(&c["time"], 1);
         let time = time.rsplit(' ').next().unwrap_or("");
-        // The sum turns a negative zero into a positive one.
+        // Adding 0 turns -0 into +0, so that the sign is printed as a plus.
         let later_s = (10.0 * c["later_s"].as_f64().unwrap_or(0.0)).round() / 10.0 + 0.0;
         let angle_deg = c["position_angle_deg"].as_f64().unwrap_or(0.0).round().rem_euclid(360.0);
         format!("{name}{bead} {time} ({later_s:+.1} s, at {angle_deg:.0}° from north)")

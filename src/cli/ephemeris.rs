@@ -1,4 +1,5 @@
-//! `orrery ephemeris`: prints positions, velocities and angles for queries from options or JSON lines.
+//! `orrery ephemeris`: prints positions and velocities, apparent places, orientations, and what a place on the Earth sees. The queries come from options, or
+//! as JSON lines from standard input.
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
@@ -23,7 +24,7 @@ use std::io::BufRead;
     orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n  \
     orrery ephemeris --body mars --apparent --from 2027-01-01 --to 2027-03-01 --step 1d --csv\n  \
     orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
-    Positions are geometric: km and km/s, ICRF axes. error_km bounds the source's error; null: unknown (--kernel). \
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if unknown (--kernel). \
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
     refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
     next_help_heading = "Query"
@@ -41,8 +42,8 @@ pub(crate) struct EphemerisArgs {
     /// Start of a table
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires_all = ["to", "step"], conflicts_with_all = ["time", "stdin", "rise_set"])]
     from: Option<String>,
-    // clap does not enforce `requires` where the required option conflicts with a given one. So an option that requires `from` also lists the conflicts of
-    // `from`.
+    // clap does not enforce `requires` if the required option conflicts with an option that is given. Each option that requires `from` therefore repeats the
+    // conflicts of `from`.
     /// End of a table, included if a step falls on it
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,
@@ -99,7 +100,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     let source = args.source;
     let quantity = args.quantity();
     if args.stdin {
-        return answer_lines(&catalog, &ephemeris, source, quantity);
+        return answer_stdin(&catalog, &ephemeris, source, quantity);
     }
     if args.from.is_some() || args.at.is_some() {
         return print_result(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
@@ -110,7 +111,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         let value = query.apparent_or_orientation(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
     }
-    let answer = query.answer(&catalog, &ephemeris).map_err(CliError::Failed)?;
+    let answer = query.state(&catalog, &ephemeris).map_err(CliError::Failed)?;
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     print_result(&text)
 }
@@ -123,15 +124,18 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         lon_east_deg: p.longitude_deg,
         height_km: p.height_km,
     });
-    let required_time =
-        |option: &str, text: &Option<String>| text.as_deref().map_or(Err(format!("--{option} is missing")), |t| time_of(option, t));
+    let required_time = |option: &str, text: &Option<String>| {
+        let text = text.as_deref().ok_or_else(|| format!("--{option} is missing"))?;
+        parse_time(text).map_err(|e| format!("--{option}: {e}"))
+    };
     let body = match &args.body {
         Some(name) => body_id(catalog, "body", name)?,
         None => NaifId::SUN,
     };
     if let (Some(at), true) = (at, args.rise_set) {
-        let day = ephemeris_table::day(catalog, ephemeris, body, at, required_time("time", &args.time)?).map_err(|e| e.to_string())?;
-        return Ok(if args.json { format!("{day}\n") } else { ephemeris_table::day_text(&day) });
+        let start = required_time("time", &args.time)?;
+        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, at, start).map_err(|e| e.to_string())?;
+        return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
     let center = |default_center: Option<NaifId>| match (&args.center, default_center) {
         (Some(name), _) => body_id(catalog, "center", name),
@@ -142,7 +146,7 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         (Some(at), _) => Columns::Horizontal { at },
         (_, Quantity::State) => Columns::State { center: center(None)?, source: args.source },
         (_, Quantity::Apparent) if center(Some(NaifId::EARTH))? != NaifId::EARTH => {
-            return Err("--center: an apparent place is that from the Earth's centre: leave the option out".into());
+            return Err("--center: an apparent place is always seen from the Earth's centre; omit this option".into());
         }
         (_, Quantity::Apparent) => Columns::Apparent,
         (_, Quantity::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
@@ -162,36 +166,33 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
     ephemeris_table::table(catalog, ephemeris, body, columns, &times, format)
 }
 
-fn time_of(option: &str, text: &str) -> Result<Instant, String> {
-    time(text).map_err(|e| format!("--{option}: {e}"))
-}
-
 /// A query as the user wrote it; names and time are not yet resolved.
 struct Query {
     body: String,
-    /// Always given for a position.
+    /// Always present if the query asks for a position.
     center: Option<String>,
     time: String,
     source: Option<Source>,
 }
 
 impl Query {
-    fn answer(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
+    /// The geometric position and velocity.
+    fn state(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
         let body = body_id(catalog, "body", &self.body)?;
         let center = body_id(catalog, "center", self.center.as_deref().unwrap_or_default())?;
-        let t = time(&self.time)?;
+        let t = parse_time(&self.time)?;
         ephemeris.state(body, center, t, self.source).map_err(|e| e.to_string())
     }
 
-    /// Apparent place or orientation. An orientation is that seen from the query's centre; without one, from the Earth.
+    /// The apparent place or the orientation as JSON. An orientation is seen from the query's centre, or from the Earth if the query has none.
     fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
         let id = body_id(catalog, "body", &self.body)?;
-        let t = time(&self.time)?;
+        let t = parse_time(&self.time)?;
         let center = self.center.as_deref().map(|name| body_id(catalog, "center", name)).transpose()?;
         let observer = center.unwrap_or(NaifId::EARTH);
         let value = if quantity == Quantity::Apparent {
             if observer != NaifId::EARTH {
-                return Err("center: an apparent place is that from the Earth's centre: leave this field out".into());
+                return Err("center: an apparent place is always seen from the Earth's centre; omit this field".into());
             }
             serde_json::to_value(apparent_place(ephemeris, id, t).map_err(|e| e.to_string())?)
         } else {
@@ -201,12 +202,12 @@ impl Query {
         value.map_err(|e| e.to_string())
     }
 
-    /// Parses a line; `source` is the default for lines without a source.
+    /// Parses a line of standard input; `source` is the default for lines without a source.
     fn from_json(line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
         let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
-        if let Some(unknown) = object.keys().find(|k| !["body", "center", "time", "source"].contains(&k.as_str())) {
-            let known = ["body", "center", "time", "source"];
+        let known = ["body", "center", "time", "source"];
+        if let Some(unknown) = object.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(format!("field `{}` is not known; {}", echo(unknown), suggestion_or_list(unknown, &known)));
         }
         let text = |name: &str| match object.get(name) {
@@ -216,7 +217,8 @@ impl Query {
         };
         let source = match object.get("source") {
             None | Some(Value::Null) => source,
-            // Lines of one form serve all quantities: an apparent place and an orientation come from the best source, whatever a line names.
+            // Accepted with every quantity, so that the same lines can be sent for each. Only a position uses it: an apparent place and an orientation always
+            // come from the best source.
             Some(s) => Some(
                 serde_json::from_value(s.clone())
                     .map_err(|_| format!("source {} is not known; one of mean, series, kernel", echo(&s.to_string())))?,
@@ -232,11 +234,12 @@ fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String>
     catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
 
-fn time(text: &str) -> Result<Instant, String> {
+fn parse_time(text: &str) -> Result<Instant, String> {
     instant_or_now(text).map_err(|e| e.to_string())
 }
 
-fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, quantity: Quantity) -> Result<(), CliError> {
+/// Answers each line of standard input with one line: `{"ok": …}` or `{"error": …}`.
+fn answer_stdin(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, quantity: Quantity) -> Result<(), CliError> {
     for line in std::io::stdin().lock().split(b'\n') {
         let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
         let answer = String::from_utf8(line)
@@ -244,7 +247,7 @@ fn answer_lines(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>
             .and_then(|line| Query::from_json(line.trim(), source, quantity))
             .and_then(|q| {
                 if quantity == Quantity::State {
-                    q.answer(catalog, ephemeris).map(|a| as_json(&a))
+                    q.state(catalog, ephemeris).map(|a| as_json(&a))
                 } else {
                     q.apparent_or_orientation(catalog, ephemeris, quantity)
                 }
@@ -286,7 +289,7 @@ mod tests {
     fn answer_to(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
-        Query::from_json(line, None, Quantity::State)?.answer(&catalog, &ephemeris)
+        Query::from_json(line, None, Quantity::State)?.state(&catalog, &ephemeris)
     }
 
     #[test]
@@ -309,9 +312,9 @@ mod tests {
         }
     }
 
-    /// A centre without effect would be an answer to another question. A source is accepted: the best one answers.
+    /// A centre that was ignored would give the answer to another question. A source is accepted and ignored: the best one answers.
     #[test]
-    fn centres_that_a_quantity_does_not_have_are_refused() {
+    fn centres_that_a_quantity_cannot_use_are_refused() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         let answer = |fields: &str, quantity: Quantity| {

@@ -1,7 +1,7 @@
 //! Tables of `orrery ephemeris`, one row per instant; also rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: every format has the same columns; the names of
-//! quantities end in the unit, but in text not those of sexagesimal angles; a row's time is UTC. Not here: parsing of the command line.
+//! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: every format has the same columns; a column's name ends in its
+//! unit (in text, sexagesimal angles have no such suffix); a row's time is UTC. Not here: parsing of the command line.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -33,10 +33,14 @@ pub(crate) enum Columns {
 enum Cell {
     /// A number, and its number of decimals in text and CSV.
     Number(f64, usize),
-    /// An angle from 0 to below 360 degrees, and its number of decimals in text and CSV.
-    Circle(f64, usize),
-    /// A number with a more readable notation: the text in that notation, the number, and its number of decimals in CSV.
-    Formatted(String, f64, usize),
+    /// An angle in degrees below 360, and its number of decimals in text and CSV. What rounds to 360 is printed as 0.
+    Angle(f64, usize),
+    /// An angle that text shows in sexagesimal notation, and CSV in degrees with a number of decimals.
+    Sexagesimal {
+        text: String,
+        degrees: f64,
+        decimals: usize,
+    },
     Text(String),
     None,
 }
@@ -109,11 +113,12 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         Columns::Apparent => {
             let apparent = apparent_place(ephemeris, body, t)?;
             let (of_date, gcrs) = (apparent.true_of_date, apparent.gcrs);
+            let sexagesimal = |text: String, degrees: f64| Cell::Sexagesimal { text, degrees, decimals: 7 };
             row.extend([
-                ("ra_deg", Cell::Formatted(of_date.ra_text(), of_date.ra_deg, 7)),
-                ("dec_deg", Cell::Formatted(of_date.dec_text(), of_date.dec_deg, 7)),
-                ("ra_gcrs_deg", Cell::Formatted(gcrs.ra_text(), gcrs.ra_deg, 7)),
-                ("dec_gcrs_deg", Cell::Formatted(gcrs.dec_text(), gcrs.dec_deg, 7)),
+                ("ra_deg", sexagesimal(of_date.ra_text(), of_date.ra_deg)),
+                ("dec_deg", sexagesimal(of_date.dec_text(), of_date.dec_deg)),
+                ("ra_gcrs_deg", sexagesimal(gcrs.ra_text(), gcrs.ra_deg)),
+                ("dec_gcrs_deg", sexagesimal(gcrs.dec_text(), gcrs.dec_deg)),
                 ("distance_km", Cell::Number(apparent.distance_km, 3)),
                 ("light_time_s", Cell::Number(apparent.light_time_s, 3)),
                 ("error_arcsec", if apparent.error_arcsec.is_finite() { Cell::Number(apparent.error_arcsec, 4) } else { Cell::None }),
@@ -122,8 +127,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         Columns::Orientation { observer } => {
             let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a barycentre has no orientation"))?;
             let points = sub_points(ephemeris, body, observer, t)?;
-            // Also for latitudes and the phase angle, which are never near 360.
-            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Circle(v, 5));
+            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Angle(v, 5));
             row.extend([
                 ("sub_observer_lat_deg", degrees(Some(points.sub_observer.lat_graphic_deg))),
                 ("sub_observer_lon_east_deg", degrees(Some(points.sub_observer.lon_east_deg))),
@@ -137,7 +141,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         Columns::Horizontal { at } => {
             let topocentric = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
             row.extend([
-                ("azimuth_deg", Cell::Circle(topocentric.azimuth_deg, 5)),
+                ("azimuth_deg", Cell::Angle(topocentric.azimuth_deg, 5)),
                 ("altitude_deg", Cell::Number(topocentric.altitude_deg, 5)),
                 ("hour_angle_deg", Cell::Number(topocentric.hour_angle_deg, 5)),
                 ("distance_km", Cell::Number(topocentric.distance_km, 3)),
@@ -184,43 +188,42 @@ fn format_rows(rows: &[Row], format: OutputFormat) -> String {
 
 fn row_as_json(row: &Row) -> Value {
     let value = |cell: &Cell| match cell {
-        Cell::Number(v, _) | Cell::Circle(v, _) | Cell::Formatted(_, v, _) => json!(v),
+        Cell::Number(v, _) | Cell::Angle(v, _) | Cell::Sexagesimal { degrees: v, .. } => json!(v),
         Cell::Text(text) => json!(text),
         Cell::None => Value::Null,
     };
     row.iter().map(|(name, cell)| ((*name).to_owned(), value(cell))).collect::<Map<_, _>>().into()
 }
 
-/// An angle from 0 to below 360 degrees with this many decimals; what rounds to a full circle is zero.
-fn circle_text(degrees: f64, digits: usize) -> String {
-    let text = |v: f64| format!("{v:.digits$}");
+/// An angle with this many decimals; what rounds to 360 degrees is 0.
+fn angle_text(degrees: f64, decimals: usize) -> String {
+    let text = |v: f64| format!("{v:.decimals$}");
     if text(degrees) == text(360.0) { text(0.0) } else { text(degrees) }
 }
 
 impl Cell {
     fn in_text(&self) -> String {
         match self {
-            Self::Number(v, digits) => format!("{v:.digits$}"),
-            Self::Circle(v, digits) => circle_text(*v, *digits),
-            Self::Formatted(text, ..) | Self::Text(text) => text.clone(),
+            Self::Number(v, decimals) => format!("{v:.decimals$}"),
+            Self::Angle(v, decimals) => angle_text(*v, *decimals),
+            Self::Sexagesimal { text, .. } | Self::Text(text) => text.clone(),
             Self::None => "-".into(),
         }
     }
 
     fn in_csv(&self) -> String {
         match self {
-            Self::Number(v, digits) => format!("{v:.digits$}"),
-            // A right ascension is a full circle; a declination is never 360.
-            Self::Circle(v, digits) | Self::Formatted(_, v, digits) => circle_text(*v, *digits),
+            Self::Number(v, decimals) => format!("{v:.decimals$}"),
+            Self::Angle(v, decimals) | Self::Sexagesimal { degrees: v, decimals, .. } => angle_text(*v, *decimals),
             Self::Text(text) => text.clone(),
             Self::None => String::new(),
         }
     }
 
-    /// The heading of a column of a text table. Formatted angles are not decimal degrees, so their heading lacks the suffix `_deg`.
+    /// The heading of this cell's column in a text table. Sexagesimal angles are not decimal degrees, so their heading lacks the suffix `_deg`.
     fn heading(&self, name: &str) -> String {
         match self {
-            Self::Formatted(..) => name.trim_end_matches("_deg").to_owned(),
+            Self::Sexagesimal { .. } => name.trim_end_matches("_deg").to_owned(),
             _ => name.to_owned(),
         }
     }
@@ -229,11 +232,11 @@ impl Cell {
 /// Altitudes of the Sun's centre, degrees, at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
 const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
 
-/// Rise, transit and set of a body at a place within the day that starts at `start`, and the twilights for the Sun.
+/// Rise, transit and set of a body at a place in the 24 hours from `start`, as JSON; for the Sun also dawn and dusk of each twilight.
 ///
 /// # Errors
 /// See [`ObserverSky::topocentric`].
-pub(crate) fn day(
+pub(crate) fn rise_and_set(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     body: NaifId,
@@ -269,30 +272,30 @@ pub(crate) fn day(
     Ok(answer)
 }
 
-/// The result of [`day`] as text, one event per line.
-pub(crate) fn day_text(day: &Value) -> String {
+/// The result of [`rise_and_set`] as text, one event per line.
+pub(crate) fn rise_and_set_text(events: &Value) -> String {
     let mut out = String::new();
-    let up = if day["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
+    let up = if events["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
     let _ = writeln!(
         out,
         "{} at {}, {}, from {}: {up} the horizon at first",
-        day["body"].as_str().unwrap_or_default(),
-        day["place"]["lat_deg"],
-        day["place"]["lon_deg"],
-        day["from"].as_str().unwrap_or_default()
+        events["body"].as_str().unwrap_or_default(),
+        events["place"]["lat_deg"],
+        events["place"]["lon_deg"],
+        events["from"].as_str().unwrap_or_default()
     );
     for name in ["rise", "transit", "set"] {
-        let event = &day[name];
+        let event = &events[name];
         let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
             (Some(time), Some(azimuth), Some(altitude)) => {
-                writeln!(out, "{name:<22}{time}  azimuth {} deg, altitude {altitude:.2} deg", circle_text(azimuth, 2))
+                writeln!(out, "{name:<22}{time}  azimuth {} deg, altitude {altitude:.2} deg", angle_text(azimuth, 2))
             }
             _ => writeln!(out, "{name:<22}none within the day"),
         };
     }
-    for (name, _) in TWILIGHTS.iter().filter(|_| day["twilight"].is_object()) {
+    for (name, _) in TWILIGHTS.iter().filter(|_| events["twilight"].is_object()) {
         for end in ["dawn", "dusk"] {
-            let time = day["twilight"][name][end].as_str().unwrap_or("none within the day");
+            let time = events["twilight"][name][end].as_str().unwrap_or("none within the day");
             let _ = writeln!(out, "{:<22}{time}", format!("{name} {end}"));
         }
     }
@@ -308,13 +311,14 @@ mod tests {
     fn an_angle_that_rounds_to_a_full_circle_is_zero() {
         let event = |azimuth: f64| json!({ "time": "2026-06-21T10:48:00Z", "azimuth_deg": azimuth, "altitude_deg": 32.6 });
         for (azimuth, text) in [(359.997, "azimuth 0.00 deg"), (359.99, "azimuth 359.99 deg"), (0.001, "azimuth 0.00 deg")] {
-            let day = day_text(&json!({ "transit": event(azimuth), "place": {} }));
-            assert!(day.contains(text), "{azimuth}: {day}");
+            let printed = rise_and_set_text(&json!({ "transit": event(azimuth), "place": {} }));
+            assert!(printed.contains(text), "{azimuth}: {printed}");
         }
         let texts = |cell: Cell| (cell.in_text(), cell.in_csv());
-        assert_eq!(texts(Cell::Circle(359.999_999, 5)), ("0.00000".to_owned(), "0.00000".to_owned()));
-        assert_eq!(texts(Cell::Circle(359.99, 5)).0, "359.99000");
-        assert_eq!(Cell::Formatted("0h".into(), 359.999_999_99, 7).in_csv(), "0.0000000");
-        assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is no angle");
+        assert_eq!(texts(Cell::Angle(359.999_999, 5)), ("0.00000".to_owned(), "0.00000".to_owned()));
+        assert_eq!(texts(Cell::Angle(359.99, 5)).0, "359.99000");
+        let ra = Cell::Sexagesimal { text: "0h".into(), degrees: 359.999_999_99, decimals: 7 };
+        assert_eq!(ra.in_csv(), "0.0000000");
+        assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is not an angle");
     }
 }

@@ -1,13 +1,13 @@
 //! `orrery explain`: lists for every body of a view which effects are drawn, which are not, and why.
 
-use super::output::print_message;
+use super::output::{print_message, print_result};
 use super::view_args::ViewArgs;
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
 use crate::message::Message;
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::Purpose;
-use crate::scene::{BodyInView, Scene};
+use crate::scene::{Appearance, BodyInView, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
 use serde_json::{Value, json};
@@ -40,10 +40,10 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     request.quality = common.quality;
     request.purpose = Purpose::of_file(args.linear);
     if args.passes {
-        return super::output::print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
+        return print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
-    let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != crate::scene::Appearance::NotShown).collect();
+    let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != Appearance::NotShown).collect();
     let text = if args.json {
         let value = json!({
             "time": scene.time.to_utc_iso(),
@@ -57,10 +57,10 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     } else {
         as_text(&scene, &bodies, session.catalog())
     };
-    super::output::print_result(&text)
+    print_result(&text)
 }
 
-/// The shader keys of a body's draws; that of the globe comes first.
+/// The shader keys of a body's draws. The key of the globe comes first.
 fn keys(body: &BodyInView) -> Vec<String> {
     body.features.iter().map(|f| ShaderKey::for_draw(f).to_string()).collect()
 }
@@ -106,8 +106,8 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         for key in keys(body) {
             text.push_str(&format!("  key {key}\n"));
         }
-        for line in estimate_notes(catalog, body) {
-            text.push_str(&format!("  ~ {line}\n"));
+        for note in estimate_notes(catalog, body) {
+            text.push_str(&format!("  ~ {note}\n"));
         }
         for decision in &body.decisions {
             text.push_str(&format!("  {} {:13} {}\n", if decision.on { '+' } else { '-' }, decision.effect, decision.description()));

@@ -1,12 +1,13 @@
-//! The output files of a sequence: their names, which frames this process draws, and which files exist already.
+//! The output of `orrery render`: where frames are written, which frames of a sequence this process draws, and which of their files exist already.
 //!
-//! In: options of the command line, and the provenance of each frame. Out: paths, and the numbers of existing frames that need not be drawn. Always: before
-//! anything is drawn, every path of the sequence is checked: without `--overwrite` it must be free or hold a complete frame of the same request.
+//! In: options of the command line, and the provenance of each frame. Out: paths, and the numbers of existing frames that need not be drawn. Always: every
+//! path of the sequence is checked before anything is drawn. Without `--overwrite` a path must be free, or hold a complete frame of the same request.
 
 use super::CliError;
 use crate::files::check_output_path;
 use crate::image::{AnimationFormat, animation_format};
 use crate::session::{ExistingImage, Provenance};
+use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,17 +17,20 @@ use std::path::{Path, PathBuf};
 pub(crate) enum Output {
     /// A single image.
     One(PathBuf),
-    /// The text before the frame number, the minimum width of the number, and the text after it.
-    Sequence(String, usize, String),
+    /// A file for each frame, whose path contains the frame number with at least `min_digits` digits.
+    Sequence { before_number: String, min_digits: usize, after_number: String },
     /// A y4m stream on standard output.
     Stream,
     /// A single animation file.
     Animation(PathBuf, AnimationFormat),
 }
 
+/// Largest width of a frame number in a pattern. A `u32` has at most 10 digits; two more do no harm, and thousands would make the name too long.
+const MAX_NUMBER_DIGITS: usize = 12;
+
 impl Output {
-    /// The output that `-o` names, for this number of frames; `u32::MAX`: several.
-    pub(crate) fn parse(text: Option<&str>, frames: u32) -> Result<Self, CliError> {
+    /// The output that `-o` names, for this number of frames; `None`: several, but it is not known yet how many.
+    pub(crate) fn parse(text: Option<&str>, frames: Option<u32>) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
@@ -38,7 +42,7 @@ impl Output {
             }
             return Ok(Self::Animation(text.into(), format));
         }
-        // The same extension by which the file's format is chosen: a file named `.exr` has none.
+        // As for the choice of the file's format, a file named just `.exr` has no extension.
         let extension = Path::new(text).extension().map(|e| e.to_ascii_lowercase());
         if extension.is_none_or(|e| e != "png" && e != "exr") {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
@@ -46,15 +50,19 @@ impl Output {
         // Only the file's name has a frame number: a percent sign in the name of a folder is just a character.
         let (folder, name) = text.split_at(text.rfind(std::path::is_separator).map_or(0, |at| at + 1));
         match name.split_once('%') {
-            None if frames > 1 => {
-                let count = if frames == u32::MAX { "several".to_owned() } else { frames.to_string() };
+            None if frames != Some(1) => {
+                let count = frames.map_or("several".to_owned(), |n| n.to_string());
                 invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
             }
             None => Ok(Self::One(text.into())),
             Some((before, rest)) => {
                 let sequence = rest.split_once('d').and_then(|(width, after)| {
-                    let width = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-                    (!after.contains('%')).then(|| Self::Sequence(format!("{folder}{before}"), width, after.to_owned()))
+                    let min_digits = match width {
+                        "" => 0,
+                        _ => width.strip_prefix('0')?.parse().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
+                    };
+                    let (before_number, after_number) = (format!("{folder}{before}"), after.to_owned());
+                    (!after.contains('%')).then_some(Self::Sequence { before_number, min_digits, after_number })
                 });
                 sequence.map_or_else(|| invalid("write the frame number as %d or %05d, once"), Ok)
             }
@@ -65,27 +73,30 @@ impl Output {
     pub(crate) fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
-            Self::Sequence(before, width, after) => Some(format!("{before}{frame:0width$}{after}").into()),
+            Self::Sequence { before_number, min_digits, after_number } => {
+                Some(format!("{before_number}{frame:0min_digits$}{after_number}").into())
+            }
             Self::Stream | Self::Animation(..) => None,
         }
     }
 }
 
-/// The seconds that a text such as `60s`, `10m`, `6h` or `1d` stands for; a number without a unit is in seconds.
+/// Parses `--step`: the seconds of a text such as `60s`, `10m`, `6h` or `1d`. A number without a unit is in seconds.
 pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     let (number, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
-    let scale = match unit {
+    let unit_s = match unit {
         "" | "s" => Some(1.0),
         "m" | "min" => Some(60.0),
         "h" => Some(3600.0),
-        "d" => Some(86_400.0),
+        "d" => Some(SECONDS_PER_DAY),
         _ => None,
     };
-    let seconds = scale.zip(number.trim().parse::<f64>().ok()).map(|(s, n)| s * n).filter(|s| s.is_finite());
+    let seconds = unit_s.zip(number.trim().parse::<f64>().ok()).map(|(unit_s, n)| unit_s * n).filter(|s| s.is_finite());
     seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
-/// This process's part `i/n` (0 <= i < n) of a sequence that n processes share, as (i, n); (0, 1) if the option is absent.
+/// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this one draws the frames i, i + n, i + 2 n ... Without the option
+/// (0, 1): all frames.
 pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let fraction = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -98,12 +109,12 @@ pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
 fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let overwrite_hint = "--overwrite replaces it";
-    let line = match existing {
+    let message = match existing {
         ExistingImage::None | ExistingImage::Same => return None,
-        ExistingImage::Other(differ) => {
-            // A sequence that starts at `now` can never be resumed.
-            let hint = if starts_now && differ.contains("time ") { "; give --time to fix the instant" } else { "" };
-            format!("{path} is of another request: {differ}; {overwrite_hint}{hint}")
+        ExistingImage::Other(differences) => {
+            // Each run that starts at `now` has other times, so it cannot resume an earlier one.
+            let hint = if starts_now && differences.contains("time ") { "; give --time to fix the instant" } else { "" };
+            format!("{path} is of another request: {differences}; {overwrite_hint}{hint}")
         }
         ExistingImage::Damaged(why) => {
             format!("{path} is of this request ({}) but damaged: {why}; {overwrite_hint}", provenance.target_time_and_size())
@@ -115,7 +126,7 @@ fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance
             )
         }
     };
-    Some(CliError::Failed(line))
+    Some(CliError::Failed(message))
 }
 
 /// The numbers of the frames whose files exist already, are complete and belong to this request. `requested`: number, path and provenance of each frame.
@@ -148,10 +159,10 @@ mod tests {
 
     #[test]
     fn patterns_give_the_paths_of_frames_and_invalid_ones_are_refused() {
-        let sequence = Output::parse(Some("a/out-%05d.png"), 10).expect("a pattern");
+        let sequence = Output::parse(Some("a/out-%05d.png"), Some(10)).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
-        assert_eq!(Output::parse(Some("out-%d.exr"), 10).expect("a pattern").path(12), Some("out-12.exr".into()));
-        assert_eq!(Output::parse(Some("-"), 10).expect("a stream"), Output::Stream);
+        assert_eq!(Output::parse(Some("out-%d.exr"), Some(10)).expect("a pattern").path(12), Some("out-12.exr".into()));
+        assert_eq!(Output::parse(Some("-"), Some(10)).expect("a stream"), Output::Stream);
         for (bad, frames) in [
             ("out.png", 2),
             ("out.tif", 1),
@@ -161,22 +172,22 @@ mod tests {
             ("a/.exr", 1),
             ("out-%d.gif", 2),
         ] {
-            assert!(Output::parse(Some(bad), frames).unwrap_err().to_string().contains(bad), "{bad}");
+            assert!(Output::parse(Some(bad), Some(frames)).unwrap_err().to_string().contains(bad), "{bad}");
         }
         // The number of frames of a tour is not known yet.
-        for (frames, count) in [(3, "for 3 frames"), (u32::MAX, "for several frames")] {
-            assert!(Output::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames}");
+        for (frames, count) in [(Some(3), "for 3 frames"), (None, "for several frames")] {
+            assert!(Output::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames:?}");
         }
-        assert!(Output::parse(None, 1).unwrap_err().to_string().contains("-o out.png"));
+        assert!(Output::parse(None, Some(1)).unwrap_err().to_string().contains("-o out.png"));
     }
 
     #[test]
-    fn a_percent_sign_in_the_name_of_a_folder_is_no_frame_number() {
-        assert_eq!(Output::parse(Some("50%/a%d/out.png"), 1).expect("one image"), Output::One("50%/a%d/out.png".into()));
-        let sequence = Output::parse(Some("a%d/50%/out-%03d.png"), 2).expect("a pattern");
+    fn a_percent_sign_in_the_name_of_a_folder_is_not_a_frame_number() {
+        assert_eq!(Output::parse(Some("50%/a%d/out.png"), Some(1)).expect("one image"), Output::One("50%/a%d/out.png".into()));
+        let sequence = Output::parse(Some("a%d/50%/out-%03d.png"), Some(2)).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a%d/50%/out-007.png".into()));
         // The frames would all get the same name.
-        assert!(Output::parse(Some("a-%d/out.png"), 2).unwrap_err().to_string().contains("the name needs a number"));
+        assert!(Output::parse(Some("a-%d/out.png"), Some(2)).unwrap_err().to_string().contains("the name needs a number"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Reads the files that are named by the common options.
+//! Reads the files that the common options name: catalogs, kernel, heights of the Moon, and shader sources.
 
 use super::{CliError, Common};
 use crate::catalog::Catalog;
@@ -10,7 +10,7 @@ use crate::shader::fragments::Fragments;
 use crate::shader::key::{ShaderKey, keys_of};
 use std::collections::BTreeSet;
 
-/// The embedded catalog, overridden by the `.toml` files in the folder of `--catalogs`, in order of their names; with the options `--radii`,
+/// The embedded catalog, overridden by the `.toml` files in the folder of `--catalogs`, in order of their names; with the data of `--radii`,
 /// `--lunar-heights` and `--surface`.
 pub(crate) fn catalog(common: &Common) -> Result<Catalog, CliError> {
     let heights = read_lunar_heights(common.lunar_heights.as_deref())?;
@@ -35,12 +35,12 @@ pub(crate) fn ephemeris(common: &Common, catalog: &Catalog) -> Result<Ephemeris,
     Ok(read_ephemeris(catalog, common.kernel.as_deref())?)
 }
 
-/// All shader keys that a view of the catalog can need, whatever effects are set.
+/// All shader keys that views of the catalog's bodies can need, whatever effects are switched on.
 pub(crate) fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, CliError> {
     Ok(keys_of(possible_features(&catalog(common)?)))
 }
 
 /// How modules are lowered to tapes.
-pub fn lowering() -> Lowering {
+pub(crate) fn lowering() -> Lowering {
     crate::render::software::lowering()
 }

@@ -1,14 +1,14 @@
 //! `orrery library`: shows, fills, checks and clears the shader library and the decoded maps on disk.
 
 use super::inputs::{lowering, reachable_keys};
-use super::output::{print_message, print_result};
+use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::image::{StoredMaps, StoredMapsStatus};
 use crate::session::{cache_folder, open_library};
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::library::{DiskCheck, DiskStatus};
 use crate::shader::{ModuleId, ShaderLibrary};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -36,7 +36,7 @@ enum LibraryVerb {
 
 /// What `library status` reports.
 #[derive(serde::Serialize)]
-struct Status {
+struct StatusReport {
     #[serde(flatten)]
     modules: DiskStatus,
     /// Decoded maps; `None` without a cache folder.
@@ -45,14 +45,14 @@ struct Status {
 
 /// What `library verify` reports.
 #[derive(serde::Serialize)]
-struct Check {
+struct VerifyReport {
     #[serde(flatten)]
     modules: DiskCheck,
     /// Number of intact decoded maps. Damaged ones are listed with the damaged modules.
     valid_maps: u64,
 }
 
-/// The shader library that the common options select, and the decoded maps. Disk errors are reported on standard error.
+/// The shader library that the common options select, and the decoded maps (`None` without a cache folder). Disk errors are printed to standard error.
 fn open(common: &Common) -> Result<(ShaderLibrary, Option<StoredMaps>), CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
@@ -72,7 +72,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Status => {
             let maps = maps.map(|maps| maps.status());
             if args.json {
-                let status = Status { modules: library.status(), maps };
+                let status = StatusReport { modules: library.status(), maps };
                 print_json(&status)?;
                 return status.modules.unreadable.map_or(Ok(()), |why| Err(CliError::Failed(format!("shader library: {why}"))));
             }
@@ -94,8 +94,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
             ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
-            // Invisible unless standard error is a terminal.
-            let bar = indicatif::ProgressBar::new(ids.len() as u64);
+            let bar = progress(ids.len() as u64);
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();
             if let Some(first) = failures.first() {
@@ -123,23 +122,22 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         }
         LibraryVerb::Verify => {
             let (valid_maps, damaged_maps) = maps.map_or((0, Vec::new()), |maps| maps.verify());
-            let mut check = Check { modules: library.verify(), valid_maps };
-            check.modules.damaged.extend(damaged_maps);
+            let mut report = VerifyReport { modules: library.verify(), valid_maps };
+            report.modules.damaged.extend(damaged_maps);
+            let modules = &report.modules;
             if args.json {
-                print_json(&check)?;
-            }
-            let modules = check.modules;
-            if !args.json {
+                print_json(&report)?;
+            } else {
                 let damaged =
                     modules.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
                 print_result(&format!("valid      {}\nvalid maps {valid_maps}\n{}", modules.valid, damaged.collect::<String>()))?;
             }
-            if let Some(why) = modules.unreadable {
+            if let Some(why) = &modules.unreadable {
                 return Err(CliError::Failed(format!("shader library: {why}")));
             }
             if !modules.damaged.is_empty() {
                 return Err(CliError::Failed(format!(
-                    "{} entries are damaged; they are replaced when they are next used, or run `orrery library clear`",
+                    "damaged entries: {}; each is replaced when it is next used, and `orrery library clear` removes all entries",
                     modules.damaged.len()
                 )));
             }
@@ -153,7 +151,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             if args.json {
                 return print_json(&serde_json::json!({ "removed": removed }));
             }
-            print_result(&format!("removed    {removed} files\n"))
+            print_result(&format!("removed    {}\n", counted(removed as usize, "file")))
         }
     }
 }

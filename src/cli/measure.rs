@@ -26,11 +26,11 @@ An option is dominated if another one is clearly better in time or error, and no
 in the other. A quality uses the cheapest option within its bound: for draft 1 arcsec,
 15.9 % of light (a quarter of a stop), 32 levels of 255 in 99.9 % of the pixels; for
 standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
-With --body, the qualities in one view, and the first one that keeps 99.9 % of the
-pixels within 1 level of the reference.";
+With --body, the qualities are measured in one view, and the lowest quality is named that
+keeps 99.9 % of the pixels within 1 level of the reference.";
 
-/// The options of a view, with which `--choice` and `-o` conflict. `body` alone is not enough: clap does not enforce that the others require it where it
-/// conflicts with a given option.
+/// The options of a view, with which `--choice` and `-o` conflict. To list only `body` is not enough: clap does not enforce `requires = "body"` if `body`
+/// conflicts with an option that is given.
 const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
 
 #[derive(clap::Args, Debug, Default)]
@@ -45,7 +45,7 @@ pub(crate) struct MeasureArgs {
     /// Measure the qualities in a view of this body
     #[arg(long, value_name = "BODY", requires = "time")]
     body: Option<String>,
-    /// Time of that view: ISO 8601 UTC, jd_tdb:DAY or now
+    /// Time of that view: ISO 8601 UTC, jd_tdb:2460409.262 or now
     #[arg(long, value_name = "TIME", requires = "body", allow_hyphen_values = true)]
     time: Option<String>,
     /// Distance of that view in equatorial radii [default: the disc fills 3/4 of the image height]
@@ -67,7 +67,7 @@ pub(crate) struct MeasureArgs {
 
 pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     for path in &args.output {
-        plot_kind(path)?;
+        plot_format(path)?;
         check_output_path(path)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
@@ -75,14 +75,16 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     if let Some(body) = &args.body {
         return measure_one_view(&session, args, body, effort);
     }
-    let bar = progress(CHOICES.len() as u64 + 1);
     let is_chosen = |name: &str| args.choice.is_empty() || args.choice.iter().any(|c| c.eq_ignore_ascii_case(name));
     let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
     if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
-    // First, so that minutes of other choices are not lost.
+    // The choices, and the comparison of renderers.
+    let bar = progress(CHOICES.len() as u64 + 1);
+    // Before the other choices, because its failure would discard minutes of their measurements.
     let renderers = if is_chosen("renderer") { renderer(&session, effort)? } else { None };
+    bar.inc(1);
     let only_renderers = !args.choice.is_empty() && args.choice.iter().all(|c| c.eq_ignore_ascii_case("renderer"));
     if renderers.is_none() && only_renderers {
         let why = "--choice renderer: no GPU draws here, so that nothing can be compared; `orrery doctor` lists the adapters";
@@ -169,8 +171,8 @@ fn csv(choices: &[ChoiceMeasure]) -> String {
             names(&option.default_of).join(" "),
         )
     };
-    let head = "choice,option,error,unit,time_ratio,time_ratio_low,time_ratio_high,dominated,default_of\n";
-    head.to_owned() + &rows(choices).map(line).collect::<String>()
+    let header = "choice,option,error,unit,time_ratio,time_ratio_low,time_ratio_high,dominated,default_of\n";
+    header.to_owned() + &rows(choices).map(line).collect::<String>()
 }
 
 fn table(choices: &[ChoiceMeasure]) -> String {
@@ -195,31 +197,31 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             text += &format!("{}\n", line.trim_end());
         }
         for (quality, option) in choice.broken_defaults() {
-            text += &format!("  by rule {} would take {option}\n", quality.name());
+            text += &format!("  by rule, {} should use {option}\n", quality.name());
         }
     }
     text
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum PlotKind {
+enum PlotFormat {
     Png,
     Svg,
 }
 
-fn plot_kind(path: &Path) -> Result<PlotKind, CliError> {
+fn plot_format(path: &Path) -> Result<PlotFormat, CliError> {
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("png") => Ok(PlotKind::Png),
-        Some("svg") => Ok(PlotKind::Svg),
+        Some("png") => Ok(PlotFormat::Png),
+        Some("svg") => Ok(PlotFormat::Svg),
         _ => Err(CliError::Failed(format!("-o {}: the name must end in .png or .svg", echo(&path.display().to_string())))),
     }
 }
 
 fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
     let failed = |e: plot::PlotError| CliError::Failed(e.to_string());
-    let bytes = match plot_kind(path)? {
-        PlotKind::Svg => plot::svg(choices).map_err(failed)?.into_bytes(),
-        PlotKind::Png => {
+    let bytes = match plot_format(path)? {
+        PlotFormat::Svg => plot::svg(choices).map_err(failed)?.into_bytes(),
+        PlotFormat::Png => {
             let mut bytes = Vec::new();
             let (width, height) = plot::SIZE_PX;
             write_png(&mut bytes, width, height, &plot::pixels(choices).map_err(failed)?, &[])

@@ -98,8 +98,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let run_start = WallInstant::now();
     let mut first_frame = None;
     let tour_file = args.tour_file();
-    // The number of frames of a tour is not known before it has been read; `u32::MAX` stands for several frames.
-    let output = Output::parse(args.output.as_deref(), if tour_file.is_some() { u32::MAX } else { args.frames })?;
+    // The number of frames of a tour is not known before its file has been read.
+    let output = Output::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
     let step_s = step_seconds(&args.step)?;
     let (first_number, stride) = shard(args.shard.as_deref())?;
     if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
