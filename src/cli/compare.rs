@@ -32,7 +32,7 @@ pub(crate) struct CompareArgs {
     /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// Image of the error bounds that `render --error` writes (1 level = 1/255): print the percentage of pixels within their bound
+    /// PNG of the error bounds that `render --error` writes (1 level = 1/255): print the percentage of pixels within their bound
     #[arg(long, value_name = "FILE")]
     error: Option<PathBuf>,
     /// Print JSON

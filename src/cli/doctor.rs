@@ -192,6 +192,7 @@ fn kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, 
 }
 
 pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
+    // As for the renderer: 0, or no option, stands for one thread per core.
     let threads =
         common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();

@@ -22,7 +22,7 @@ pub(crate) struct CompletionsArgs {
 
 The main page lists the commands; the page of a command describes its options.")]
 pub(crate) struct ManArgs {
-    /// Page of this command
+    /// Command that the page describes [default: the program, with a list of its commands]
     #[arg(value_name = "VERB")]
     verb: Option<String>,
 }

@@ -124,7 +124,7 @@ fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Resu
         lon_east_deg: p.longitude_deg,
         height_km: p.height_km,
     });
-    let required_time = |option: &str, text: &Option<String>| {
+    let required_time = |option: &str, text: &Option<String>| -> Result<Instant, String> {
         let text = text.as_deref().ok_or_else(|| format!("--{option} is missing"))?;
         parse_time(text).map_err(|e| format!("--{option}: {e}"))
     };

@@ -95,6 +95,8 @@ pub(crate) fn table(
     Ok(format_rows(&rows, format))
 }
 
+/// The row of an instant. The numbers of decimals resolve a metre, a micrometre per second, a millisecond, 0.4 milliarcseconds in apparent places, 0.04
+/// arcseconds in other angles, and a tenth of that in semidiameters.
 fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
     let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
     match columns {

@@ -80,6 +80,7 @@ fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
     })
 }
 
+/// The report as text. `+` marks what is drawn, `-` what is not, and `~` a note on an estimate.
 fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
     let mut text = format!(
         "{}  exposure {:+.2} stops ({})\nfor {}\n",

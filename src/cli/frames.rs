@@ -59,7 +59,7 @@ impl Output {
                 let sequence = rest.split_once('d').and_then(|(width, after)| {
                     let min_digits = match width {
                         "" => 0,
-                        _ => width.strip_prefix('0')?.parse().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
+                        _ => width.strip_prefix('0')?.parse::<usize>().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
                     };
                     let (before_number, after_number) = (format!("{folder}{before}"), after.to_owned());
                     (!after.contains('%')).then_some(Self::Sequence { before_number, min_digits, after_number })
