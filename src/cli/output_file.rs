@@ -1,7 +1,7 @@
-//! Writes the file of a verb.
+//! Writes the output file of a verb: the image of `compare -o`, the GeoJSON of `eclipse find --path`.
 //!
 //! In: the option that names the file, the path, the bytes. Out: the file. Always: without `--overwrite`, an existing file with other content is kept, and
-//! the error names it; a command that is repeated finds its own file and succeeds.
+//! the error names it; a command can be repeated, because a file with the same content is no error.
 
 use super::CliError;
 use crate::files::{FileAccess, read_bytes, write_atomic, write_new};
@@ -12,7 +12,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Writes the bytes. Without `overwrite`, an existing file with other content is an error.
-pub(super) fn write_once(option: &str, path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
+pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {
         return Ok(write_atomic(path, FileAccess::All, fill)?);
