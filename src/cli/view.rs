@@ -145,7 +145,7 @@ mod windowed {
         })
     }
 
-    /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next, which the environment variable `ORRERY_LOSE_DEVICE_S` gives in seconds.
+    /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next. The environment variable `ORRERY_LOSE_DEVICE_S` gives it in seconds.
     fn device_loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())
@@ -177,7 +177,7 @@ mod windowed {
         view_from_text(&text, session, now()).map_err(|e| error_text(&e))
     }
 
-    /// The view of the command line's options, or of a new window.
+    /// The view of a new window at `--target` and `--time`.
     fn view_of_options(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.body_named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
