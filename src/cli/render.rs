@@ -118,9 +118,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    let numbers = || (first_number..views.count()).step_by(stride as usize);
     // A time outside the accepted range is reported before the first frame is drawn.
-    if let Some(after_first) = (views.count() - 1).checked_sub(first_number) {
-        views.check_last_step(&session, first_number + after_first / stride * stride)?;
+    if let Some(last) = numbers().next_back() {
+        views.check_last_step(&session, last)?;
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
@@ -129,7 +130,6 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
-    let numbers = || (first_number..views.count()).step_by(stride as usize);
     let requested_files = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
     let mut kept_frames = existing_frames(requested_files, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
@@ -144,7 +144,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     let mut write_stages = Stages::default();
     let mut video = VideoOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
-    let bar = frame_progress(views.count());
+    let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
     for number in numbers() {
@@ -242,8 +242,8 @@ fn check_error_files(
 }
 
 /// A progress bar for several frames, a hidden one for a single frame.
-fn frame_progress(frames: u32) -> indicatif::ProgressBar {
-    if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
+fn frame_progress(frames: u64) -> indicatif::ProgressBar {
+    if frames > 1 { progress(frames) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.

@@ -47,8 +47,10 @@ pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     match report.failures.len() {
         0 => Ok(()),
         n => Err(CliError::Failed(format!(
-            "{n} modules could not be compared; the first: {}: {}",
-            report.failures[0].0, report.failures[0].1
+            "{} could not be compared; the first: {}: {}",
+            counted(n, "module"),
+            report.failures[0].0,
+            report.failures[0].1
         ))),
     }
 }
