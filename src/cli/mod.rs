@@ -244,7 +244,7 @@ fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     let command = Cli::command();
     let is_verb = |word: &OsString| command.get_subcommands().any(|v| word == v.get_name());
     let may_be_view_argument = match e.get(ContextKind::InvalidSubcommand) {
-        // Only a link or a file stands where a verb may stand: a misspelt verb must not open the window.
+        // In the place of a verb, `view` takes a link or a file. Any other word is a misspelt verb, which must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };

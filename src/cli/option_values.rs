@@ -14,8 +14,8 @@ use clap::builder::PossibleValue;
 
 /// Implements `ValueEnum` for an enum, with a name for each variant.
 macro_rules! option_values {
-    ($enum:ty: $($variant:ident $name:literal),*) => {
-        impl ValueEnum for $enum {
+    ($enum_type:ty: $($variant:ident $name:literal),*) => {
+        impl ValueEnum for $enum_type {
             fn value_variants<'a>() -> &'a [Self] {
                 &[$(Self::$variant),*]
             }

@@ -39,7 +39,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.json");
         for length in [3, MAX_FILE_BYTES + 1] {
-            std::fs::File::create(&path).and_then(|file| file.set_len(length)).expect("a file");
+            File::create(&path).and_then(|file| file.set_len(length)).expect("a file");
             let refused = write_output_file("-o", &path, b"abc", false).expect_err("refused").to_string();
             assert!(refused.contains("--overwrite"), "{length}: {refused}");
             assert_eq!(path.metadata().expect("a file").len(), length);

@@ -195,7 +195,7 @@ impl ViewArgs {
         let ground = self.at.as_deref().map(place_on_ground).transpose()?;
         if ground.is_some() && self.distance_radii.is_some() {
             if from.is_some() {
-                let why = "--distance-radii: with --from and --at the camera stands on that body: leave it out, or give --height-km";
+                let why = "--distance-radii: with --from and --at, the camera stands on that body; give --height-km instead, or neither";
                 return Err(CliError::Failed(why.into()));
             }
             if self.height_km.is_some() {

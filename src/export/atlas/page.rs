@@ -44,7 +44,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
         ("Texture reads", f.texture_reads.to_string()),
         ("Slots per lane", f.slots.to_string()),
         ("Mean luminance of the image", number_or_empty(f.mean_luminance)),
-        ("Greatest difference of f32 and f64, levels of 255", number_or_empty(f.rounding_levels)),
+        ("Greatest difference between f32 and f64, levels of 255", number_or_empty(f.rounding_levels)),
     ];
     for (label, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{value}</td></tr>");
