@@ -211,6 +211,7 @@ impl ViewArgs {
                 let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let height_km = match (self.height_km, self.distance_radii) {
                     (Some(height_km), _) => height_km,
+                    // The distance is exact on the equator. Elsewhere the ground of an oblate body is nearer to the centre, and so is the camera.
                     (None, distance_radii) => (distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
