@@ -1,7 +1,7 @@
 //! `orrery compare`: measures the difference between two images, and optionally the fraction of pixels in which it stays within an error bound.
 
 use super::output::print_result;
-use super::output_file::write_once;
+use super::output_file::write_output_file;
 use super::{CliError, Common};
 use crate::files::read_bytes;
 use crate::image::{self, DisplayImage, MAX_FILE_BYTES};
@@ -66,7 +66,7 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
         let scaled = a.difference_image(&b).map_err(with_both_names)?;
         let mut bytes = Vec::new();
         image::write_png(&mut bytes, scaled.width, scaled.height, &scaled.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
-        write_once("-o", path, &bytes, args.overwrite)?;
+        write_output_file("-o", path, &bytes, args.overwrite)?;
     }
     let fraction_within_bound = match &args.error {
         Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),

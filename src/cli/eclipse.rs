@@ -2,7 +2,7 @@
 
 use super::eclipse_table::as_text;
 use super::output::print_result;
-use super::output_file::write_once;
+use super::output_file::write_output_file;
 use super::view_args::instant_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
@@ -329,7 +329,7 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: b
         return Err("--path: no central eclipse of the Sun in this span; widen it".into());
     }
     let collection = json!({ "type": "FeatureCollection", "features": features });
-    write_once("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
+    write_output_file("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
 /// The instant at a position along a line, by linear interpolation between the instants of its places; see [`events::CutVertex::position`].

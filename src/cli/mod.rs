@@ -1,8 +1,8 @@
 //! The command line: arguments in, results on standard output, messages on standard error. A *verb* is one of its commands, such as `render`.
 //!
-//! Exit status: 0 for success, 1 for failure (one line states the reason and what to do; errors in catalog files take a line each), 2 for invalid
-//! arguments. Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The results themselves are
-//! computed by the modules below the command line.
+//! Exit status: 0 for success, also if the reader of standard output closes it early; 1 for failure (one line states the reason and what to do; errors in
+//! catalog files take a line each), also if a verb rejects the value of an option; 2 if clap rejects the arguments. Each verb's arguments and function are in
+//! a file of its name (`documents` for `completions` and `man`). The results themselves are computed by the modules below the command line.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -89,7 +89,7 @@ enum Verb {
     Compare(compare::CompareArgs),
     /// Measure speed against accuracy: time and error of each choice
     Measure(measure::MeasureArgs),
-    /// Test extreme views: compare f32 with f64, pairs of images that should be equal, and positions with an independent computation
+    /// Test extreme views: f32 against f64, pairs of images that should be equal, and positions against an independent computation
     Stability(stability::StabilityArgs),
     /// Measure frame times of the standard scenes, by stage
     Bench(bench::BenchArgs),
@@ -136,7 +136,7 @@ pub(crate) struct Common {
     #[arg(long, global = true, value_name = "FILE")]
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of the embedded ones: CSV with named columns (e, a_au or q_au, i_deg, node_deg, argp_deg, M_deg and epoch_mjd or tp_jd, H or M1),
-    /// JSON of the JPL's Small-Body Database, or MPCORB.DAT
+    /// JSON from JPL's Small-Body Database, or MPCORB.DAT
     #[arg(long, global = true, value_name = "FILE")]
     pub minor_planets: Option<PathBuf>,
     /// Panorama in place of the Milky Way: PNG, JPEG or EXR (cd/m2), equirectangular with longitude 0 in the middle, increasing to the left; or a folder with the faces
@@ -164,7 +164,7 @@ pub(crate) struct Common {
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CliError {
-    /// One line that states the reason and what to do.
+    /// Any other failure: one line that states the reason and what to do.
     #[error("{0}")]
     Failed(String),
     /// Invalid fields of catalog files, one per line.
@@ -239,16 +239,17 @@ const MAX_ARGUMENT_CHARS: usize = 60;
 fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     let e = match Cli::try_parse_from(args) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
-        done => return done,
+        parsed_or_other_error => return parsed_or_other_error,
     };
-    let verbs = Cli::command();
-    let is_verb = |word: &OsString| verbs.get_subcommands().any(|v| word == v.get_name());
-    let may_be_view = match e.get(ContextKind::InvalidSubcommand) {
-        // A misspelt verb must not open the window.
+    let command = Cli::command();
+    let is_verb = |word: &OsString| command.get_subcommands().any(|v| word == v.get_name());
+    let may_be_view_argument = match e.get(ContextKind::InvalidSubcommand) {
+        // In the place of a verb, `view` takes a link or a file. Any other word is a misspelt verb, which must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    if !may_be_view || args.iter().skip(1).any(is_verb) {
+    // With a verb, the unknown argument is that verb's.
+    if !may_be_view_argument || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
     let with_view_verb = args.iter().take(1).cloned().chain([OsString::from("view")]).chain(args.iter().skip(1).cloned());
@@ -260,24 +261,27 @@ fn print_help(e: &clap::Error) -> Result<(), CliError> {
     e.print().and_then(|()| std::io::stdout().flush()).map_err(|e| output::stdout_error(&e))
 }
 
-/// Prints clap's message, in which arguments that are too long are cut and control characters are escaped.
+/// Prints clap's message. In it, long arguments are cut and control characters are escaped.
 fn print_usage_error(e: &clap::Error, args: &[OsString]) {
-    let mut given: Vec<String> = Vec::new();
-    for word in args.iter().skip(1) {
-        let word = word.to_string_lossy().into_owned();
-        given.extend(word.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
-        given.push(word);
+    // clap quotes whole arguments, or one side of NAME=VALUE.
+    let mut quotable: Vec<String> = Vec::new();
+    for arg in args.iter().skip(1) {
+        let arg = arg.to_string_lossy().into_owned();
+        quotable.extend(arg.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
+        quotable.push(arg);
     }
-    given.retain(|word| echo_within(word, MAX_ARGUMENT_CHARS) != *word);
-    if given.is_empty() {
+    // The others are printed as they are.
+    quotable.retain(|text| echo_within(text, MAX_ARGUMENT_CHARS) != *text);
+    if quotable.is_empty() {
         let _ = e.print();
         return;
     }
     // Longest first, because an argument contains its value.
-    given.sort_by_key(|word| std::cmp::Reverse(word.len()));
-    let message =
-        given.iter().fold(e.render().to_string(), |text, word| text.replace(word.as_str(), &echo_within(word, MAX_ARGUMENT_CHARS)));
-    output::write_error(&escape_controls(&message));
+    quotable.sort_by_key(|text| std::cmp::Reverse(text.len()));
+    let message = quotable
+        .iter()
+        .fold(e.render().to_string(), |message, text| message.replace(text.as_str(), &echo_within(text, MAX_ARGUMENT_CHARS)));
+    output::print_to_stderr(&escape_controls(&message));
 }
 
 /// Runs the program with the arguments of the process.

@@ -1,6 +1,7 @@
-//! The command line's names for the variants of enums that other modules define.
+//! The values of options that choose one variant of an enum: the name of each variant on the command line.
 //!
-//! In: nothing. Out: clap's lists of option values. Always: each choice has one enum, which the command line shares with the modules below it.
+//! In: enums that other modules define. Out: clap's `ValueEnum` for them. Always: the command line has no enum of its own for a choice that a module below it
+//! also knows.
 
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;
@@ -11,9 +12,10 @@ use crate::shader::translate::Language;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
 
-macro_rules! values {
-    ($choice:ty: $($variant:ident $name:literal),*) => {
-        impl ValueEnum for $choice {
+/// Implements `ValueEnum` for an enum, with a name for each variant.
+macro_rules! option_values {
+    ($enum_type:ty: $($variant:ident $name:literal),*) => {
+        impl ValueEnum for $enum_type {
             fn value_variants<'a>() -> &'a [Self] {
                 &[$(Self::$variant),*]
             }
@@ -24,11 +26,11 @@ macro_rules! values {
     };
 }
 
-values!(RendererPreference: Auto "auto", Gpu "gpu", Software "software");
-values!(Quality: Draft "draft", Standard "standard", Reference "reference");
-values!(EclipseRadii: Iau "iau", Almanac "almanac");
-values!(Source: Mean "mean", Series "series", Kernel "kernel");
-values!(Precision: F32 "f32", F64 "f64");
-values!(Language: Wgsl "wgsl", Hlsl "hlsl", Glsl "glsl", Msl "msl", Spirv "spirv", Assembly "spirv-text", Ir "ir");
-values!(Projection: Perspective "perspective", Fisheye "fisheye", Equirectangular "equirectangular");
-values!(StereoLayout: Anaglyph "anaglyph", SideBySide "side-by-side", Interlaced "interlaced");
+option_values!(RendererPreference: Auto "auto", Gpu "gpu", Software "software");
+option_values!(Quality: Draft "draft", Standard "standard", Reference "reference");
+option_values!(EclipseRadii: Iau "iau", Almanac "almanac");
+option_values!(Source: Mean "mean", Series "series", Kernel "kernel");
+option_values!(Precision: F32 "f32", F64 "f64");
+option_values!(Language: Wgsl "wgsl", Hlsl "hlsl", Glsl "glsl", Msl "msl", Spirv "spirv", Assembly "spirv-text", Ir "ir");
+option_values!(Projection: Perspective "perspective", Fisheye "fisheye", Equirectangular "equirectangular");
+option_values!(StereoLayout: Anaglyph "anaglyph", SideBySide "side-by-side", Interlaced "interlaced");

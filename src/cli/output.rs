@@ -16,7 +16,7 @@ pub(crate) fn print_result(text: &str) -> Result<(), CliError> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
-/// The error of a verb whose write to standard output failed.
+/// The error of a verb that could not write to standard output.
 pub(crate) fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,
@@ -26,16 +26,16 @@ pub(crate) fn stdout_error(e: &Error) -> CliError {
 
 /// Writes a message to standard error, `orrery: …`, on one line even if it quotes text with line breaks.
 pub(crate) fn print_message(line: &str) {
-    write_error(&format!("orrery: {}\n", one_line(line)));
+    print_to_stderr(&format!("orrery: {}\n", one_line(line)));
 }
 
 /// Writes several messages, one per line; `orrery: ` precedes the first.
 pub(crate) fn print_messages(lines: &str) {
-    write_error(&format!("orrery: {}\n", escape_controls(lines)));
+    print_to_stderr(&format!("orrery: {}\n", escape_controls(lines)));
 }
 
 /// Writes text to standard error unchanged. A failure is ignored, because a closed stream has no reader.
-pub(crate) fn write_error(text: &str) {
+pub(crate) fn print_to_stderr(text: &str) {
     let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 

@@ -1,7 +1,7 @@
-//! Writes the file of a verb.
+//! Writes the output file of a verb: the image of `compare -o`, the GeoJSON of `eclipse find --path`.
 //!
 //! In: the option that names the file, the path, the bytes. Out: the file. Always: without `--overwrite`, an existing file with other content is kept, and
-//! the error names it; a command that is repeated finds its own file and succeeds.
+//! the error names it; a command can be repeated, because a file with the same content is no error.
 
 use super::CliError;
 use crate::files::{FileAccess, read_bytes, write_atomic, write_new};
@@ -12,17 +12,39 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// Writes the bytes. Without `overwrite`, an existing file with other content is an error.
-pub(super) fn write_once(option: &str, path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
+pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
     if overwrite {
         return Ok(write_atomic(path, FileAccess::All, fill)?);
     }
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(existing) if existing == bytes => Ok(()),
-        Ok(_) => {
+        // No file is there. If a folder or a device is, `write_new` fails.
+        Err(_) if !path.is_file() => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
+        // Also a file that is too long, or that this user may not read.
+        _ => {
             let name = echo(&path.display().to_string());
             Err(CliError::Failed(format!("{option} {name}: this file exists; --overwrite replaces it")))
         }
-        Err(_) => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The content of the second file is not known, because it is longer than any file that is read.
+    #[test]
+    fn a_file_with_other_or_unknown_content_is_kept_and_the_message_says_how_to_replace_it() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.json");
+        for length in [3, MAX_FILE_BYTES + 1] {
+            File::create(&path).and_then(|file| file.set_len(length)).expect("a file");
+            let refused = write_output_file("-o", &path, b"abc", false).expect_err("refused").to_string();
+            assert!(refused.contains("--overwrite"), "{length}: {refused}");
+            assert_eq!(path.metadata().expect("a file").len(), length);
+        }
+        write_output_file("-o", &path, b"abc", true).expect("replaced");
+        write_output_file("-o", &path, b"abc", false).expect("the same content");
     }
 }

@@ -1,4 +1,4 @@
-//! `orrery probe`: evaluates queries from the command line or JSON lines with the emitted shaders.
+//! `orrery probe`: answers queries with the emitted shaders. A query is an argument, or a line of JSON on standard input.
 
 use super::output::{print_message, print_result};
 use super::{CliError, Common};
@@ -11,19 +11,19 @@ use std::io::BufRead;
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  orrery probe '{\"q\":\"disc-overlap\",\"k\":0.9,\"d\":0.5,\"model\":\"linear\"}'\n  \
-    orrery probe --stdin --precision f64 < questions.jsonl\n  \
+    orrery probe --stdin --precision f64 < queries.jsonl\n  \
     orrery probe --questions",
     next_help_heading = "Query"
 )]
 pub(crate) struct ProbeArgs {
     /// One query, a JSON object
     #[arg(value_name = "QUERY", required_unless_present_any = ["stdin", "questions"])]
-    question: Option<String>,
+    query: Option<String>,
     /// Read queries as JSON lines and print one line for each; the query - does the same
-    #[arg(long, conflicts_with = "question")]
+    #[arg(long, conflicts_with = "query")]
     stdin: bool,
     /// List all queries with their fields and an example (with --json as one JSON value)
-    #[arg(long, conflicts_with_all = ["question", "stdin"])]
+    #[arg(long, conflicts_with_all = ["query", "stdin"])]
     questions: bool,
     /// Floating-point precision of the shader
     #[arg(long, value_enum, default_value = "f32")]
@@ -41,9 +41,9 @@ pub(crate) fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
     let options = Options { threads: common.threads.unwrap_or(0), precision: args.precision, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).map_err(|e| CliError::Failed(e.to_string()))?;
     let prober = Prober { session: &session, renderer: &renderer };
-    match args.question.as_deref() {
-        Some(question) if question != "-" => {
-            let answer = prober.answer(question).map_err(|e| CliError::Failed(e.to_string()))?;
+    match args.query.as_deref() {
+        Some(query) if query != "-" => {
+            let answer = prober.answer(query).map_err(|e| CliError::Failed(e.to_string()))?;
             print_result(&format!("{answer}\n"))
         }
         _ => {
@@ -51,9 +51,9 @@ pub(crate) fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
                 let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
                 let answer = String::from_utf8(line)
                     .map_err(|_| "not UTF-8 text".to_owned())
-                    .and_then(|l| prober.answer(l.trim()).map_err(|e| e.to_string()));
+                    .and_then(|query| prober.answer(query.trim()).map_err(|e| e.to_string()));
                 let reply = match answer {
-                    Ok(a) => json!({ "ok": a }),
+                    Ok(answer) => json!({ "ok": answer }),
                     Err(e) => json!({ "error": e }),
                 };
                 print_result(&format!("{reply}\n"))?;

@@ -1,7 +1,7 @@
-//! `orrery render`: draws an image or a sequence of frames into files or a video stream.
+//! `orrery render`: draws an image, or a sequence of frames, and writes image files, an animation or a video stream.
 use super::composition_args::CompositionArgs;
 use super::frames::{Output, existing_frames, shard, step_seconds};
-use super::output::{print_message, print_result, progress, write_error};
+use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
 use super::view_args::{ViewArgs, is_now, size};
@@ -109,7 +109,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     let starts_now = tour_file.is_none() && is_now(&args.view.time);
     if starts_now && stride > 1 && args.frames > 1 {
-        print_message("--shard: give --time, because each part begins at its own now");
+        print_message("--shard: give --time, because `now` is another instant for each shard");
     }
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
     let session = if args.time_report { session.counting_cpu() } else { session };
@@ -118,9 +118,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
+    let numbers = || (first_number..views.count()).step_by(stride as usize);
     // A time outside the accepted range is reported before the first frame is drawn.
-    if let Some(after_first) = (views.count() - 1).checked_sub(first_number) {
-        views.check_last_step(&session, first_number + after_first / stride * stride)?;
+    if let Some(last) = numbers().next_back() {
+        views.check_last_step(&session, last)?;
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
@@ -129,9 +130,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let purpose = Purpose::of_file(output.path(number).is_some_and(|p| is_exr(&p)));
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
-    let numbers = || (first_number..views.count()).step_by(stride as usize);
-    let requested = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
-    let mut kept_frames = existing_frames(requested, size(&args.view.size)?, args.overwrite, starts_now)?;
+    let requested_files = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
+    let mut kept_frames = existing_frames(requested_files, size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // Only sequences resume; a single image is always drawn.
         kept_frames.clear();
@@ -144,7 +144,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     let mut write_stages = Stages::default();
     let mut video = VideoOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
-    let bar = frame_progress(views.count());
+    let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
     for number in numbers() {
@@ -182,7 +182,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
             let provenance = session.provenance(&error_bound_request).of_error_bound();
-            let text = [("Title", "Bound of the error".to_owned()), (PROVENANCE_CHUNK, provenance.to_text())];
+            let text = [("Title", "Error bound".to_owned()), (PROVENANCE_CHUNK, provenance.to_text())];
             write_image(path, &bounds, &text)?;
         }
     }
@@ -190,11 +190,11 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         print_message(&verbose_line(&session, &write_stages, drawn_frames, drawn_by.as_ref()));
     }
     if args.time_report {
-        let mut report = report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
+        let mut report = time_report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
         let report = format!("{report}\n");
         if output == Output::Stream {
-            write_error(&report);
+            print_to_stderr(&report);
         } else {
             print_result(&report)?;
         }
@@ -214,8 +214,8 @@ impl RenderArgs {
     }
 }
 
-/// Refuses `--error` for several frames, for images without linear light, for file formats other than PNG and EXR, for the file of the image itself, and
-/// over files of other requests.
+/// Checks `--error`. It is an error for several frames, for stereo pairs and warped images (their frames have no linear light), with a file format other than
+/// PNG and EXR, with the file of the image itself, and with an existing file of another request.
 fn check_error_files(
     args: &RenderArgs,
     output: &Output,
@@ -237,13 +237,13 @@ fn check_error_files(
             return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
-    let requested = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));
-    existing_frames(requested, (request.width, request.height), args.overwrite, starts_now).map(drop)
+    let requested_files = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));
+    existing_frames(requested_files, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
 /// A progress bar for several frames, a hidden one for a single frame.
-fn frame_progress(frames: u32) -> indicatif::ProgressBar {
-    if frames > 1 { progress(u64::from(frames)) } else { indicatif::ProgressBar::hidden() }
+fn frame_progress(frames: u64) -> indicatif::ProgressBar {
+    if frames > 1 { progress(frames) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
@@ -274,7 +274,7 @@ fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by:
 }
 
 /// The JSON object of `--time-report`. `first_frame`: the time from the start of the command to the first frame.
-fn report(
+fn time_report(
     session: &Session,
     write_stages: &Stages,
     frames: u32,
@@ -286,11 +286,11 @@ fn report(
     if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, cpu_time);
     }
-    // Only stages whose CPU time was counted: those that run before counting starts (catalog, kernel) have none, and where the operating system does not report
-    // CPU time, no stage has one.
-    let counted =
+    // Only stages whose CPU time was counted. Stages that run before counting starts (catalog, kernel) have none. Where the operating system reports no CPU
+    // time, no stage has one.
+    let cpu_times =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
-    let cpu: serde_json::Map<String, serde_json::Value> = counted.collect();
+    let cpu: serde_json::Map<String, serde_json::Value> = cpu_times.collect();
     let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
         "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,

@@ -9,10 +9,11 @@ use crate::scene::viewpoint::viewer;
 use crate::session::Session;
 use std::path::Path;
 
-/// Largest number of frames of a tour: an hour at 60 per second.
+/// Largest number of frames of a tour: an hour at 60 frames per second.
 #[cfg(feature = "view")]
-const MAX_FRAMES: f64 = 216_000.0;
+const MAX_TOUR_FRAMES: f64 = 216_000.0;
 
+/// The views of a sequence.
 pub(crate) enum Views {
     /// One view at `count` times, `step_s` simulated seconds apart.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
@@ -23,15 +24,16 @@ pub(crate) enum Views {
 }
 
 impl Views {
-    pub fn steps(first: ViewRequest, step_s: f64, count: u32) -> Self {
+    /// One view at `count` times, `step_s` simulated seconds apart.
+    pub(crate) fn steps(first: ViewRequest, step_s: f64, count: u32) -> Self {
         Self::Steps { first: Box::new(first), step_s, count }
     }
 
-    /// The views along the tour of a file, `rate` frames per second. `options`: projection, stereo pair and warp mesh of the command line; the first two
-    /// replace those of every stop, unless they leave the image plain.
+    /// The views along the tour of a file, `rate` frames per second. `options`: projection, stereo pair and warp mesh of the command line. If it gives a
+    /// projection or a stereo pair, they replace those of every stop.
     ///
     /// # Errors
-    /// A file that cannot be read, an invalid field of a stop, a stop that cannot be drawn with the options, or a tour of more than [`MAX_FRAMES`] frames.
+    /// A file that cannot be read, an invalid field of a stop, a stop that cannot be drawn with the options, or a tour of more than [`MAX_TOUR_FRAMES`] frames.
     #[cfg(feature = "view")]
     pub(crate) fn along_tour(
         file: &Path,
@@ -43,23 +45,26 @@ impl Views {
         use super::view_args::instant;
         use crate::view::app::tour::{MAX_BYTES, Tour, TourMoment};
         use crate::view::app::view_state::ViewState;
-        let in_file =
+        let file_error =
             |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
-        let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| in_file(&e))?;
-        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| in_file(&e))?;
+        let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| file_error(&e))?;
+        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| file_error(&e))?;
         let rate = f64::from(rate);
-        if tour.length_s() * rate > MAX_FRAMES {
-            return Err(CliError::Failed(format!("--rate {rate}: more than {MAX_FRAMES} frames; the tour takes {:.0} s", tour.length_s())));
+        if tour.length_s() * rate > MAX_TOUR_FRAMES {
+            return Err(CliError::Failed(format!(
+                "--rate {rate}: more than {MAX_TOUR_FRAMES} frames; the tour takes {:.0} s",
+                tour.length_s()
+            )));
         }
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
             let TourMoment { view, stop, .. } = tour.at(f64::from(number) / rate);
-            let at_stop = |why: &dyn std::fmt::Display| in_file(&format!("stop {}: {why}", stop + 1));
-            // Replaced in the view and not in its request, because the request's field of view follows from the projection.
+            let stop_error = |why: &dyn std::fmt::Display| file_error(&format!("stop {}: {why}", stop + 1));
+            // Replaced in the view, not in its request, because the request takes its field of view from the projection.
             let view = ViewState { composition: view.composition.with_options(options), ..view };
-            let mut request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| at_stop(&e))?;
+            let mut request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| stop_error(&e))?;
             request.composition.warp.clone_from(&options.warp);
-            // The view was checked without the mesh, which a stereo pair excludes.
-            request.check().map_err(|e| at_stop(&e))?;
+            // Checked again, because the view had no mesh yet, and a stereo pair cannot be warped.
+            request.check().map_err(|e| stop_error(&e))?;
             Ok(request)
         });
         Ok(Self::Tour { title: tour.title.clone(), frames: frames.collect::<Result<_, CliError>>()? })
@@ -96,8 +101,8 @@ impl Views {
         }
     }
 
-    /// Checks, before the first frame is drawn, that the camera of the last one of several steps can be placed: its time may be beyond the ephemeris. `last`: the
-    /// number of that frame. The views of a tour were checked when it was read.
+    /// Checks, before the first frame is drawn, that the camera of the last of several steps can be placed: the ephemeris may end before its time. `last`: the
+    /// number of that frame. The views of a tour were checked when its file was read.
     ///
     /// # Errors
     /// The number of that frame, and why it cannot be drawn.
@@ -112,14 +117,14 @@ impl Views {
 
     /// Whether a frame shows a stereo pair or is warped onto a mesh.
     pub(crate) fn has_stereo_or_warp(&self) -> bool {
-        let is_composed = |composition: &Composition| composition.stereo.is_some() || composition.warp.is_some();
+        let is_stereo_or_warped = |composition: &Composition| composition.stereo.is_some() || composition.warp.is_some();
         match self {
-            Self::Steps { first, .. } => is_composed(&first.composition),
-            Self::Tour { frames, .. } => frames.iter().any(|request| is_composed(&request.composition)),
+            Self::Steps { first, .. } => is_stereo_or_warped(&first.composition),
+            Self::Tour { frames, .. } => frames.iter().any(|request| is_stereo_or_warped(&request.composition)),
         }
     }
 
-    /// The title of a tour.
+    /// The title of the tour, if the views are those of one.
     pub(crate) fn title(&self) -> Option<&str> {
         match self {
             Self::Steps { .. } => None,

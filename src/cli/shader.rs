@@ -1,8 +1,10 @@
 //! `orrery shader`: lists, emits, compares, measures, verifies and exports generated shaders.
+//!
+//! The verbs `atlas` and `corpus` are in `shader_export`, `verify --report` is in `shader_report`.
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::{print_message, print_result, write_error};
-use super::shader_export::{KeySelection, keys_for};
+use super::output::{print_message, print_result, print_to_stderr, progress};
+use super::shader_export::{ExportOptions, keys_of_default_view};
 use super::{CliError, Common};
 use crate::files::{FileAccess, check_output_path, read_bytes, read_text, write_atomic};
 use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
@@ -20,7 +22,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The record of digests in the source tree.
+/// The record of digests in the source tree, the folder in which `verify` expects to run.
 const DEFAULT_RECORD: &str = "tests/shader_digests.txt";
 
 #[derive(clap::Args, Debug)]
@@ -113,7 +115,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: KeySelection,
+        options: ExportOptions,
     },
     /// Write conformance test cases, to test other executors of WGSL: modules with inputs, expected pixels and tolerances
     Corpus {
@@ -121,7 +123,7 @@ enum ShaderVerb {
         #[arg(short, long = "output", value_name = "DIR")]
         output: PathBuf,
         #[command(flatten)]
-        which: KeySelection,
+        options: ExportOptions,
     },
     /// Write the shader sources as files to edit, for --shaders
     Export {
@@ -142,6 +144,7 @@ const REPORT_HELP: &str = "Two revisions side by side:
 For each cause (a changed shader source, the generator, the lowering) the report names the modules that it changed,
 the greatest change of their images of the sample body, and their cost before and after.";
 
+/// Parses a shader key or the name of a simple shader, for clap.
 fn module_id(text: &str) -> Result<ModuleId, String> {
     text.parse().map_err(|e: key::KeyTextError| e.to_string())
 }
@@ -150,6 +153,7 @@ fn failed(e: impl std::fmt::Display) -> CliError {
     CliError::Failed(e.to_string())
 }
 
+/// The text of `emit --layout`: uniforms with offset, size, type and name, then the bindings of textures and samplers.
 fn layout_text(module: &ShaderModule) -> String {
     let layout = &module.layout;
     let mut text = String::new();
@@ -162,12 +166,14 @@ fn layout_text(module: &ShaderModule) -> String {
     text
 }
 
+/// The text of `emit --annotate`: each line of the module after the feature that includes it.
 fn annotated_text(wgsl: &str, map: &crate::shader::SourceMap) -> String {
     let width = map.features.iter().map(String::len).max().unwrap_or(0);
     let lines = (1..).zip(wgsl.lines());
     lines.map(|(number, line)| format!("{:<width$} | {line}\n", map.feature_of(number).unwrap_or(""))).collect()
 }
 
+/// The text of `diff`: for each feature, the lines that only one module has.
 fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> String {
     let mut text = String::new();
     for d in difference(a, b) {
@@ -179,6 +185,7 @@ fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> St
     text
 }
 
+/// The text of `cost`. `tapes`: the cost of the vertex and the fragment tape. `ms_per_megapixel`: `None` if the module was not timed.
 fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option<f64>, compile_time: std::time::Duration) -> String {
     let cost = ir_cost(module);
     let mut operations: Vec<_> = cost.operations.iter().collect();
@@ -225,14 +232,14 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             }
             let keys: Vec<ShaderKey> = match (strength, body) {
                 (Some(strength), _) => covering_keys(usize::from(*strength)),
-                (None, Some(body)) => keys_for(common, body, time.as_deref().unwrap_or("now"))?,
+                (None, Some(body)) => keys_of_default_view(common, body, time.as_deref().unwrap_or("now"))?,
                 (None, None) => reachable_keys(common)?.into_iter().collect(),
             };
             if *json && !*count {
                 return print_result(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                write_error(&format!("of {} combinations of dimension values\n", key::count_before_reduction()));
+                print_to_stderr(&format!("of {} combinations of dimension values\n", key::count_before_reduction()));
                 return print_result(&format!("{}\n", keys.len()));
             }
             print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
@@ -269,62 +276,68 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
         }
         ShaderVerb::Verify { report, json, .. } if !report.is_empty() => super::shader_report::run(report, *json),
         ShaderVerb::Verify { update, record, .. } => verify(common, *update, record),
-        ShaderVerb::Atlas { output, which } => super::shader_export::atlas(common, output, which),
-        ShaderVerb::Corpus { output, which } => super::shader_export::corpus(common, output, which),
+        ShaderVerb::Atlas { output, options } => super::shader_export::atlas(common, output, options),
+        ShaderVerb::Corpus { output, options } => super::shader_export::corpus(common, output, options),
         ShaderVerb::Export { folder, overwrite } => export(folder, *overwrite),
     }
 }
 
-/// Largest fragment or digest file, bytes.
-const MAX_FILE_BYTES: u64 = 1 << 26;
+/// Largest shader source or record of digests that is read, bytes; real ones are far smaller.
+const MAX_TEXT_BYTES: u64 = 1 << 26;
 
 /// Writes the built-in fragments as files, except those whose file already has the same content.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     let shown = |path: &Path| echo(&path.display().to_string());
-    let (mut new, mut same) = (Vec::new(), 0);
+    let (mut to_write, mut unchanged) = (Vec::new(), 0);
     for (name, text) in FRAGMENTS.iter() {
         let path = folder.join(name);
-        match read_bytes(&path, MAX_FILE_BYTES) {
-            Ok(bytes) if bytes == text.as_bytes() => same += 1,
+        match read_bytes(&path, MAX_TEXT_BYTES) {
+            Ok(bytes) if bytes == text.as_bytes() => unchanged += 1,
             Ok(_) if !overwrite => {
                 return Err(CliError::Failed(format!("{}: differs from the built-in source; --overwrite replaces it", shown(&path))));
             }
             Err(e) if !overwrite && path.is_file() => {
                 return Err(CliError::Failed(format!("{}: {e}; --overwrite replaces it", shown(&path))));
             }
-            _ => new.push((path, *text)),
+            _ => to_write.push((path, *text)),
         }
     }
-    for (path, text) in &new {
+    for (path, text) in &to_write {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
-    let unchanged_note = if same == 0 { String::new() } else { format!(", {same} unchanged") };
-    print_result(&format!("{} shader sources written to {}{unchanged_note}; use this folder with --shaders\n", new.len(), shown(folder)))
+    let unchanged_note = if unchanged == 0 { String::new() } else { format!(", {unchanged} unchanged") };
+    print_result(&format!(
+        "{} shader sources written to {}{unchanged_note}; use this folder with --shaders\n",
+        to_write.len(),
+        shown(folder)
+    ))
 }
 
+/// Compiles and translates the modules, and compares their digests with the record at `path`, or with `update` writes them there.
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
-    // The files are checked first, because compiling the modules takes minutes.
+    let shown_path = echo(&path.display().to_string());
+    // The record is read first, because compiling the modules takes minutes.
     if update {
         check_output_path(path)?;
     }
-    let recorded = match read_text(path, MAX_FILE_BYTES) {
-        // An update replaces a missing or invalid file.
+    let recorded = match read_text(path, MAX_TEXT_BYTES) {
+        // An update replaces an invalid record, and creates a missing one.
         Ok(text) if update => Ok(DigestRecord::parse(&text).unwrap_or_default()),
-        Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{}: {e}", path.display()))),
+        Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{shown_path}: {e}"))),
         Err(_) if update => Ok(DigestRecord::default()),
         Err(e) => {
             let advice = "run in the source tree, or give a file with --record and create it with --update";
-            Err(CliError::Failed(format!("{}: {e}; {advice}", path.display())))
+            Err(CliError::Failed(format!("{shown_path}: {e}; {advice}")))
         }
     };
-    // Outside the source tree there is no default record. The modules are compiled all the same, because their faults count without one.
+    // Outside the source tree the default record is missing. The modules are compiled even so, because an invalid one is found without a record.
     if path != Path::new(DEFAULT_RECORD) && recorded.is_err() {
         return recorded.map(drop);
     }
     let ids = recorded_modules(&reachable_keys(common)?);
-    let bar = indicatif::ProgressBar::new(ids.len() as u64);
+    let bar = progress(ids.len() as u64);
     let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
@@ -339,10 +352,10 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     if update {
         let text = current.record.to_text();
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
-        return print_result(&format!("recorded in {}\n", path.display()));
+        return print_result(&format!("recorded in {shown_path}\n"));
     }
     match changes.len() {
         0 => print_result("all as recorded\n"),
-        n => Err(CliError::Failed(format!("{n} modules differ from {}; `--update` records them there", echo(&path.display().to_string())))),
+        n => Err(CliError::Failed(format!("{n} modules differ from {shown_path}; `--update` records them there"))),
     }
 }

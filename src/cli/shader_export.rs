@@ -15,17 +15,17 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The keys of every draw in the default view of a body.
-pub(crate) fn keys_for(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
+pub(crate) fn keys_of_default_view(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), print_message)?;
     let id = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_args::instant(time)?) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
-/// The keys to export.
+/// Which keys to export, and whether to replace an earlier export.
 #[derive(clap::Args, Debug)]
-pub(crate) struct KeySelection {
-    /// A set of keys in which every combination of the values of any N dimensions occurs (N is 2 or 3) [default: for an atlas all keys that views can need, for a corpus 2]
+pub(crate) struct ExportOptions {
+    /// A set of keys in which every combination of the values of any N dimensions occurs (N is 2 or 3) [default: 2; an atlas also has all reachable keys]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=3))]
     covering: Option<u8>,
     /// Only the keys of the default view of this body
@@ -39,12 +39,12 @@ pub(crate) struct KeySelection {
     overwrite: bool,
 }
 
-impl KeySelection {
+impl ExportOptions {
     /// The selected keys; `default_keys` if no option selects any.
     fn keys(&self, common: &Common, default_keys: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
         match (self.covering, &self.body) {
             (Some(strength), _) => Ok(covering_keys(usize::from(strength))),
-            (None, Some(body)) => keys_for(common, body, self.time.as_deref().unwrap_or("now")),
+            (None, Some(body)) => keys_of_default_view(common, body, self.time.as_deref().unwrap_or("now")),
             (None, None) => default_keys(),
         }
     }
@@ -53,55 +53,57 @@ impl KeySelection {
 /// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
 
-/// The layout of an output folder.
-struct ExportFolder {
-    /// The content, as error messages name it.
-    what: &'static str,
+/// The layout of the folder of one kind of export.
+struct ExportLayout {
+    /// The kind, as error messages name it.
+    kind: &'static str,
     /// File name of the manifest.
     manifest: &'static str,
-    /// A list in the manifest, by which an earlier export is recognised.
-    list: &'static str,
-    /// Subfolders of an earlier export that are removed before a new one.
-    folders: [&'static str; 2],
+    /// The manifest's field that lists the exported modules; an earlier export is recognised by it.
+    list_field: &'static str,
+    /// Subfolders of an earlier export. They are removed before a new one is written.
+    subfolders: [&'static str; 2],
 }
 
-const ATLAS: ExportFolder = ExportFolder { what: "an atlas", manifest: atlas::MANIFEST, list: "modules", folders: ["pages", "pictures"] };
-const CORPUS: ExportFolder =
-    ExportFolder { what: "a set of test cases", manifest: corpus::MANIFEST, list: "cases", folders: ["cases", "data"] };
+const ATLAS: ExportLayout =
+    ExportLayout { kind: "an atlas", manifest: atlas::MANIFEST, list_field: "modules", subfolders: ["pages", "pictures"] };
+const CORPUS: ExportLayout =
+    ExportLayout { kind: "a set of test cases", manifest: corpus::MANIFEST, list_field: "cases", subfolders: ["cases", "data"] };
 
-/// Prepares an output folder. It must be new or empty, or contain an unfinished export or, with `--overwrite`, an earlier one. It gets the manifest of an
-/// unfinished export, which lists nothing, so that an interrupted export can be repeated. Subfolders of an export are removed, because another selection of
-/// keys has files of other names.
-fn prepare_folder(folder: &Path, layout: &ExportFolder, overwrite: bool) -> Result<(), CliError> {
-    let what = layout.what;
+/// Prepares an output folder. It must be new or empty, or hold an unfinished export of this kind. With `--overwrite` it may hold a complete one.
+///
+/// The folder gets the manifest of an unfinished export, whose list is empty. If the export is interrupted, this manifest remains, and the export can be
+/// repeated. Subfolders of an earlier export are removed, because another selection of keys has files of other names.
+fn prepare_folder(folder: &Path, layout: &ExportLayout, overwrite: bool) -> Result<(), CliError> {
+    let kind = layout.kind;
     let shown = echo(&folder.display().to_string());
     let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
-    let unfinished = serde_json::json!({ "revision": "unfinished", layout.list: [] });
-    // First, because a folder whose manifest lists files is complete.
+    let unfinished = serde_json::json!({ "revision": "unfinished", layout.list_field: [] });
+    // Called before any file is removed or written, because a manifest that lists files stands for a complete export.
     let mark_unfinished = || std::fs::write(folder.join(layout.manifest), unfinished.to_string()).map_err(failed);
     if folder.exists() {
         let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
         let manifest = read_bytes(&folder.join(layout.manifest), MAX_MANIFEST_BYTES).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
         let is_unfinished = manifest.as_ref() == Some(&unfinished);
-        let is_ours = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list].is_array());
-        match (is_empty, is_ours, overwrite || is_unfinished) {
+        let is_export = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list_field].is_array());
+        match (is_empty, is_export, overwrite || is_unfinished) {
             (true, _, _) => {}
             (false, true, true) => {
                 mark_unfinished()?;
-                for subfolder in layout.folders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
+                for subfolder in layout.subfolders.map(|name| folder.join(name)).iter().filter(|path| path.is_dir()) {
                     std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
             }
-            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {what} already; --overwrite replaces it"))),
-            (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {what}"))),
+            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {kind} already; --overwrite replaces it"))),
+            (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {kind}"))),
         }
     }
     std::fs::create_dir_all(folder).map_err(failed)?;
     mark_unfinished()
 }
 
-/// The revision to export: the built-in fragments with the user's changes.
+/// The revision to export: the built-in fragments with those of `--shaders` and `--surface`. It is named after the folder of `--shaders`, if given.
 fn revision(common: &Common) -> Result<Revision, CliError> {
     let fragments = fragments(common)?;
     let name = common.shaders.as_ref().map(|folder| folder.display().to_string());
@@ -112,13 +114,13 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
     })
 }
 
-pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
-    let keys = which
+pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
+    let keys = options
         .keys(common, || Ok(reachable_keys(common)?.union(&covering_keys(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
-    let with_simple = which.body.is_none();
+    let with_simple = options.body.is_none();
     let simple = SIMPLE_MODULES.iter().filter(|_| with_simple).map(|n| ModuleId::Simple(n));
     let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
-    prepare_folder(folder, &ATLAS, which.overwrite)?;
+    prepare_folder(folder, &ATLAS, options.overwrite)?;
     let bar = progress(ids.len() as u64);
     let written = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
@@ -126,11 +128,11 @@ pub(crate) fn atlas(common: &Common, folder: &Path, which: &KeySelection) -> Res
     print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
 }
 
-pub(crate) fn corpus(common: &Common, folder: &Path, which: &KeySelection) -> Result<(), CliError> {
-    let keys = which.keys(common, || Ok(covering_keys(2)))?;
-    // Keys with a cost view are left out: it shows the number of operations on the software renderer, not radiance.
+pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
+    let keys = options.keys(common, || Ok(covering_keys(2)))?;
+    // Keys of the pixel view `cost` are left out: their pixels count the software renderer's operations, which another implementation cannot reproduce.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
-    prepare_folder(folder, &CORPUS, which.overwrite)?;
+    prepare_folder(folder, &CORPUS, options.overwrite)?;
     let bar = progress(keys.len() as u64);
     let written = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
@@ -164,7 +166,7 @@ mod tests {
         }
     }
 
-    /// Its folder has files but no manifest that lists them.
+    /// After the interruption the folder has files, but its manifest lists none.
     #[test]
     fn an_interrupted_first_export_can_be_repeated() {
         let parent = tempfile::tempdir().expect("a folder");

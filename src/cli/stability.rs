@@ -1,4 +1,4 @@
-//! `orrery stability`: runs sweeps over extreme views and checks each against its bound.
+//! `orrery stability`: runs sweeps over extreme views, and checks that the largest error of each is within its bound.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
@@ -56,7 +56,7 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
     for sweep in chosen {
         let report = run_sweep(sweep, &bench)?;
         if !args.json {
-            bar.suspend(|| print_result(&lines(&report)))?;
+            bar.suspend(|| print_result(&report_text(&report)))?;
         }
         bar.inc(1);
         reports.push(report);
@@ -64,7 +64,7 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
     bar.finish_and_clear();
     let failed = reports.iter().filter(|r| r.has_failed()).count();
     if args.json {
-        print_result(&format!("{}\n", json!({ "sweeps": reports.iter().map(row).collect::<Vec<_>>(), "failed": failed })))?;
+        print_result(&format!("{}\n", json!({ "sweeps": reports.iter().map(report_json).collect::<Vec<_>>(), "failed": failed })))?;
     } else {
         print_result(&format!("{} of {} sweeps kept their bounds; seed {}\n", reports.len() - failed, reports.len(), args.seed))?;
     }
@@ -75,7 +75,7 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
 }
 
 /// A sweep's report as JSON. JSON has no infinity or NaN, so these become null.
-fn row(report: &SweepReport) -> Value {
+fn report_json(report: &SweepReport) -> Value {
     json!({
         "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,
         "where": report.found.location, "cause": report.found.cause,
@@ -83,7 +83,7 @@ fn row(report: &SweepReport) -> Value {
 }
 
 /// A sweep's report as lines of text.
-fn lines(report: &SweepReport) -> String {
+fn report_text(report: &SweepReport) -> String {
     let verdict = if report.has_failed() { "BROKEN" } else { "kept" };
     let found = &report.found;
     format!(

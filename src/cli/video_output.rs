@@ -1,26 +1,26 @@
 //! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: on standard output each frame at once; or a complete file at the end. Always: an existing file is replaced only with
-//! `--overwrite`; an interrupted run leaves no file. Not here: single images.
+//! In: frames in order. Out: to standard output each frame as soon as it is drawn; to an animation file all frames at the end. Always: an existing file is
+//! replaced only with `--overwrite`; an interrupted run leaves no file. Not here: images in files of their own.
 
 use super::CliError;
 use super::frames::Output;
 use super::output::stdout_error;
 use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
-use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS as MAX_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
+use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
 use crate::render::frame::Frame;
 use crate::wording::echo;
 use std::io::Write;
 use std::path::PathBuf;
 
 pub(crate) enum VideoOutput {
-    /// Each frame has its own file, which is written elsewhere.
-    None,
+    /// Each frame has a file of its own, which `render` writes.
+    ImageFiles,
     /// A y4m stream.
     Stream {
         /// Frames per second.
         rate: u32,
-        /// Standard output, once the stream has begun. A plain file, because `std::io::Stdout` searches everything written to it for the last line break.
+        /// Standard output, once the stream has begun. Not `std::io::Stdout`, because it is line-buffered: it searches all bytes for the last line break.
         out: Option<std::fs::File>,
         /// Buffer for the bytes of a frame.
         bytes: Vec<u8>,
@@ -30,7 +30,7 @@ pub(crate) enum VideoOutput {
         path: PathBuf,
         overwrite: bool,
         writer: Box<AnimationWriter<SharedBytes>>,
-        /// The encoded frames, which `writer` appends.
+        /// The encoded frames, to which `writer` appends.
         bytes: SharedBytes,
     },
 }
@@ -39,7 +39,7 @@ fn failed(e: ImageError) -> CliError {
     CliError::Failed(e.to_string())
 }
 
-/// Standard output as a file. Nothing else may be in the buffer of `std::io::stdout`.
+/// Standard output as a file without a buffer. The buffer of `std::io::stdout` must be empty, otherwise the order of the bytes would change.
 fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
     #[cfg(unix)]
     let handle = std::os::fd::AsFd::as_fd(&std::io::stdout()).try_clone_to_owned();
@@ -52,10 +52,10 @@ impl VideoOutput {
     /// Prepares the output.
     ///
     /// # Errors
-    /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or rate that the format does not support.
+    /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Sequence { .. } => Ok(Self::None),
+            Output::One(_) | Output::Sequence { .. } => Ok(Self::ImageFiles),
             Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             Output::Animation(path, format) => {
                 check_output_path(path)?;
@@ -63,10 +63,10 @@ impl VideoOutput {
                 if path.exists() && !overwrite {
                     return Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")));
                 }
-                if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_PIXELS {
+                if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_ANIMATION_PIXELS {
                     return Err(CliError::Failed(format!(
                         "-o {name}: more than {:.0} million pixels in all; draw fewer or smaller frames, or write a stream (-o -) to an encoder",
-                        MAX_PIXELS / 1e6
+                        MAX_ANIMATION_PIXELS / 1e6
                     )));
                 }
                 let bytes = SharedBytes::default();
@@ -82,7 +82,7 @@ impl VideoOutput {
     /// The reason why it cannot be written.
     pub(crate) fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
-            Self::None => Ok(()),
+            Self::ImageFiles => Ok(()),
             Self::Stream { rate, out, bytes } => {
                 let out = match out {
                     Some(out) => out,
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
     use crate::image::AnimationFormat;
 
-    /// Before anything is drawn, because all frames would be lost.
+    /// The path is checked before anything is drawn; at the end all frames would be lost.
     #[test]
     fn an_animation_without_a_folder_is_refused_at_the_start() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -110,15 +110,15 @@ mod windowed {
             .map(|folder| ShaderWatcher::open(folder, &session))
             .transpose()
             .map_err(|e| CliError::Failed(e.to_string()))?;
-        let default_view = ViewState { quality: common.quality, ..default_view_of(&session, args)? };
+        let view_of_options = ViewState { quality: common.quality, ..view_of_options(&session, args)? };
         let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
         let warning = saved_view.as_ref().err().cloned();
-        // Also shown in the window, because a user who clicked on a link does not see standard error.
+        // The window shows it, too, because a user who clicked on a link does not see standard error.
         warning.iter().for_each(|line: &String| print_message(line));
-        let mut view = saved_view.ok().flatten().unwrap_or(default_view);
+        let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
         // The projection and stereo options of the command line take precedence over those of a link.
         view.composition = view.composition.with_options(&composition);
-        let viewer = Viewer::new(subjects(&session), view, clock);
+        let viewer = Viewer::new(subjects(&session), view, now);
         let settings_path = args.settings.clone().or_else(Settings::default_path);
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
@@ -131,29 +131,29 @@ mod windowed {
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
         let save_settings = |settings: &Settings| settings_path.as_ref().map_or(Ok(()), |path| settings.save(path));
-        // Dropping the sender ends the fault injection.
-        let (sender, window_closed) = channel();
+        // Dropping the sender when the window has closed ends the thread that simulates device losses.
+        let (keep_running, window_closed) = channel();
         std::thread::scope(|scope| {
             if let Some(period) = device_loss_period() {
                 let session = &session;
-                scope.spawn(move || lose_devices(session, period, &window_closed));
+                scope.spawn(move || simulate_device_losses(session, period, &window_closed));
             }
             let result =
                 window::run(&mut interface, &session, watcher.as_ref(), save_settings).map_err(|e| CliError::Failed(e.to_string()));
-            drop(sender);
+            drop(keep_running);
             result
         })
     }
 
-    /// Fault injection for `.ci/soak`: the variable `ORRERY_LOSE_DEVICE_S` gives the seconds from one simulated device loss to the next.
+    /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next. The environment variable `ORRERY_LOSE_DEVICE_S` gives it in seconds.
     fn device_loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())
     }
 
-    /// Destroys the device once per period, as a driver reset would. Half a period later, switches to the software renderer and back, as a user would, which
+    /// Destroys the GPU device once per period, as a driver reset would. Half a period later, switches to the software renderer and back, as a user would; this
     /// opens a new device. Returns when the sender of `window_closed` is dropped.
-    fn lose_devices(session: &Session, period: Duration, window_closed: &Receiver<()>) {
+    fn simulate_device_losses(session: &Session, period: Duration, window_closed: &Receiver<()>) {
         let wait_half_period = || window_closed.recv_timeout(period / 2) == Err(RecvTimeoutError::Timeout);
         let (_, preference) = session.renderers();
         while wait_half_period() {
@@ -171,13 +171,14 @@ mod windowed {
     fn saved_view(link: &str, session: &Session) -> Result<ViewState, String> {
         let error_text = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
         if is_link(link) {
-            return view_from_text(link, session, clock()).map_err(|e| error_text(&e));
+            return view_from_text(link, session, now()).map_err(|e| error_text(&e));
         }
         let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| error_text(&format!("{e}; a link starts with {SCHEME}")))?;
-        view_from_text(&text, session, clock()).map_err(|e| error_text(&e))
+        view_from_text(&text, session, now()).map_err(|e| error_text(&e))
     }
 
-    fn default_view_of(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
+    /// The view of a new window at `--target` and `--time`.
+    fn view_of_options(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.body_named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
         let view = initial_view(catalog, &SessionPositions(session), target, instant(&args.time)?);
@@ -185,7 +186,7 @@ mod windowed {
     }
 
     /// The current time; J2000 if the system clock is outside the supported calendar.
-    fn clock() -> Instant {
+    fn now() -> Instant {
         instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 

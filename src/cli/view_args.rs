@@ -1,6 +1,6 @@
 //! The options that describe a view, shared by the verbs that render or explain a view.
 //!
-//! In: arguments. Out: a [`ViewRequest`]. `--time now` reads the clock here; the modules below never read it.
+//! In: arguments. Out: a [`ViewRequest`]. `now` is read from the clock here and nowhere below: the modules below the command line take an instant.
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
@@ -81,19 +81,19 @@ pub(crate) struct ViewArgs {
     pub pixels: String,
 }
 
-/// Whether a text is the word for the current time. Blanks around it do not count, as around a date.
+/// Whether a text is the word for the current time. Spaces around it are ignored, as they are around a date.
 pub(super) fn is_now(text: &str) -> bool {
     text.trim().eq_ignore_ascii_case("now")
 }
 
-/// The instant of a `--time` text: `now`, or any text that [`Instant::parse`] accepts.
+/// The instant that the value of `--time` stands for: `now`, to the second, or any text that [`Instant::parse`] accepts. An error names the option.
 pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
-    let clock = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
-    let text = if is_now(text) { clock() } else { text.to_owned() };
+    let utc_now = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
+    let text = if is_now(text) { utc_now() } else { text.to_owned() };
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
-/// The instant of a text, which may be `now`, to the millisecond. The clock is read here, because modules below the command line take an instant instead.
+/// As [`instant`], but `now` is to the millisecond, and the error does not name an option.
 pub(super) fn instant_or_now(text: &str) -> Result<Instant, TimeError> {
     if is_now(text) {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string());
@@ -105,7 +105,7 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour are clamped to it without an error.
+/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour would clamp the size without an error.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     let (width, height): (u32, u32) = sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))?;
@@ -140,7 +140,7 @@ impl ViewArgs {
         self.request_with(catalog, Composition::default())
     }
 
-    /// As [`Self::request`], for a composed image.
+    /// As [`Self::request`], for an image with this composition.
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let body_of_option =
             |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
@@ -195,7 +195,7 @@ impl ViewArgs {
         let ground = self.at.as_deref().map(place_on_ground).transpose()?;
         if ground.is_some() && self.distance_radii.is_some() {
             if from.is_some() {
-                let why = "--distance-radii: with --from and --at the camera stands on that body: leave it out, or give --height-km";
+                let why = "--distance-radii: with --from and --at, the camera stands on that body; give --height-km instead, or neither";
                 return Err(CliError::Failed(why.into()));
             }
             if self.height_km.is_some() {
@@ -211,6 +211,7 @@ impl ViewArgs {
                 let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let height_km = match (self.height_km, self.distance_radii) {
                     (Some(height_km), _) => height_km,
+                    // The distance is exact on the equator. Elsewhere the ground of an oblate body is nearer to the centre, and so is the camera.
                     (None, distance_radii) => (distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
                 };
                 if height_km <= 0.0 {
@@ -235,7 +236,7 @@ const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
 mod tests {
     use super::*;
 
-    /// For cameras at many latitudes of three bodies, looking towards bodies high, low and below the horizon: the horizon is level and the zenith up.
+    /// For cameras at many latitudes of three bodies, looking towards bodies high and low in the sky and below the horizon.
     #[test]
     fn the_horizon_is_level_from_the_ground() {
         use crate::ephemeris::Ephemeris;
@@ -271,7 +272,7 @@ mod tests {
                 let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
                 let zenith = ephemeris.body_from_icrf(body, request.time).expect("an orientation").transpose() * normal;
                 let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
-                // Towards the zenith or the nadir every roll is level.
+                // The camera looks at the zenith or the nadir: every roll is level.
                 if camera.forward.cross(zenith).length() < 1e-6 {
                     continue;
                 }
@@ -289,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn blanks_around_a_time_do_not_count() {
+    fn spaces_around_a_time_are_ignored() {
         let earliest = Instant::parse("2024-01-01").expect("a time");
         for now in ["now", " now ", "\tNOW"] {
             assert!(is_now(now), "{now:?}");

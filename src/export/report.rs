@@ -1,8 +1,8 @@
 //! Compares two revisions of the shader library: source, image, figures and cost of each module, by cause.
 //!
 //! In: two [`Revision`]s. Out: a [`Report`]. Always: modules with equal text and tape are counted and not drawn. A module that one revision
-//! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments that differ, otherwise the
-//! generator, otherwise the lowering.
+//! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments whose lines differ. If the text differs but no
+//! fragment does, the cause is the generator. If the text is equal and only the tape differs, it is the lowering.
 
 use super::revision::Revision;
 use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences};
@@ -24,11 +24,11 @@ pub struct Figures {
     pub operations: usize,
     /// Texture samples and loads of the fragment tape.
     pub texture_reads: usize,
-    /// Values per lane that are live at the same time.
+    /// Slots of the fragment tape: the number of values per lane that are live at the same time.
     pub slots: u32,
-    /// Mean luminance of the sample image, relative to a white surface; `None` for modules that draw no body.
+    /// Mean luminance of the sample image, relative to a white Lambert surface in full sunlight; `None` for modules that draw no body.
     pub mean_luminance: Option<f64>,
-    /// The greatest difference between f32 and f64 in the sample image, display levels.
+    /// The greatest difference between the sample images in f32 and in f64, display levels.
     pub rounding_levels: Option<f64>,
 }
 
@@ -89,14 +89,14 @@ enum ModuleComparison {
     Failed(String),
 }
 
-/// The modules of both revisions together. `default_ids`: those to compare if both revisions are folders of fragments.
+/// The modules that at least one revision lists. `default_ids`: those to compare if both revisions are folders of fragments.
 fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
-    let known: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
-    let all: BTreeSet<ModuleId> = if known.is_empty() { default_ids.iter().cloned().collect() } else { known.into_iter().collect() };
+    let listed: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
+    let all: BTreeSet<ModuleId> = if listed.is_empty() { default_ids.iter().cloned().collect() } else { listed.into_iter().collect() };
     all.into_iter().collect()
 }
 
-/// Cost and sample image statistics of a module.
+/// The cost of a module, and the statistics of its sample image.
 ///
 /// # Errors
 /// One line: the tape cannot be read, or the module has no fragment stage.
@@ -125,7 +125,7 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     };
     let causes: Vec<Cause> =
         changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(cause_of).collect();
-    // No cause: the same lines of the same fragments are in another order, or the changed lines are from no fragment.
+    // No fragment has changed: its lines are in another order, or the changed lines come from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
@@ -162,7 +162,7 @@ fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &Modul
 
 impl Report {
     /// Compares two revisions. `default_ids`: the modules to compare if both are folders of fragments. `on_start` is called with the number of
-    /// modules, `done` after each module, from any thread.
+    /// modules, `on_module_done` after each module, from any thread.
     ///
     /// # Errors
     /// A renderer that cannot be created. Modules that cannot be read, compiled or drawn are listed in the report.
@@ -171,13 +171,13 @@ impl Report {
         default_ids: &[ModuleId],
         lowering: &Lowering,
         on_start: impl FnOnce(usize),
-        done: impl Fn() + Sync,
+        on_module_done: impl Fn() + Sync,
     ) -> Result<Self, SessionError> {
-        // Created once before all others, so that an unusable renderer is one error, not a failure of every module.
+        // A trial: if no renderer can be created, that is one error, not a failure of every module.
         drop(SampleBodyRenderer::new(SIDE_PX)?);
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
-        // Each rayon job has its own renderer, because a renderer has one thread.
+        // Each rayon job has its own renderer, which runs on one thread.
         let new_renderer = || SampleBodyRenderer::new(SIDE_PX).map_err(|e| e.to_string());
         let compare_module = |renderer: &mut Result<SampleBodyRenderer, String>, id: &ModuleId| {
             let modules = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
@@ -188,9 +188,10 @@ impl Report {
                 },
                 [Err(e), _] | [_, Err(e)] => ModuleComparison::Failed(e),
                 [Ok(Some(_)), Ok(None)] => ModuleComparison::OnlyInFirst,
+                // At least one revision lists the module.
                 [Ok(None), Ok(_)] => ModuleComparison::OnlyInSecond,
             };
-            done();
+            on_module_done();
             compared
         };
         let compared: Vec<ModuleComparison> = ids.par_iter().map_init(new_renderer, compare_module).collect();
@@ -207,8 +208,8 @@ impl Report {
         let [first, second] = revisions.map(Revision::unknown_modules);
         report.only_first.extend(first.difference(second).cloned());
         report.only_second.extend(second.difference(first).cloned());
-        let not_known = || "this program does not know a word of its name".to_owned();
-        report.failures.extend(first.intersection(second).map(|name| (name.clone(), not_known())));
+        let unknown_word = || "this program does not know a word of its name".to_owned();
+        report.failures.extend(first.intersection(second).map(|name| (name.clone(), unknown_word())));
         Ok(report)
     }
 
@@ -217,7 +218,7 @@ impl Report {
         self.changed.is_empty() && self.only_first.is_empty() && self.only_second.is_empty() && self.failures.is_empty()
     }
 
-    /// Changed modules by cause: the paths of the changed fragments, joined.
+    /// Changed modules by their causes, which are joined by ` + `.
     pub(crate) fn by_cause(&self) -> BTreeMap<String, Vec<&ModuleChange>> {
         let mut groups: BTreeMap<String, Vec<&ModuleChange>> = BTreeMap::new();
         for change in &self.changed {

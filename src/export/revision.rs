@@ -1,8 +1,8 @@
 //! One revision of the shader library: the entries in a folder, or the modules of a folder of fragments.
 //!
-//! In: a folder. Out: modules by id. Always: an entry's text and tape are those that its revision wrote, except that a tape that this
-//! program's software renderer cannot run is replaced by lowering the module again. Fragments are emitted by this program's generator. A
-//! folder with several revisions is an error: the caller must name one of them.
+//! In: a folder. Out: modules by id. Always: an entry gives the text and the tape that its revision wrote. Exception: if this program's software
+//! renderer cannot run the tape, the module is lowered again. Fragments are emitted by this program's generator. A folder with several revisions is
+//! an error: the caller must name one of them.
 
 use crate::files::read_bytes;
 use crate::session::{FragmentFolderError, fragment_times, read_fragments};
@@ -12,7 +12,7 @@ use crate::shader::{Lowering, ModuleId, ShaderError, ShaderModule};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Why a folder contains no revision, or a revision no module.
+/// Why a folder cannot be opened as a revision, or why a module of a revision cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum RevisionError {
     /// The folder cannot be read.
@@ -21,10 +21,10 @@ pub enum RevisionError {
     /// It contains neither entries nor fragments.
     #[error("{}: no shader library and no shader sources in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the sources", .0.display())]
     Nothing(PathBuf),
-    /// It contains libraries of several generators.
+    /// It contains libraries that several generators wrote.
     #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]
     Several { folder: PathBuf, names: Vec<String> },
-    /// An entry cannot be read.
+    /// The content of an entry is invalid.
     #[error("{}: {why}", file.display())]
     Entry { file: PathBuf, why: EntryError },
     /// A file cannot be read.
@@ -36,6 +36,7 @@ pub enum RevisionError {
     Shader(#[from] ShaderError),
 }
 
+/// Where the modules of a revision come from.
 enum Modules {
     /// Entry files by module.
     Entries(BTreeMap<ModuleId, PathBuf>),
@@ -44,13 +45,14 @@ enum Modules {
 
 /// Modules of one revision.
 pub struct Revision {
-    /// Name in a report: the folder.
+    /// Name in a report: the folder, or a word such as `built-in`.
     pub name: String,
     modules: Modules,
-    /// Names of entries that this program cannot parse, because the keys of another revision had other words.
+    /// Names of modules that this program cannot parse, because the keys of another revision have other words.
     unknown: BTreeSet<String>,
 }
 
+/// The paths of the entries in a folder, sorted.
 fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -91,7 +93,7 @@ impl Revision {
     /// `orrery shader export`.
     ///
     /// # Errors
-    /// The folder cannot be read, contains none of these, or several generators.
+    /// The folder cannot be read, contains none of these, or contains several revisions.
     pub fn open(folder: &Path) -> Result<Self, RevisionError> {
         let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
         let entries = entries_in(folder).map_err(failed)?;
@@ -122,10 +124,10 @@ impl Revision {
     fn of_entries(folder: &Path, files: Vec<PathBuf>) -> Result<Self, RevisionError> {
         let (mut entries, mut unknown) = (BTreeMap::new(), BTreeSet::new());
         for file in files {
-            let by_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
-            let id = match by_name {
+            let id_of_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
+            let id = match id_of_name {
                 Some(id) => id,
-                // Long file names are shortened: the entry contains its id.
+                // The name of a long key is shortened, so the id is read from the entry itself.
                 None => {
                     let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
                     let Ok(id) = name.parse() else {
@@ -148,7 +150,7 @@ impl Revision {
         }
     }
 
-    /// Names of its modules that this program does not know, so that it cannot compare them.
+    /// Names of its modules that this program does not know and therefore cannot compare.
     pub(crate) fn unknown_modules(&self) -> &BTreeSet<String> {
         &self.unknown
     }

@@ -20,12 +20,13 @@ if (filter) {
   apply();
 }
 
-// Module page: assembles the source from the lines of all modules and colours each line by the feature that includes
-// it.
+// Module page: assembles the module's source from the table of lines (lines.js). Each line has the colour of the feature
+// that includes it.
 const source = document.getElementById("source");
 if (source) {
   const seen = new Map();
   const colour = (feature) => {
+    // 137 degrees, about the golden angle, keeps the hues of successive features apart.
     if (!seen.has(feature)) seen.set(feature, `hsl(${(seen.size * 137) % 360} 45% 86%)`);
     return seen.get(feature);
   };

@@ -1,4 +1,4 @@
-//! Stores each distinct line of all modules once, and represents a module as runs of these lines.
+//! Stores each distinct line of all modules once in a table, and represents a module as runs of consecutive lines of this table.
 
 use crate::shader::SourceMap;
 use std::collections::{BTreeSet, HashMap};
@@ -9,7 +9,7 @@ use std::fmt::Write;
 struct SourceLine {
     text: String,
     fragment: String,
-    /// Number of the line in the fragment, from 1; 0 without an origin.
+    /// Number of the line in the fragment, from 1; 0 if the line comes from no fragment.
     fragment_line: u32,
     feature: String,
 }
@@ -41,18 +41,19 @@ impl LineTable {
         runs.iter().map(|(first, count)| format!("{first},{count}")).collect::<Vec<_>>().join(";")
     }
 
-    /// The table as a script: fragments and features by number, and each line as text, fragment, line, feature.
+    /// The table as a script: the names of fragments and features; each line as its text, the index of its fragment, its number in the fragment, and the
+    /// index of its feature.
     pub(crate) fn script(&self) -> String {
         let names = |field: fn(&SourceLine) -> &str| self.lines.iter().map(field).collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>();
         let (fragments, features) = (names(|l| &l.fragment), names(|l| &l.feature));
-        let number = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();
+        let index = |names: &[&str], name: &str| names.binary_search(&name).unwrap_or_default();
         let mut rows = String::new();
         for line in &self.lines {
-            let (fragment, feature) = (number(&fragments, &line.fragment), number(&features, &line.feature));
+            let (fragment, feature) = (index(&fragments, &line.fragment), index(&features, &line.feature));
             let _ = writeln!(rows, "{},", serde_json::json!([line.text, fragment, line.fragment_line, feature]));
         }
         format!(
-            "// Every line of every module once: text, fragment, line in it, feature.\nconst FRAGMENTS = {};\nconst FEATURES = {};\nconst LINES = [\n{rows}];\n",
+            "// Each distinct line of all modules: text, fragment, number of the line in the fragment, feature.\nconst FRAGMENTS = {};\nconst FEATURES = {};\nconst LINES = [\n{rows}];\n",
             serde_json::json!(fragments),
             serde_json::json!(features)
         )

@@ -2,7 +2,7 @@
 //!
 //! In: a revision and module ids. Out: `index.html`, a page for each module, an image for each module that draws a body, `lines.js`, `atlas.js`,
 //! `atlas.css`, `manifest.json`. Always: the site works from the local disk without server or network; the same modules give the same bytes. Each distinct
-//! source line is stored once for all pages, because the modules share most of their lines and would take a gigabyte in full.
+//! source line is stored once for all pages, because modules share most of their lines; a full copy of each module would take a gigabyte in all.
 
 mod lines;
 mod neighbours;
@@ -10,7 +10,7 @@ mod page;
 
 use super::report::{Figures, figures};
 use super::revision::{Revision, RevisionError};
-use super::sample_image::{SampleBodyRenderer, SampleImage, make_all};
+use super::sample_image::{SampleBodyRenderer, SampleImage, map_with_renderers};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
@@ -27,7 +27,7 @@ use std::sync::Arc;
 const IMAGE_SIDE_PX: u32 = 96;
 /// Number of modules in memory at a time.
 const MODULES_PER_CHUNK: usize = 128;
-/// Name of the list of all modules, which identifies a folder as an atlas.
+/// File name of the list of all modules, which identifies a folder as an atlas.
 pub(crate) const MANIFEST: &str = "manifest.json";
 
 /// Why an atlas was not written.
@@ -43,7 +43,7 @@ pub enum AtlasError {
     Module { module: String, why: String },
 }
 
-/// One row of the list of modules.
+/// One entry of the list of modules.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Entry {
     /// Key or name.
@@ -58,7 +58,7 @@ pub struct Entry {
     pub figures: Figures,
 }
 
-/// One module with its figures and its image, before its lines are numbered.
+/// One module with its figures and its image, before they are written.
 struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
@@ -71,7 +71,7 @@ fn stem(id: &ModuleId) -> String {
     name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
-/// Reads a module from the revision, draws its sample image and measures both.
+/// Reads a module from the revision, draws the sample body with it, and computes the figures of both.
 fn render_module(
     renderer: &SampleBodyRenderer,
     revision: &Revision,
@@ -92,7 +92,7 @@ fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
 
-/// Writes the atlas of these modules into a folder; `on_module_done` is called after each module is drawn.
+/// Writes the atlas of these modules into a folder; `on_module_done` is called after each module is drawn, from any thread.
 ///
 /// # Errors
 /// A module that cannot be compiled, or a file that cannot be written.
@@ -107,22 +107,22 @@ pub fn write(
         let subfolder = folder.join(name);
         std::fs::create_dir_all(&subfolder).map_err(|e| crate::files::write_error(&subfolder, &e))?;
     }
-    let stems: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
-    let neighbours_of = neighbours::of(stems.keys().map(String::as_str));
+    let stems_by_name: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
+    let neighbours_of = neighbours::of(stems_by_name.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut entries = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
         let make = |renderer: &SampleBodyRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
-        let no_renderer = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
-        let results = make_all(IMAGE_SIDE_PX, chunk, make, no_renderer, &on_module_done);
+        let renderer_error = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
+        let results = map_with_renderers(IMAGE_SIDE_PX, chunk, make, renderer_error, &on_module_done);
         for (id, result) in chunk.iter().zip(results) {
             let RenderedModule { module, figures, image } = result?;
             let name = id.to_string();
-            let stem = &stems[&name];
+            let stem = &stems_by_name[&name];
             let shows_cost = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
             if let Some(sample) = &image {
                 let mut png = Vec::new();
-                write_png(&mut png, sample.side, sample.side, &sample.display(shows_cost), &[("Shader", &name)])
+                write_png(&mut png, sample.side_px, sample.side_px, &sample.display(shows_cost), &[("Shader", &name)])
                     .map_err(|e| AtlasError::Module { module: name.clone(), why: e.to_string() })?;
                 write_file(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }
@@ -136,8 +136,9 @@ pub fn write(
                 module: name.clone(),
             };
             let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
-            let linked: Vec<(String, &str)> = neighbours.iter().map(|n| (n.change.clone(), stems[n.key].as_str())).collect();
-            write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &linked).as_bytes())?;
+            let neighbour_links: Vec<(String, &str)> =
+                neighbours.iter().map(|n| (n.change.clone(), stems_by_name[n.key].as_str())).collect();
+            write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &neighbour_links).as_bytes())?;
             entries.push(entry);
         }
     }
@@ -145,7 +146,7 @@ pub fn write(
     write_file(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
     write_file(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
     write_file(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
-    // The manifest is written last, so that a folder with a manifest is complete.
+    // The manifest is written last, so that a folder whose manifest lists modules is complete.
     let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
     write_file(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
     Ok(entries)

@@ -1,13 +1,14 @@
-//! Neighbouring keys: those that differ by one part added, removed or replaced.
+//! Neighbouring keys: pairs of keys that differ in one part, which is added, removed or replaced.
 //!
-//! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: the relation is symmetric.
+//! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: if one key is a neighbour of another,
+//! the other is a neighbour of it.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A neighbouring key, and how to reach it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Neighbour<'a> {
-    /// `+clouds`, `-clouds` or `sun1 -> sun2`.
+    /// The change that leads to it: `+clouds`, `-clouds` or `sun1 -> sun2`.
     pub change: String,
     pub key: &'a str,
 }
@@ -21,7 +22,7 @@ fn joined_without(parts: &[&str], k: usize) -> String {
 /// The neighbours of each key within the set.
 pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Neighbour<'a>>> {
     let keys: BTreeSet<&str> = keys.into_iter().collect();
-    // Key texts with one part removed, and the keys and parts that they come from.
+    // For each key text without one of its parts: the keys of which it is the rest, each with the removed part.
     let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();
     for key in &keys {
         let parts: Vec<&str> = key.split('.').collect();

@@ -17,11 +17,13 @@ fn head(title: &str, root: &str) -> String {
     )
 }
 
+/// A figure of a module; empty text if it has none.
 fn number_or_empty(value: Option<f64>) -> String {
     value.map_or(String::new(), |v| format!("{v:.4}"))
 }
 
-/// The page of one module. `runs`: its lines in the table; `neighbours`: the change that leads to each neighbouring module, and its file stem.
+/// The page of one module. `stem`: name of its files without the extension. `runs`: its lines, as `LineTable::add` returns them. `neighbours`: for each
+/// neighbouring module, the change that leads to it and the stem of its files.
 pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
     let name = escaped(&entry.module);
     let mut html = head(&entry.module, "../");
@@ -42,10 +44,10 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
         ("Texture reads", f.texture_reads.to_string()),
         ("Slots per lane", f.slots.to_string()),
         ("Mean luminance of the image", number_or_empty(f.mean_luminance)),
-        ("f32 to f64 at most, levels of 255", number_or_empty(f.rounding_levels)),
+        ("Greatest difference between f32 and f64, levels of 255", number_or_empty(f.rounding_levels)),
     ];
-    for (what, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
-        let _ = writeln!(html, "<tr><th>{what}</th><td>{value}</td></tr>");
+    for (label, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
+        let _ = writeln!(html, "<tr><th>{label}</th><td>{value}</td></tr>");
     }
     html.push_str("</table>\n");
     if !neighbours.is_empty() {
@@ -62,7 +64,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     html
 }
 
-/// The list of all modules.
+/// The index page: the list of all modules, with a filter.
 pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
     let mut html = head("Orrery: atlas of shader modules", "");
     let _ = write!(
