@@ -326,8 +326,8 @@ impl<'a> RingView<'a> {
         let geometry = RingShineGeometry {
             rings,
             radius_km: self.body.radii_km.x,
-            polar: self.body.radii_km.z / self.body.radii_km.x,
-            sine: self.sun.z,
+            polar_ratio: self.body.radii_km.z / self.body.radii_km.x,
+            sin_elevation: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
