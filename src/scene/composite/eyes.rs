@@ -1,10 +1,10 @@
 //! Stereo pairs: two cameras side by side with parallel axes.
 //!
 //! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
-//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
-//! frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax; the target has zero parallax, exactly with the default separation, and to within half a pixel with a given one or that of
-//! human eyes.
+//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider
+//! symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
+//! frame's columns. Always: no vertical parallax; the target has zero parallax, exactly with the default separation, and to within half a pixel with a given
+//! one or that of human eyes.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;
@@ -59,7 +59,7 @@ pub(super) fn frames(
     if infinity_px > max_px {
         let infinity_text = if infinity_px < 1e6 { format!("{infinity_px:.0}") } else { format!("{infinity_px:.1e}") };
         return Err(SceneError::Request(format!(
-            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image's width: the separation is at most {:.6e} km",
+            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image's width: choose at most {:.6e} km",
             max_px * pixel_km
         )));
     }

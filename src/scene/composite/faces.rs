@@ -1,4 +1,5 @@
-//! Dome images and whole-sphere images: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a border.
+//! Dome images and whole-sphere images: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a
+//! border.
 //!
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
@@ -170,8 +171,7 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. Because it is not a
-    // cube face, a Sun outside its frame has no glare.
+    // The light meter sees the middle of the image, at most the front face. Because it is not a cube face, a Sun outside its frame has no glare.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };

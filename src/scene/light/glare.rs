@@ -21,7 +21,8 @@ use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// L theta^2 / E of the law above, with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
+/// L theta^2 / E of the law above, with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi):
+/// pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
 /// Exponent with which the glare grows while the Sun enters the frame.
@@ -53,7 +54,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
 }
 
 /// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii, and the factor by which the square of the core's angle
-/// is reduced. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with that light.
+/// is multiplied. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with that light.
 fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {
@@ -143,7 +144,8 @@ impl VeilingGlare {
     }
 }
 
-/// The rectangle in the image that bounds all directions (unit vectors) whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
+/// The rectangle in the image that bounds all directions (unit vectors) whose distance from `towards` (a unit vector in camera axes: right, up, forward) is
+/// less than `chord`.
 pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.

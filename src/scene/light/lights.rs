@@ -16,9 +16,9 @@ pub(crate) struct Reflector<'a> {
     pub sun_from_body_km: DVec3,
 }
 
-/// One of the lights that shine on a body.
+/// Light from one source that falls on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LightOn {
+pub(crate) struct IncidentLight {
     pub from: NaifId,
     /// Unit vector towards the light, ICRF.
     pub direction: DVec3,
@@ -27,13 +27,13 @@ pub(crate) struct LightOn {
 }
 
 /// Sunlight on a body.
-pub(crate) fn sunlight(sun_from_body_km: DVec3) -> LightOn {
+pub(crate) fn sunlight(sun_from_body_km: DVec3) -> IncidentLight {
     let irradiance = (KM_PER_AU / sun_from_body_km.length()).powi(2);
-    LightOn { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
+    IncidentLight { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
 /// The light that `source` reflects onto a body at `receiver_km`; `None` inside `source`.
-fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn> {
+fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<IncidentLight> {
     let to_source = source.position_km - receiver_km;
     let distance_km = to_source.length();
     if distance_km <= source.body.radii_km.max_element() {
@@ -43,7 +43,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_distance_km = source.sun_from_body_km.length();
     let irradiance = photometry::irradiance_at_viewer(source.body, phase_angle, sun_distance_km, distance_km, radius_sq_km2);
-    Some(LightOn { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
+    Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
 }
 
 /// The lights that other bodies reflect onto a receiver. Returns the significant ones, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
@@ -55,10 +55,10 @@ pub(crate) fn planet_shine(
     receiver_km: DVec3,
     sources: &[Reflector<'_>],
     is_significant: impl Fn(f64) -> bool,
-) -> (Vec<LightOn>, Option<(NaifId, f64)>) {
+) -> (Vec<IncidentLight>, Option<(NaifId, f64)>) {
     // At least 0.01, so that a catalog albedo of 0 does not switch the lights off.
-    let radiance_caused_by = |light: &LightOn| light.irradiance.y * receiver.geometric_albedo.max(0.01);
-    let mut all: Vec<LightOn> = sources
+    let radiance_caused_by = |light: &IncidentLight| light.irradiance.y * receiver.geometric_albedo.max(0.01);
+    let mut all: Vec<IncidentLight> = sources
         .iter()
         .filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN)
         .filter_map(|s| reflected_light(s, receiver_km))

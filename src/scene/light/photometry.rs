@@ -136,7 +136,8 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     (phase(body, alpha) / model).powf(weight)
 }
 
-/// Factor by which the map or colour is multiplied: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then gives the disc that albedo.
+/// Factor by which the map or colour is multiplied: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then
+/// gives the disc that albedo.
 pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }

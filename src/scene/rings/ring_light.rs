@@ -1,9 +1,9 @@
 //! The effect of rings on a body's total brightness: the light that they scatter to a viewer, and the fraction of the globe's light that they transmit.
 //!
-//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`]. The light is computed as in shaders/lib/ring/photometry.wesl for a point Sun
-//! and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with Mallama
-//! and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5 degrees). Not modelled: light reflected between globe
-//! and rings, the Sun's size.
+//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`]. The light is computed as in shaders/lib/ring/photometry.wesl for a
+//! point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with
+//! Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5 degrees). Not modelled: light reflected
+//! between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, dust_phase, particle_phase};
@@ -14,7 +14,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the sum changes by less than 0.002 mag.
+/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the sum changes by
+/// less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;

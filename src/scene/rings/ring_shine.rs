@@ -2,9 +2,9 @@
 //!
 //! In: the rings, the planet's oblateness, the Sun's elevation over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
 //! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun; two variables are enough because planet and rings
-//! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides of the plane are equal if the
-//! Sun is in it. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of
-//! a radius).
+//! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides of the plane are
+//! equal if the Sun is in it. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a
+//! thousandth of a radius).
 //!
 //! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity.

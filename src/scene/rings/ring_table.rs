@@ -1,7 +1,7 @@
 //! The tables that ring shaders read: the light that the rings remove from a path or scatter into it, and its integrals over the radius, for a range of slants.
 //!
-//! In: rings in catalog order (a later ring replaces earlier rings where they overlap), and for a shadow the slants of sunlight. Out: [`RingTable`], plain f32 texels; their
-//! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
+//! In: rings in catalog order (a later ring replaces earlier rings where they overlap), and for a shadow the slants of sunlight. Out: [`RingTable`], plain
+//! f32 texels; their meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};

@@ -1,8 +1,7 @@
 //! Single scattering by a flat layer of particles, under a Sun whose disc the layer's plane may cut.
 //!
-//! In: optical depth, slants of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without the factors albedo and
-//! phase function / 4.
-//! The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
+//! In: optical depth, slants of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without the factors albedo and phase
+//! function / 4. The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
 

@@ -28,7 +28,8 @@ const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
 /// over a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees; single places scatter more. Smooth ground would have no light
 /// below 0 degrees.
 const RELIEF_SLOPE: f64 = 0.15;
-/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in view.
+/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in
+/// view.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
 
 /// Weight of relief in the radiance of a body's ground.

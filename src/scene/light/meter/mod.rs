@@ -1,12 +1,12 @@
 //! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
-//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and
-//! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
-//! light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and
-//! no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the shadow of rings on
-//! a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
+//! albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
+//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the light of
+//! the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and no
+//! corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera,
+//! the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
@@ -27,7 +27,7 @@ use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glare::VeilingGlare;
-use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -78,7 +78,7 @@ pub(crate) struct Metered {
     pub body: Option<NaifId>,
     /// Weighted geometric mean of the subject's radiance.
     pub radiance: f64,
-    /// The fraction of white as which this radiance should be shown.
+    /// The display level, as a linear fraction of white, at which this radiance should be shown.
     pub target_level: f64,
     pub weight: f64,
 }
@@ -223,7 +223,7 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
-    fn planet_shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
+    fn planet_shine_on(&self, p: &PlacedBody<'_>) -> Vec<IncidentLight> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }

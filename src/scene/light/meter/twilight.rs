@@ -54,7 +54,8 @@ impl TwilightAir {
         })
     }
 
-    /// Radiance per unit of the Sun's irradiance. `cos_sun`, `cos_emission`: cosines of the angles between the vertical and the directions to the Sun and the viewer.
+    /// Radiance per unit of the Sun's irradiance. `cos_sun`, `cos_emission`: cosines of the angles between the vertical and the directions to the Sun and the
+    /// viewer.
     pub(super) fn radiance(&self, cos_sun: f64, cos_emission: f64) -> f64 {
         let altitude_deg = cos_sun.clamp(-1.0, 1.0).asin().to_degrees();
         let altitude_on_earth_deg = altitude_deg * self.altitude_factor;
@@ -69,8 +70,8 @@ impl TwilightAir {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The air of a body that the camera sees from above; `None` if it is not drawn. Its strength falls to 0 for a camera low in the air, because the meter counts
-    /// such a camera's sky apart.
+    /// The air of a body that the camera sees from above; `None` if it is not drawn. Its strength falls to 0 for a camera low in the air, because the meter
+    /// counts such a camera's sky apart.
     pub(super) fn twilight_air_of(&self, p: &PlacedBody<'_>) -> Option<TwilightAir> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false) {
             return None;
