@@ -1,18 +1,18 @@
-//! The arrangement of frames in a composed image, as plain values.
+//! The frames of a composed image and their arrangement, as plain values.
 
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::request::StereoLayout;
 use crate::scene::request::view_request::ViewRequest;
 
-/// One perspective frame of an image.
+/// One perspective frame of a composed image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameRequest {
     pub request: ViewRequest,
     pub viewer: Viewer,
 }
 
-/// The arrangement of the frames.
+/// How the frames are put together.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Arrangement {
     Eyes(Eyes),
@@ -21,7 +21,7 @@ pub enum Arrangement {
     Single,
 }
 
-/// The frames of an image.
+/// The frames of a composed image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CompositeFrames {
     /// The frame whose light is metered for the common exposure.
@@ -30,20 +30,21 @@ pub struct CompositeFrames {
     pub arrangement: Arrangement,
 }
 
-/// Both eyes in one image.
+/// A stereo pair: the frames of the left and of the right eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eyes {
     pub layout: StereoLayout,
+    /// Distance between the two cameras.
     pub separation_km: f64,
     /// For the left and the right eye: the first column of the eye's frame that the image shows.
     pub columns: [u32; 2],
 }
 
-/// The faces of an image.
+/// The faces of a dome image or a whole-sphere image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Faces {
     pub image: SphereImage,
-    /// The frame of each face: front, right, back, left, up, down.
+    /// Index of each face's frame; `None` for a face that the image does not show. Order: front, right, back, left, up, down.
     pub frame_of: [Option<usize>; 6],
     /// Width of a face, which spans 90 degrees, in pixels; its frame has an additional border on each side.
     pub face_px: u32,

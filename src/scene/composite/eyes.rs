@@ -1,9 +1,10 @@
 //! Stereo pairs: two cameras side by side with parallel axes.
 //!
 //! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
-//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider symmetric
-//! frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax; the target has zero parallax, to within half a pixel if the separation is given or that of human eyes.
+//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider
+//! symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
+//! frame's columns. Always: no vertical parallax; the target has zero parallax, exactly with the default separation, and to within half a pixel with a given
+//! one or that of human eyes.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;
@@ -16,7 +17,7 @@ use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Default parallax of infinity relative to the image's width: viewers fuse a few hundredths without effort.
+/// Default parallax of infinity relative to the image's width: viewers fuse a parallax of a few hundredths without effort.
 const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
@@ -28,7 +29,7 @@ pub(super) fn frames(
     without_composition: &ViewRequest,
     stereo: Stereo,
 ) -> Result<CompositeFrames, SceneError> {
-    // Caption, scale bar and compass are placed later, at the same position for both eyes.
+    // `Composite::new` adds caption, scale bar and compass, at the same position for both eyes.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..without_composition.layers };
     let mut request = ViewRequest { layers, ..without_composition.clone() };
     if stereo.layout == StereoLayout::SideBySide {
@@ -58,22 +59,22 @@ pub(super) fn frames(
     if infinity_px > max_px {
         let infinity_text = if infinity_px < 1e6 { format!("{infinity_px:.0}") } else { format!("{infinity_px:.1e}") };
         return Err(SceneError::Request(format!(
-            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image: at most {:.6e} km",
+            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image's width: choose at most {:.6e} km",
             max_px * pixel_km
         )));
     }
     // The cast is exact: `infinity_px` is a whole number of at most half of 16384.
     let infinity_columns = infinity_px as u32;
-    let eye = |side: f64| -> Result<FrameRequest, SceneError> {
+    let eye = |side: f64| {
         let mut viewer = viewer.clone();
         let camera = &mut viewer.camera;
         camera.position_km += camera.right * (0.5 * side * separation_km);
         let width = request.width + infinity_columns;
         camera.tan_half_fov.x *= f64::from(width) / f64::from(request.width);
         camera.width = width;
-        Ok(FrameRequest { request: ViewRequest { width, ..request.clone() }, viewer })
+        FrameRequest { request: ViewRequest { width, ..request.clone() }, viewer }
     };
-    let frames = vec![eye(-1.0)?, eye(1.0)?];
+    let frames = vec![eye(-1.0), eye(1.0)];
     let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_columns, 0] });
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }

@@ -1,12 +1,13 @@
-//! Domes and entire spheres: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a border.
+//! Dome images and whole-sphere images: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a
+//! border.
 //!
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Face size. A face has the fewest pixels per radian at its centre. A fisheye has the same number everywhere along its radii. Across them it has more, most at
-//! its rim (or 90 degrees from its axis, if it shows more; the region beyond is ignored). A face should have as many pixels per radian at its centre as the
-//! image has anywhere. A face that would thereby exceed [`RIM_DENSITY_LIMIT_PX`] is reduced to that size, but not below the size at which it still has as many
-//! as the fisheye has along its radii.
+//! Face size. A face has the fewest pixels per radian at its centre. A fisheye has the same number everywhere along its radii. Across the radii it has more:
+//! most at its rim, or 90 degrees from its axis if it shows more than that; the region beyond is ignored. A face should have as many pixels per radian at its
+//! centre as the image has anywhere. A face that would therefore exceed [`RIM_DENSITY_LIMIT_PX`] is reduced to that size, but never to fewer pixels per radian
+//! at its centre than the fisheye has along its radii.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -23,13 +24,13 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Up to this size, in pixels, a face has the density of pixels across a fisheye's radii at the rim; see the module's documentation.
+/// Largest size, in pixels, to which a face grows in order to match a fisheye's pixels per radian across the radii at the rim; see the module's documentation.
 const RIM_DENSITY_LIMIT_PX: u32 = 4096;
-/// Maximum size of a face, in pixels: a frame has a border, too. It is even, as all sizes are.
+/// Maximum size of a face, in pixels: with its border the frame is no larger than the largest image. It is even, as the sizes of all faces are.
 const MAX_FACE_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
 /// Border of a face on each side, in pixels: the filter's radius.
 pub(crate) const BORDER_PX: u32 = 2;
-/// Minimum size of a face, pixels.
+/// Minimum size of a face, in pixels.
 const MIN_FACE_PX: u32 = 16;
 
 /// Right, up and forward of each face in the image's axes. Order of the faces: front, right, back, left, up, down.
@@ -42,7 +43,8 @@ pub(crate) const AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Z, DVec3::NEG_Y],
 ];
 
-/// The face that contains a direction in the image's axes: the face whose axis is nearest. Ties are broken as in the shader.
+/// The face that contains a direction in the image's axes: the face whose axis is nearest. Ties are broken as in
+/// shaders/lib/cube_faces.wesl.
 pub(crate) fn face_of(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.z >= a.x && a.z >= a.y {
@@ -56,18 +58,18 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
     }
 }
 
-/// Cells along each side of the grid that samples a face to find its visible part.
-const GRID: u32 = 32;
+/// Number of cells along each side of the grid that samples a face to find its visible part.
+const GRID_CELLS: u32 = 32;
 
-/// Bounds of the part of a face inside a cap around the image's axis (left, top, right, bottom), as fractions of the face's side from its top left
-/// corner; `None` if the face is outside the cap.
+/// Bounds (left, top, right, bottom) of the part of a face within `half_fov_rad` of the image's axis, a cap of the sphere. They are fractions of the face's
+/// side from its top left corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
-    let step = 1.0 / f64::from(GRID);
+    let step = 1.0 / f64::from(GRID_CELLS);
     // Widened, because the boundary of the cap can lie between two grid points.
     let widened_half_fov_rad = half_fov_rad + 2.0 * step;
     let mut bounds: Option<[f64; 4]> = None;
-    for (i, j) in (0..=GRID).flat_map(|j| (0..=GRID).map(move |i| (i, j))) {
+    for (i, j) in (0..=GRID_CELLS).flat_map(|j| (0..=GRID_CELLS).map(move |i| (i, j))) {
         let (s, t) = (f64::from(i) * step, f64::from(j) * step);
         let direction = (right * (2.0 * s - 1.0) + up * (1.0 - 2.0 * t) + forward).normalize();
         if direction.truncate().length().atan2(direction.z) <= widened_half_fov_rad {
@@ -90,16 +92,16 @@ fn size_px(image: &SphereImage) -> u32 {
     (exact_size_px(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
 }
 
-/// For a fisheye whose faces are larger than [`MAX_FACE_PX`]: the least field of view at which they would not be, for an image of the same size. In degrees,
+/// For a fisheye whose faces would be larger than [`MAX_FACE_PX`]: the least field of view, for an image of the same size, at which they fit. In degrees,
 /// rounded up to a tenth.
 fn least_fov_deg(image: &SphereImage) -> f64 {
-    // The size of such large faces is determined by the density along the radii, which is inversely proportional to the field of view.
+    // The size of such large faces follows from the pixels per radian along the radii, whose number is inversely proportional to the field of view.
     let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * exact_size_px(image) / f64::from(MAX_FACE_PX);
-    // The factor is for rounding: without it a least field of view of exactly a tenth of a degree might need one more pixel.
+    // The factor allows for rounding errors: without it, the faces at a result that is exactly a multiple of a tenth might need one more pixel.
     (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0
 }
 
-/// The frames of a dome or an entire sphere. `without_composition`: the request without its composition.
+/// The frames of a dome image or a whole-sphere image. `without_composition`: the request without its composition.
 pub(super) fn frames(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -169,14 +171,14 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. As no cube face it gets no glare from a Sun outside its frame.
+    // The light meter sees the middle of the image, at most the front face. Because it is not a cube face, a Sun outside its frame has no glare.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
     Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 
-/// Right, up and forward axes of the image. A fisheye has the line of sight or the zenith in its middle. An equirectangular image is level: its poles
+/// Right, up and forward axes of the image. In the middle of a fisheye is the line of sight or the zenith. An equirectangular image is level: its poles
 /// are the view's up and down directions, and the target is in its middle column.
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
@@ -215,7 +217,7 @@ mod tests {
         }
     }
 
-    /// A field of view that is refused for the size of its faces is followed by the least that is not, in tenths of a degree.
+    /// If a field of view is refused because its faces would be too large, the suggested one is the least that is accepted, in tenths of a degree.
     #[test]
     fn the_suggested_field_of_view_is_the_least_that_fits() {
         let fisheye = |side_px: u32, fov_deg: f64| SphereImage {

@@ -31,7 +31,8 @@ impl CompositeFrames {
     /// The frames of a request.
     ///
     /// # Errors
-    /// Invalid camera parameters; a stereo pair without a target, or whose parallax at infinity would be too large.
+    /// Invalid camera parameters; a field of view that is too small or too large for a fisheye; a stereo pair without a target, with an image that is too
+    /// narrow, or whose parallax at infinity would be too large.
     pub fn of(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Self, SceneError> {
         request.check()?;
         let without_composition = ViewRequest { composition: Composition::default(), ..request.clone() };
@@ -46,7 +47,7 @@ impl CompositeFrames {
         }
     }
 
-    /// Gives all frames the metered exposure.
+    /// Gives all frames the same exposure: that of the light meter's frame.
     pub(crate) fn set_exposure(&mut self, exposure: &Exposure) {
         self.frames.iter_mut().for_each(|f| f.request.exposure = ExposureRequest::Stops(exposure.stops));
     }
@@ -93,7 +94,7 @@ impl Composite {
                 whole.stars.extend(stars.in_image);
                 whole.points.extend(points.in_image);
             }
-            // Each body's report comes from the face that contains the body's centre.
+            // Each body's entry comes from the face that contains the body's centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
                 let face = faces::face_of(image.in_axes(body.placement.centre_km));
                 if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {

@@ -2,8 +2,8 @@
 //!
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
-//! a sprite is as high as a star in a perspective image, and stretched horizontally where an equirectangular image is, so that it has the same angle in
-//! both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
+//! a sprite is as high as a star in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it spans the same
+//! angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
 //! may surround the pole, the face draws the sprite itself, and the image is resampled from it.
 
 use super::faces::face_of;
@@ -24,7 +24,7 @@ const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 /// from the edges of the upper and the lower face.
 const POLAR_COS_LATITUDE: f64 = 0.5;
 
-/// A projected sprite: clip position, radius, width over height, flux.
+/// A sprite in the image. `stretch`: its width over its height.
 struct ProjectedSprite {
     centre: Vec3,
     radius_px: f32,
@@ -40,7 +40,7 @@ enum Drawn {
     InFace { radius_px: f32, place: ProjectedSprite },
 }
 
-/// The sprites that a face draws itself, and those of the image.
+/// The sprites of a face, divided into those that the face draws itself and those of the image.
 pub(crate) struct Divided<T> {
     pub in_face: Vec<T>,
     pub in_image: Vec<T>,
@@ -68,7 +68,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
         flux: narrow(flux),
     };
     if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
-        // A pixel of a face covers less along the radius than across it; this is the mean.
+        // A pixel of a face covers a smaller angle along the radius than across it; this is the geometric mean.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);

@@ -8,7 +8,7 @@ use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
-use crate::scene::light::lights::{self, LightOn};
+use crate::scene::light::lights::{self, IncidentLight};
 use crate::scene::light::photometry;
 use crate::scene::surface::detail;
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
@@ -23,7 +23,7 @@ pub(crate) fn uniforms(
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
-    secondary_lights: &[LightOn],
+    secondary_lights: &[IncidentLight],
 ) -> DrawUniforms {
     uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
 }
@@ -44,7 +44,7 @@ pub(crate) fn uniforms_of_fraction(
     placement: &camera::Placement,
     rect: ClipRect,
     maps: MapSet,
-    secondary_lights: &[LightOn],
+    secondary_lights: &[IncidentLight],
     fraction: f64,
 ) -> DrawUniforms {
     let (camera, placed, body) = (inputs.frame.camera, inputs.placed, inputs.body());
@@ -64,11 +64,11 @@ pub(crate) fn uniforms_of_fraction(
         _ => 0.0,
     };
     // The albedo includes the phase correction for sunlight. Light from another body has a different phase angle, so its irradiance is corrected.
-    let phase_ratio = |l: &LightOn| {
+    let phase_ratio = |l: &IncidentLight| {
         let phase_angle = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
         photometry::phase_correction(body, phase_angle, placed.distance_km / body.radii_km.x) / brightness.max(1e-6)
     };
-    let to_body_frame = |l: &LightOn| Light {
+    let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
         irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };

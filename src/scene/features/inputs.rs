@@ -12,7 +12,7 @@ use crate::scene::decision::DecisionLog;
 use crate::scene::draw::uniforms::{EclipseUniforms, RingUniforms};
 use crate::scene::draw::{Draw, PixelView};
 use crate::scene::features::choice::FeatureSelection;
-use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point;
 use crate::scene::purpose::Threshold;
@@ -123,7 +123,7 @@ pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
     /// Lights in addition to the Sun, strongest first.
-    pub secondary_lights: Vec<LightOn>,
+    pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
     /// The uniforms by which the rings' shadow and their light enter the draws of globe and sky.

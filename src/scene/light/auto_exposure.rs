@@ -2,7 +2,7 @@
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
 //! weight; the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the
-//! Sun's glare whitens at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
+//! Sun's glare saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
 //! as continuously as the meter's reading. Pixel views of quantities have a fixed exposure unless the user sets one; their legend states it.
 
 use crate::catalog::NaifId;
@@ -20,16 +20,16 @@ use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
 use glam::FloatExt;
 
-/// Exponent on the weights of subjects: weights in the ratio 1:3 contribute in the ratio 1:9.
+/// Power to which the weights of subjects are raised: subjects with weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
-/// Exponent of the smooth maximum of several white levels: the smooth maximum of two equal levels is a quarter of a stop above them.
+/// Exponent of the smooth maximum (p-norm) of several white levels: that of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
 /// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, of fainter ones, and of those
-/// that are lost in the glare. In the last case the sky looks black, 0.003 of white is 10 of 255, at the cost of the faintest stars.
+/// that are lost in the glare. In the last case the sky looks black (0.003 of white is level 10 of 255), at the cost of the faintest stars.
 const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
-/// Ratio of a subject's light to the glare below which the subject is lost.
-const LOST_SUBJECT: f64 = 0.1;
-/// Number of stops by which the brightest city lights must exceed white to have their full weight.
+/// Ratio of a subject's radiance to the glare below which the subject is lost in the glare.
+const LOST_SUBJECT_RATIO: f64 = 0.1;
+/// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 
 /// The exposure of an image: metered, or as requested.
@@ -87,25 +87,26 @@ fn metered(
 /// The exposure for a reading of the light meter.
 fn from_reading(reading: MeterReading) -> Exposure {
     let mut metered = reading.metered;
-    let power = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
-    let total_power: f64 = metered.iter().map(power).sum();
-    let log_white: f64 = metered.iter().map(|m| power(m) / total_power * (m.radiance / m.target_level).ln()).sum();
+    let contribution = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
+    let total_contribution: f64 = metered.iter().map(contribution).sum();
+    let log_white: f64 = metered.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
-    let white_per_glare = bright.recip().lerp(faint.recip(), weight_below(1.0)) * 1.0_f64.lerp(faint / lost, weight_below(LOST_SUBJECT));
+    let white_per_glare =
+        bright.recip().lerp(faint.recip(), weight_below(1.0)) * 1.0_f64.lerp(faint / lost, weight_below(LOST_SUBJECT_RATIO));
     let glare_white = glare * white_per_glare;
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&metered, |m| power(m) / total_power, whites))
+    Exposure::of(-white.log2(), reason_of(&metered, |m| contribution(m) / total_contribution, whites))
 }
 
-/// Bodies in the frame whose city lights this exposure would overexpose: their maps are loaded, and the exposure is metered again with their light. None if the
-/// exposure is set by the user or the effect is off.
+/// Bodies in the frame whose city lights this exposure would overexpose: their maps are loaded, and the exposure is metered again with their light. Empty if
+/// the user has set the exposure or switched the effect off.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
@@ -117,24 +118,24 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// The main subject with its luminance, a second subject that contributes at least a tenth, and what limited the exposure. The last argument: the
+/// States the main subject with its luminance, a second subject that contributes more than a tenth, and what limited the exposure. The last argument: the
 /// radiances that the subjects, the glare and the night sky each require as white.
 fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_white, glare_white, night_white]: [f64; 3]) -> Reason {
-    let candelas = |radiance: f64| {
+    let luminance_argument = |radiance: f64| {
         let luminance = radiance * CANDELAS_PER_RADIANCE;
         Argument::Number(if (0.01..1e4).contains(&luminance) { Rounded(luminance).to_string() } else { format!("{luminance:.1e}") })
     };
     let Some(first) = metered.first() else { return reason!("exposure-nothing") };
     let level = Argument::Number(Rounded(first.target_level).to_string());
-    let main = reason!("exposure-metered", subject = first.name.clone(), luminance = candelas(first.radiance), level = level);
+    let main = reason!("exposure-metered", subject = first.name.clone(), luminance = luminance_argument(first.radiance), level = level);
     let second = metered.get(1).filter(|m| share(m) > 0.1).map(|second| {
         let percent = Argument::Number(format!("{:.0}", 100.0 * share(second)));
-        reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = candelas(second.radiance))
+        reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = luminance_argument(second.radiance))
     });
     let limit = if glare_white > subjects_white.max(night_white) {
-        Some(reason!("exposure-glare", luminance = candelas(glare_white)))
+        Some(reason!("exposure-glare", luminance = luminance_argument(glare_white)))
     } else {
-        // If the dark sky is the subject, both differ only by rounding.
+        // If the dark sky is the subject, the two differ only by rounding.
         (night_white >= 0.999 * subjects_white).then(|| reason!("exposure-night", ev = DARKEST_EV))
     };
     [main].into_iter().chain(second).chain(limit).collect()

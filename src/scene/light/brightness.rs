@@ -1,4 +1,4 @@
-//! The irradiance that an entire body, globe and rings, causes at the viewer outside eclipses, at any phase.
+//! The irradiance at the viewer from an entire body (globe and rings) outside eclipses, at any phase angle.
 //!
 //! Left out: planet-shine on the body. Errors: 0.2 magnitudes for globes, 0.15 for Saturn with rings
 //! (tests/scene/magnitudes.rs).
@@ -15,7 +15,7 @@ use glam::DVec3;
 pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
     let (viewer_distance_km, viewer) = (viewer_km.length(), viewer_km.normalize());
     let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer);
-    // At least 1, because the body may be the Sun itself.
+    // At least 1 km, because the body may be the Sun itself.
     let sun_distance_km = sun_km.length().max(1.0);
     let globe_irradiance =
         photometry::irradiance_at_viewer(body, phase_angle, sun_distance_km, viewer_distance_km, projected_radius_sq_km2);

@@ -1,8 +1,8 @@
 //! The Sun's corona: its radiance as a function of distance from the Sun's centre, its flattening, and when it is drawn.
 //!
 //! In: the apparent position of the Sun, the threshold, the date, the frame's glare. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the
-//! reason; for the exposure its weight and the radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the air in
-//! front dims it. It is left out where it changes the glare by less than the threshold. That is the glare that the frame draws (`glare`): beside a Sun
+//! reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the
+//! air in front dims it. It is left out if it changes the glare by less than the threshold. Only glare that the frame draws counts (`glare`): beside a Sun
 //! outside the frame there is none, so the corona shows; while the Sun enters, the glare grows over the corona, which is left out once it no longer makes
 //! a visible difference. The light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F
 //! corona are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
@@ -26,8 +26,8 @@ use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU};
 use glam::{DVec3, Vec3, Vec4};
 
-/// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band: 1 / (1 - u1/3 - u2/6) with the catalog's limb darkening is
-/// 1.1 to 1.3. Baumbach's figures are in units of the radiance at the disc's centre.
+/// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band, rounded: with the catalog's limb darkening,
+/// 1 / (1 - u1/3 - u2/6) is 1.21 in red, 1.24 in green and 1.31 in blue. Baumbach's figures are in units of the radiance at the disc's centre.
 const CENTRE_OVER_MEAN: f64 = 1.2;
 
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
@@ -108,7 +108,7 @@ pub fn flattening(time: Instant) -> f64 {
     LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
 
-/// Distance from the centre, in solar radii, within which the corona is brighter than `min_radiance`.
+/// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`.
 fn radius_at_radiance(min_radiance: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
@@ -126,8 +126,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// The radiance by which the corona at the limb exceeds the smallest change of the glare there that is kept. `glare`: that which the frame draws. Where the Sun
-/// is partly hidden, this is the limb opposite its visible part, because the corona shows there first.
+/// Radiance of the corona at the limb, less the smallest change of the glare there for which an effect is kept. `glare`: the glare that the frame draws. If
+/// the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }
@@ -137,8 +137,8 @@ fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     2.0 * sun.body.radii_km.x / sun.distance_km / camera.pixel_tangent()
 }
 
-/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. It reaches 1 where the Sun is twice as large as it must be,
-/// because the exposure must not jump. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
+/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. So that the exposure does not jump, it grows from 0
+/// to 1 between [`MIN_SUN_PX`] and twice that diameter. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
 pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedBody<'_>, glare: Option<&VeilingGlare>) -> f64 {
     match request.effects.override_of_body(sun.body, Effect::Corona) {
         Some(on) => f64::from(u8::from(on)),
@@ -147,8 +147,8 @@ pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedB
     }
 }
 
-/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image or the camera is inside the Sun. `glare`: that which the
-/// frame draws. `tint`: colour that the air gives to light from outside it.
+/// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image or the camera is inside the Sun. `glare`: the glare
+/// that the frame draws. `tint`: transmittance of the air in a direction, per channel, relative to its mean over the channels.
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
@@ -245,11 +245,12 @@ mod tests {
         }
     }
 
-    /// The shader's law around a circle, with the mean of its exponential by summation: outside the rectangle no light reaches the cutoff.
+    /// The shader's law around a circle, with the mean of its exponential computed by summation: outside the rectangle no light reaches the cutoff.
     #[test]
     fn the_flattened_corona_stays_within_its_rectangle() {
         let steepness = |rho: f64| -(radiance(1.001 * rho) / radiance(rho)).ln() / 1.001_f64.ln();
         let equator_over_mean = |rho: f64| {
+            // 1.609: as derived in shaders/entry/corona.wesl.
             let k = steepness(rho) * LUDENDORFF_INDEX.0 * (rho - 1.0).min(1.0) / 1.609;
             let mean = (0..360).map(|deg| (k * f64::from(deg).to_radians().cos()).exp()).sum::<f64>() / 360.0;
             k.exp() / mean

@@ -6,24 +6,24 @@ use crate::scene::camera::narrow_scalar;
 /// The exposure of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposure {
-    /// Base-2 logarithm of the factor that is applied to radiance before the tone map: a greater one is brighter.
+    /// Base-2 logarithm of the factor that is applied to radiance before the tone map: a larger value makes the image brighter.
     pub stops: f64,
-    /// The light meter's result, if the light was metered; otherwise equal to `stops`.
+    /// The light meter's result, from which `stops` differs during a transition; equal to `stops` if the exposure was not metered.
     pub metered_stops: f64,
-    /// The reason for this exposure, for the user.
+    /// Why the image has this exposure, for the user.
     pub reason: Reason,
 }
 
 impl Exposure {
-    /// An exposure of 2^stops, and the reason for it.
+    /// An exposure by the factor 2^stops, with the reason for it.
     pub(crate) fn of(stops: f64, reason: Reason) -> Self {
         Self { stops, metered_stops: stops, reason }
     }
-    /// The factor on radiance.
+    /// The factor by which radiance is multiplied.
     pub fn factor(&self) -> f64 {
         self.stops.exp2()
     }
-    /// The factor on radiance in the precision of the tone map.
+    /// [`Self::factor`] in the precision of the tone map.
     pub(crate) fn factor_f32(&self) -> f32 {
         narrow_scalar(self.factor())
     }
@@ -33,19 +33,20 @@ impl Exposure {
     }
 }
 
-/// Fixed exposure of the pixel view of costs, under which 2^14 instructions are white.
+/// Fixed exposure of the pixel view of costs: 2^14 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
 /// Level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a
 /// fully lit disc: details twice as bright as the mean reach white but are not clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0,
-/// 128 klx, over pi. An estimate to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and 134 klx.
+/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0 (Allen
+/// 1976, Astrophysical Quantities), 128 klx, divided by pi. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and
+/// 134 klx.
 pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
-const WHITE_AT_EV_0: f64 = 1.2;
+const WHITE_AT_EV_0_CD_M2: f64 = 1.2;
 /// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
 /// The brightest pixel of a star of 6 mag, the faintest that the eye sees, is at most a thirteenth of white where 1024 pixels span a vertical field
 /// of 45 degrees.
@@ -53,5 +54,5 @@ pub const DARKEST_EV: f64 = -4.0;
 
 /// The smallest radiance that automatic exposure shows as white.
 pub fn darkest_white() -> f64 {
-    WHITE_AT_EV_0 * DARKEST_EV.exp2() / CANDELAS_PER_RADIANCE
+    WHITE_AT_EV_0_CD_M2 * DARKEST_EV.exp2() / CANDELAS_PER_RADIANCE
 }

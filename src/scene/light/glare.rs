@@ -3,12 +3,11 @@
 //! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason. The
 //! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated):
 //! about a tenth of the light is scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on
-//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. The glare of a partly hidden Sun surrounds the middle of the
-//! visible part, and is constant over a part of the disc that shrinks with the light: around a last bead it is bright, and the far side of the Moon is dark. It
-//! is drawn as far as it can change a display level:
-//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun
-//! outside the frame has no glare, as behind a lens hood; light meter and corona therefore do not count any either. Left out: streaks and ghosts, which are
-//! specific to a lens, and the glare of bodies other than the Sun.
+//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of
+//! the visible part, and its constant core shrinks with the visible light: the glare is bright around the last bead, and faint at the opposite limb of the
+//! Moon. It is drawn as far as it can change a display level: farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance,
+//! which is a hundred times that of the glare. A Sun outside the frame has no glare, as if the lens had a hood; light meter and corona therefore do not count
+//! any either. Left out: streaks and ghosts, which are specific to a lens, and the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -22,7 +21,8 @@ use crate::units::luminance;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// L theta^2 / E with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi): pi * 10 * (pi / 180)^2.
+/// L theta^2 / E of the law above, with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi):
+/// pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
 /// Exponent with which the glare grows while the Sun enters the frame.
@@ -37,7 +37,7 @@ pub struct Glare {
     pub sun_direction: Vec3,
     /// Square of the angle within which the glare is constant, radians squared: smaller for a partly hidden Sun.
     pub core_angle_sq: f32,
-    /// As in `VeilingGlare`, after the air between camera and Sun.
+    /// Factor of the law, as in `VeilingGlare`, dimmed by the air between camera and Sun.
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
@@ -53,9 +53,9 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// The middle of the Sun's visible part from the Sun's centre, in solar radii, and the factor on the square of the angle within which the glare is constant.
-/// With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with it.
-fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
+/// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii, and the factor by which the square of the core's angle
+/// is multiplied. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with that light.
+fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {
         return (DVec3::ZERO, light.clamp(0.0, 1.0));
@@ -63,10 +63,10 @@ fn source(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     (crate::scene::visibility::hidden::visible_middle(placed, sun), light.sqrt())
 }
 
-/// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame, and 1 in each face of a
-/// cube, because its edges are not those of the image. In between, the fraction
-/// along each axis is raised to a power, so that the glare of the Sun, nineteen stops above the dark sky, appears gradually. The outline's bounding rectangle
-/// cannot be used instead, because it is too wide for a body at a right angle to the view.
+/// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. It is 1 in each face of a
+/// cube, because the edges of a face are not those of the image. In between, the fraction along each axis is raised to a power, so that the glare, which is
+/// far brighter than the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead: it is too wide for a body at a right angle
+/// to the line of sight.
 fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     if camera.is_cube_face {
         return 1.0;
@@ -90,14 +90,14 @@ pub(crate) fn entered_fraction(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     entry_fraction(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
 }
 
-/// The glare around the Sun's visible part. Its radiance at an angle theta from there is `strength` / theta²; it is constant where theta² is below
-/// `core_angle_sq`. The air between camera and Sun is left out.
+/// The glare around the Sun's visible part. Its radiance at an angle theta from the middle of that part is `strength` / theta². In the core, where theta²
+/// is below `core_angle_sq` (radians squared), it is constant. The air between camera and Sun is left out.
 pub(crate) struct VeilingGlare {
     /// Unit vector towards the middle of the Sun's visible part, ICRF.
     pub towards: DVec3,
     pub strength: f64,
     pub core_angle_sq: f64,
-    /// Square of the angle between `towards` and the farthest point of the Sun's limb; at least `core_angle_sq`.
+    /// Square of the angle between `towards` and the farthest point of the Sun's limb, radians squared; at least `core_angle_sq`.
     far_limb_angle_sq: f64,
     /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
     pub visible_fraction: f64,
@@ -115,7 +115,7 @@ impl VeilingGlare {
         }
         let visible_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
-        let (middle, core_factor) = source(placed, sun);
+        let (middle, core_factor) = middle_and_core_factor(placed, sun);
         let pixel_sq = camera.pixel_tangent().powi(2);
         let core_angle_sq = (core_factor * (sin_radius * sin_radius).max(pixel_sq)).max(pixel_sq);
         Some(Self {
@@ -133,7 +133,7 @@ impl VeilingGlare {
         Self::of(camera, placed).filter(|_| request.effects.override_of_body(sun.body, Effect::Glare) != Some(false))
     }
 
-    /// Radiance at the point of the Sun's limb that is farthest from the visible part: the smallest of the limb.
+    /// Radiance at the point of the Sun's limb that is farthest from the visible part: the lowest along the limb.
     pub(crate) fn limb_radiance(&self) -> f64 {
         self.strength / self.far_limb_angle_sq
     }
@@ -144,7 +144,8 @@ impl VeilingGlare {
     }
 }
 
-/// The bounding rectangle of all unit vectors whose distance from `towards` (a unit vector in camera axes: right, up, forward) is less than `chord`.
+/// The rectangle in the image that bounds all directions (unit vectors) whose distance from `towards` (a unit vector in camera axes: right, up, forward) is
+/// less than `chord`.
 pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
     // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
@@ -172,10 +173,10 @@ pub(crate) fn glare(
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
     let VeilingGlare { towards, strength, core_angle_sq, visible_fraction, .. } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(sun.placement.centre_km / sun.distance_km) * strength;
-    let limb_radiance = strength.max_element() / core_angle_sq;
-    let on = threshold.is_exceeded_by_radiance(limb_radiance);
+    let core_radiance = strength.max_element() / core_angle_sq;
+    let on = threshold.is_exceeded_by_radiance(core_radiance);
     let reason = if visible_fraction > 0.0 {
-        reason!("glare-at-limb", light = threshold.description(limb_radiance))
+        reason!("glare-at-limb", light = threshold.description(core_radiance))
     } else {
         reason!("glare-hidden")
     };

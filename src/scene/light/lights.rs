@@ -1,4 +1,4 @@
-//! The lights on a body: the Sun, and other bodies that reflect enough sunlight.
+//! The lights that shine on a body: the Sun, and other bodies that reflect enough sunlight onto it.
 //!
 //! A reflecting body is treated as a point at its centre, with the phase function of its photometric model or published law. Its angular size as seen
 //! from the lit body is ignored: on Io, where Jupiter is 19 degrees across, this moves the edge of Jupiter-shine by up to 10 degrees.
@@ -9,16 +9,16 @@ use crate::scene::thresholds::MAX_LIGHTS;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// A body as a source of reflected light: its position, and the Sun's position relative to it, ICRF.
+/// A body that reflects sunlight: its position, and the Sun's position relative to it, ICRF.
 pub(crate) struct Reflector<'a> {
     pub body: &'a Body,
     pub position_km: DVec3,
     pub sun_from_body_km: DVec3,
 }
 
-/// One light on a body.
+/// Light from one source that falls on a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LightOn {
+pub(crate) struct IncidentLight {
     pub from: NaifId,
     /// Unit vector towards the light, ICRF.
     pub direction: DVec3,
@@ -26,14 +26,14 @@ pub(crate) struct LightOn {
     pub irradiance: DVec3,
 }
 
-/// The Sun's light on a body.
-pub(crate) fn sunlight(sun_from_body_km: DVec3) -> LightOn {
+/// Sunlight on a body.
+pub(crate) fn sunlight(sun_from_body_km: DVec3) -> IncidentLight {
     let irradiance = (KM_PER_AU / sun_from_body_km.length()).powi(2);
-    LightOn { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
+    IncidentLight { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
 /// The light that `source` reflects onto a body at `receiver_km`; `None` inside `source`.
-fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn> {
+fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<IncidentLight> {
     let to_source = source.position_km - receiver_km;
     let distance_km = to_source.length();
     if distance_km <= source.body.radii_km.max_element() {
@@ -43,28 +43,29 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<LightOn
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_distance_km = source.sun_from_body_km.length();
     let irradiance = photometry::irradiance_at_viewer(source.body, phase_angle, sun_distance_km, distance_km, radius_sq_km2);
-    Some(LightOn { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
+    Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
 }
 
-/// Returns the significant reflected lights on a receiver, strongest first, at most two. In addition, the body with the strongest reflected light,
-/// significant or not, and the radiance that this light causes.
+/// The lights that other bodies reflect onto a receiver. Returns the significant ones, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
+/// Sun; and the body that reflects the strongest light, significant or not, with the radiance that this light causes.
 ///
-/// `is_significant` tests the radiance of a surface of the receiver's albedo that faces the light.
+/// `is_significant` tests the radiance of a surface that has the receiver's albedo and faces the light.
 pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,
     sources: &[Reflector<'_>],
     is_significant: impl Fn(f64) -> bool,
-) -> (Vec<LightOn>, Option<(NaifId, f64)>) {
-    let strength = |light: &LightOn| light.irradiance.y * receiver.geometric_albedo.max(0.01);
-    let mut all: Vec<LightOn> = sources
+) -> (Vec<IncidentLight>, Option<(NaifId, f64)>) {
+    // At least 0.01, so that a catalog albedo of 0 does not switch the lights off.
+    let radiance_caused_by = |light: &IncidentLight| light.irradiance.y * receiver.geometric_albedo.max(0.01);
+    let mut all: Vec<IncidentLight> = sources
         .iter()
         .filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN)
         .filter_map(|s| reflected_light(s, receiver_km))
         .filter(|l| l.irradiance.y > 0.0)
         .collect();
     all.sort_by(|a, b| b.irradiance.y.total_cmp(&a.irradiance.y));
-    let strongest = all.first().map(|l| (l.from, strength(l)));
-    let significant = all.into_iter().filter(|l| is_significant(strength(l))).take(usize::from(MAX_LIGHTS) - 1).collect();
+    let strongest = all.first().map(|l| (l.from, radiance_caused_by(l)));
+    let significant = all.into_iter().filter(|l| is_significant(radiance_caused_by(l))).take(usize::from(MAX_LIGHTS) - 1).collect();
     (significant, strongest)
 }

@@ -1,16 +1,16 @@
 //! Light: its sources, how bodies reflect it, how bright they appear, and the exposure of the image.
 
-// Which exposure an image gets.
+// The choice of an image's exposure.
 pub(crate) mod auto_exposure;
-// Irradiance that a body with its rings causes at the viewer.
+// Irradiance at the viewer from a body and its rings.
 pub(crate) mod brightness;
 // The Sun's corona.
 pub mod corona;
-// From radiance to display values.
+// The factor from radiance to display values.
 pub mod exposure;
 // The Sun's glare.
 pub mod glare;
-// The lights on a body: the Sun, and bodies that reflect sunlight.
+// The lights that shine on a body: the Sun, and bodies that reflect sunlight.
 pub(crate) mod lights;
 // Visual magnitude of a body, eclipses included.
 pub(crate) mod magnitude;
@@ -20,7 +20,7 @@ pub(crate) mod meter;
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;
-// Photometric models, integrated over the disc.
+// Disc-integrated photometry.
 pub mod photometry;
-// The decision on light that other bodies reflect onto a body.
+// The decision on planet-shine.
 pub(crate) mod planet_shine;

@@ -16,7 +16,7 @@ pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
-    /// Factors on y and z of a unit-sphere point that give the direction whose longitude and latitude are those of the map.
+    /// Factors by which y and z of a unit-sphere point are multiplied, so that the direction of the result has the map's longitude and latitude.
     stretch: DVec2,
 }
 
@@ -26,6 +26,7 @@ pub(crate) fn brightest(body: &Body) -> f64 {
 }
 
 /// Fraction of city lights that are on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
+/// `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
 pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
     let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
     1.0 - x * x * (3.0 - 2.0 * x)
@@ -41,7 +42,7 @@ impl NightLights {
         is_complete.then(|| Self { width, height, radiance, stretch: body.map_stretch() })
     }
 
-    /// Radiance at a point of the unit-sphere frame, bilinearly interpolated.
+    /// Radiance at a point of the ground (unit-sphere frame), bilinearly interpolated.
     pub(crate) fn at(&self, point: DVec3) -> f64 {
         let direction = (point * DVec3::new(1.0, self.stretch.x, self.stretch.y)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;

@@ -1,21 +1,21 @@
-//! Published brightness of the planets' globes and the Moon as a function of phase angle.
+//! Published phase laws: brightness of the planets' globes and of the Moon as a function of phase angle.
 //!
 //! Planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and
 //! Computing 25, 10-24, the V-band polynomials without rotation and without Saturn's rings. The Moon: Allen 1976, Astrophysical
-//! Quantities, 3rd ed., section 66: 0.026 a + 4.0e-9 a^4. Only the change with phase is used; the brightness at zero phase is the
+//! Quantities, 3rd ed., section 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees. Only the change with phase is used; the brightness at zero phase is the
 //! catalog's geometric albedo.
 
 use crate::catalog::NaifId;
 
-/// Magnitude as a function of phase angle in degrees: a list of polynomials (constant term first), each valid up to its angle.
+/// Magnitude as a function of phase angle in degrees: polynomials (constant term first), each with the largest angle for which it is valid.
 pub(crate) struct PhaseLaw {
     pieces: &'static [(f64, &'static [f64])],
     /// Largest phase angle to which the law was fitted, degrees.
-    pub range_deg: f64,
+    pub limit_deg: f64,
 }
 
 impl PhaseLaw {
-    /// Brightness relative to zero phase, for an angle of 0..=`range_deg` degrees.
+    /// Brightness relative to zero phase, for an angle of 0..=`limit_deg` degrees.
     pub(crate) fn brightness(&self, alpha_deg: f64) -> f64 {
         10f64.powf(-0.4 * (self.magnitude(alpha_deg) - self.magnitude(0.0)))
     }
@@ -27,22 +27,22 @@ impl PhaseLaw {
 }
 
 const MERCURY: PhaseLaw =
-    PhaseLaw { pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])], range_deg: 170.0 };
+    PhaseLaw { pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])], limit_deg: 170.0 };
 const VENUS: PhaseLaw = PhaseLaw {
     pieces: &[(163.7, &[-4.384, -1.044e-3, 3.687e-4, -2.814e-6, 8.938e-9]), (179.0, &[236.05828, -2.81914, 8.39034e-3])],
-    range_deg: 179.0,
+    limit_deg: 179.0,
 };
-const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, &[-3.99, -1.060e-3, 2.054e-4])], range_deg: 170.0 };
-const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, &[0.0, 0.026, 0.0, 0.0, 4.0e-9])], range_deg: 150.0 };
+const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, &[-3.99, -1.060e-3, 2.054e-4])], limit_deg: 170.0 };
+const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, &[0.0, 0.026, 0.0, 0.0, 4.0e-9])], limit_deg: 150.0 };
 const MARS: PhaseLaw =
-    PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], range_deg: 120.0 };
+    PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], limit_deg: 120.0 };
 /// The paper's law up to 12 degrees. Beyond, the paper takes the logarithm of a polynomial, which this type cannot hold; the photometric model
 /// continues the law instead.
-const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], range_deg: 12.0 };
+const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], limit_deg: 12.0 };
 const SATURN: PhaseLaw =
-    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9])], range_deg: 150.0 };
-const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], range_deg: 154.0 };
-const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], range_deg: 133.0 };
+    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9])], limit_deg: 150.0 };
+const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], limit_deg: 154.0 };
+const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], limit_deg: 133.0 };
 
 /// The published law of a body; `None` if there is none.
 pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {

@@ -73,7 +73,7 @@ fn lommel_seeliger_phase(alpha: f64) -> f64 {
     1.0 + (alpha / 2.0).sin() * (alpha / 2.0).tan() * (alpha / 4.0).tan().ln()
 }
 
-/// Phase function of an Oren-Nayar sphere, 1 at zero phase, by the midpoint rule over luminance longitude and latitude
+/// Phase function of an Oren-Nayar sphere, 1 at zero phase, integrated by the midpoint rule over luminance longitude and latitude
 /// (96 x 48 points; four times as many change it by less than 1e-3).
 fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
@@ -111,22 +111,22 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else that of the model. Beyond its range the published law is continued in proportion to
-/// the model.
+/// Phase function of the body: the published law if there is one, else that of the model. Beyond its limit the published law is continued in proportion to
+/// the model. `alpha`: phase angle, radians.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
-    let limit = law.range_deg.to_radians();
-    if alpha <= limit {
+    let limit_rad = law.limit_deg.to_radians();
+    if alpha <= limit_rad {
         law.brightness(alpha.to_degrees())
     } else {
-        law.brightness(law.range_deg) * model_phase(&body.photometry, alpha) / model_phase(&body.photometry, limit).max(1e-12)
+        law.brightness(law.limit_deg) * model_phase(&body.photometry, alpha) / model_phase(&body.photometry, limit_rad).max(1e-12)
     }
 }
 
-/// Factor on the drawn radiance that makes the disc's total brightness follow the published phase law.
+/// Factor by which the drawn radiance is multiplied so that the disc's total brightness follows the published phase law.
 ///
-/// The factor describes the entire disc, so it applies in full only beyond 20 radii. It does not apply within 4 radii, where a viewer sees a landscape
-/// whose phase angle varies from point to point. In between it blends smoothly in the logarithm of the distance.
+/// The factor describes the entire disc, so it applies in full only beyond 20 radii. It is 1 within 4 radii, where a viewer sees a landscape
+/// whose phase angle varies from point to point. In between it changes smoothly with the logarithm of the distance.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
@@ -136,17 +136,18 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     (phase(body, alpha) / model).powf(weight)
 }
 
-/// Factor on the map or colour: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then gives the disc that albedo.
+/// Factor by which the map or colour is multiplied: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then
+/// gives the disc that albedo.
 pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
-/// Mean radiance of the Sun's disc; it causes irradiance 1 at 1 au.
+/// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
 pub(crate) fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
 }
 
-/// Area of the ellipsoid projected along `n` (unit vector, body axes), divided by pi.
+/// Area of the ellipsoid's outline seen along `n` (unit vector, body axes), divided by pi: the squared radius of a circle of the same area.
 pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
@@ -154,14 +155,14 @@ pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
 
 /// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `alpha`: phase angle, radians. `sun_km`, `viewer_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a
-/// circle with the area of the body's outline.
-pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_km: f64, viewer_km: f64, radius_sq_km2: f64) -> f64 {
-    let solid_angle = radius_sq_km2 / (viewer_km * viewer_km);
+/// `alpha`: phase angle, radians. `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared
+/// radius of a circle with the area of the body's outline.
+pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+    let solid_angle = radius_sq_km2 / (viewer_distance_km * viewer_distance_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
         return sun_disc_radiance() * solid_angle;
     }
-    body.geometric_albedo * phase(body, alpha) * solid_angle * (KM_PER_AU / sun_km).powi(2)
+    body.geometric_albedo * phase(body, alpha) * solid_angle * (KM_PER_AU / sun_distance_km).powi(2)
 }
 
 /// Visual magnitude of an irradiance in units of the Sun's at 1 au.

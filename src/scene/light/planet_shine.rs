@@ -7,7 +7,7 @@ use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
-/// Selects the bodies whose reflected light is added to the ground's sunlight.
+/// Decides which bodies' reflected light is added to the sunlight on the ground.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, placed, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
     if Capabilities::of(body).emissive {

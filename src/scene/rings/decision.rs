@@ -1,6 +1,6 @@
-//! Whether a body's rings are drawn, cast a shadow on it and light it, and by which models.
+//! The decision whether a body's rings are drawn, cast a shadow on the globe and light it, and by which models.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
+//! In: the inputs of one body and the decisions made so far. Out: the decisions, with the draws of the rings and the ring uniforms of the globe.
 
 use crate::catalog::Ring;
 use crate::message::reason;
@@ -16,7 +16,7 @@ use crate::scene::rings::view::RingView;
 use crate::scene::stated_errors;
 use glam::DVec3;
 
-/// Decides on the rings, their shadow and light on the globe, and the globe's shadow on them.
+/// Decides on the rings, on their shadow and light on the globe, and on the globe's shadow on them.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let Some(view) = &inputs.ring_view else { return decisions };
     let is_forced = inputs.effects().override_of(Effect::Rings) == Some(true);

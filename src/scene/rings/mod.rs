@@ -1,4 +1,4 @@
-//! Rings: when they are drawn, how rings and planet cast shadows and light on each other, and the tables that their shaders read.
+//! Rings: when they are drawn, how rings and planet shadow and light each other, and the tables that their shaders read.
 
 pub(crate) mod decision;
 pub(crate) mod phase;

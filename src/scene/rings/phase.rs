@@ -1,6 +1,6 @@
 //! Phase functions of a ring's particles, normalised to a mean of 1 over all directions.
 //!
-//! In: the phase angle (0 is backward scattering) or its cosine. Out: the phase function of large particles or of dust.
+//! In: the phase angle in radians (0 is backscattering) or its cosine. Out: the phase function of large particles or of dust.
 
 use std::sync::OnceLock;
 
@@ -37,14 +37,14 @@ pub fn dust_phase(alpha: f64) -> f64 {
     phase_of_lobes(&DUST_LOBES, alpha)
 }
 
-/// A sum of Henyey-Greenstein lobes, each with its asymmetry and weight.
+/// Sum of Henyey-Greenstein phase functions, each given by its asymmetry and weight.
 fn phase_of_lobes(lobes: &[[f64; 2]], alpha: f64) -> f64 {
-    // 1 + g² + 2 g cos(alpha) = (1 - g)² + 4 g cos²(alpha / 2), which does not cancel near forward scattering.
+    // 1 + g² + 2 g cos(alpha) = (1 - g)² + 4 g cos²(alpha / 2), a form without cancellation near forward scattering.
     let cos_half_sq = (0.5 * alpha).cos().powi(2);
     lobes.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * cos_half_sq).powf(1.5)).sum()
 }
 
-/// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in the ring's shader fragments.
+/// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in shaders/lib/ring.
 pub fn particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;

@@ -1,15 +1,15 @@
-//! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit each interval of a ring for each of its
-//! rays.
+//! The light that rings scatter towards a viewer, integrated over the radius, so that the light meter need not visit every interval of the rings for each of
+//! its rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
 //! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
-//! flatter paths. Always: exact in radius. Between the slants of the table it is linear in the slant's logarithm, as in the ring's table
+//! flatter paths. Always: exact in radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table
 //! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
 
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
 
-/// Light scattered by large particles (0) and by dust (1), in the channel with the greatest albedo, without the factor phase function / 4.
+/// Light scattered by large particles (index 0) and by dust (index 1), in the channel with the greatest albedo, without the factor phase function / 4.
 type ByParticle = [f64; 2];
 
 /// The light along paths of one slant.
@@ -63,7 +63,7 @@ impl<'a> RadialSums<'a> {
         Self { intervals, conditions: RingConditions::new(Some(sunlight), 1.0, 1.0), by_slant }
     }
 
-    /// Mean light between two radii along paths of a slant.
+    /// Mean light between two radii along paths of one slant.
     pub(crate) fn mean(&mut self, [from, to]: [f64; 2], slant: f64) -> ByParticle {
         let slant_position = (slant.log2() * f64::from(RING_SLANTS_PER_OCTAVE)).clamp(0.0, f64::from(SLANTS - 1));
         let lower_index = (slant_position as usize).min(SLANTS as usize - 2);
@@ -115,8 +115,8 @@ mod tests {
         let (inner, outer) = (intervals[0].from, intervals[intervals.len() - 1].to);
         let mut greatest: f64 = 0.0;
         for sin_elevation in [0.45, 0.02] {
-            let [near, far] = sun_halves(sin_elevation, SUN_TANGENT);
-            for sunlight in [[near, far], [far, near]] {
+            let [centre_side, other_side] = sun_halves(sin_elevation, SUN_TANGENT);
+            for sunlight in [[centre_side, other_side], [other_side, centre_side]] {
                 let mut sums = RadialSums::new(&intervals, sunlight);
                 for k in 0..400 {
                     // Additive low-discrepancy sequences.

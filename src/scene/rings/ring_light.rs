@@ -1,9 +1,9 @@
-//! The effect of rings on a body's total brightness: the light that they reflect to a viewer, and the fraction of the globe's light that they let through.
+//! The effect of rings on a body's total brightness: the light that they scatter to a viewer, and the fraction of the globe's light that they transmit.
 //!
-//! In: a ringed body, the directions to Sun and viewer in its axes. Out: [`RingLight`]. The law is that of shaders/lib/ring/photometry.wesl for a point Sun
-//! and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with Mallama
-//! and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5). Not modelled: light reflected between globe
-//! and rings, the Sun's size.
+//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`]. The light is computed as in shaders/lib/ring/photometry.wesl for a
+//! point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with
+//! Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5 degrees). Not modelled: light reflected
+//! between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, dust_phase, particle_phase};
@@ -14,9 +14,10 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which the globe's occultation is tested. With four times as many radii and azimuths the sum changes by less than 0.002 mag.
+/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the sum changes by
+/// less than 0.002 mag.
 const RADII: usize = 24;
-/// Number of azimuths for each radius.
+/// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;
 /// Number of grid points along each side of the square around the globe's disc.
 const DISC_GRID: usize = 24;
@@ -28,8 +29,8 @@ static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingLight {
-    /// I/F integrated over the rings' visible area, divided by pi equatorial radii squared: corresponds to the globe's geometric albedo times its phase
-    /// function.
+    /// I/F integrated over the visible area of the rings, divided by pi and the squared equatorial radius. It corresponds to the globe's geometric albedo times
+    /// its phase function.
     pub ring_albedo: f64,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
     pub globe_light_fraction: f64,
@@ -76,22 +77,22 @@ impl Globe {
     /// Fraction of a circle in the ring's plane that both the Sun and the viewer see.
     fn visible_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
         // The globe as a unit sphere: coordinates divided by its semi-axes.
-        let circle = DVec2::splat(radius) / self.axes.truncate();
+        let circle_axes = DVec2::splat(radius) / self.axes.truncate();
         let [sun, viewer] = [sun, viewer].map(|towards| towards / self.axes);
         let [sun_sq, viewer_sq] = [sun, viewer].map(DVec3::length_squared);
         let is_seen = |direction: &&DVec2| {
-            let point = **direction * circle;
-            let outside = point.length_squared() - 1.0;
+            let point = **direction * circle_axes;
+            let radius_sq_minus_1 = point.length_squared() - 1.0;
             let is_blocked = |towards: DVec2, towards_sq: f64| {
                 let along = point.dot(towards);
-                along < 0.0 && along * along > towards_sq * outside
+                along < 0.0 && along * along > towards_sq * radius_sq_minus_1
             };
             !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
         DIRECTIONS.iter().filter(is_seen).count() as f64 / AZIMUTHS as f64
     }
 
-    /// Fraction of a Lambert globe's light that the rings transmit, on the way from the Sun and on the way to the viewer.
+    /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer.
     fn transmitted_fraction(&self, layer: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
         let (mut reflected, mut transmitted) = (0.0, 0.0);
@@ -115,7 +116,7 @@ impl Globe {
     }
 }
 
-/// Transmittance of the rings to a ray from a point of the globe.
+/// Transmittance of the rings along a ray from a point of the globe.
 fn transmittance(layer: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;

@@ -2,9 +2,9 @@
 //!
 //! In: the rings, the planet's oblateness, the Sun's elevation over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
 //! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun; two variables are enough because planet and rings
-//! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides are equal if the Sun
-//! is in the plane. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a thousandth of
-//! a radius).
+//! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides of the plane are
+//! equal if the Sun is in it. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a
+//! thousandth of a radius).
 //!
 //! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity.
@@ -23,15 +23,15 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Table size: hour angles, and heights on one side.
+/// Table size: number of hour angles, and number of heights on one side of the plane.
 pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
-/// Number of annuli of about equal weight that approximate the rings.
+/// Approximate number of annuli of about equal weight into which the rings are grouped.
 const ANNULI: usize = 32;
-/// Gauss-Legendre points on an arc.
+/// Number of Gauss-Legendre nodes on an arc.
 const ARC_NODES: usize = 12;
-/// Slants 2^(k/8) at which an annulus' light is tabulated, as in the rings' own table.
+/// Number of slants 2^(k/8) at which an annulus' light is tabulated, as in a [`RingTable`](crate::scene::draw::tables::RingTable).
 const SLANTS: usize = RING_SLANTS as usize;
-const PER_OCTAVE: f64 = RING_SLANTS_PER_OCTAVE as f64;
+const SLANTS_PER_OCTAVE: f64 = RING_SLANTS_PER_OCTAVE as f64;
 /// Height that is used at the equator instead of 0, because the table contains light divided by height.
 const EQUATOR_HEIGHT: f64 = 1e-6;
 
@@ -67,35 +67,35 @@ impl RingShine {
 pub struct RingShineGeometry<'a> {
     pub rings: &'a [&'a Ring],
     pub radius_km: f64,
-    /// Polar over equatorial radius.
-    pub polar: f64,
+    /// Ratio of the polar to the equatorial radius.
+    pub polar_ratio: f64,
     /// Sine of the Sun's elevation over the plane; its sign does not matter.
-    pub sine: f64,
+    pub sin_elevation: f64,
     /// Tangent of the Sun's angular radius.
     pub sun_tangent: f64,
 }
 
-/// An interval of rings approximated by one radius.
+/// A group of intervals, approximated by a thin annulus at one radius.
 struct Annulus {
     radius: f64,
-    /// For each side of the plane (0: that of the Sun's centre) and each slant: scattered light integrated over the interval, per channel.
+    /// For each side of the plane (0: that of the Sun's centre) and each slant: scattered light integrated over the intervals' radii, per channel.
     light: [Vec<DVec3>; 2],
 }
 
 impl Annulus {
     fn light_along(&self, side: usize, slant: f64) -> DVec3 {
-        let position = (slant.log2() * PER_OCTAVE).clamp(0.0, (SLANTS - 1) as f64 - 1e-9);
+        let position = (slant.log2() * SLANTS_PER_OCTAVE).clamp(0.0, (SLANTS - 1) as f64 - 1e-9);
         let below = position as usize;
         self.light[side][below].lerp(self.light[side][below + 1], position.fract())
     }
 }
 
-/// Weight of an interval in the division into annuli: the light that it removes from a path of slant 4, times its width and albedo.
+/// Weight of an interval in the division into annuli: the light that it removes along a path of slant 4 (elevation 14.5 degrees), times its width and albedo.
 fn weight(interval: &RingInterval) -> f64 {
     (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
 
-/// Divides intervals of constant optical depth, and groups the parts into annuli of about equal weight.
+/// Divides intervals of constant optical depth into parts, and groups the parts into annuli of about equal weight.
 fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let intervals = intervals(geometry.rings.iter().copied(), geometry.radius_km);
     let total: f64 = intervals.iter().map(weight).sum();
@@ -121,16 +121,16 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             }
         }
     }
-    let sun_halves = sun_halves(geometry.sine.abs(), geometry.sun_tangent);
+    let sun_halves = sun_halves(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
-            let x = (k as f64 / PER_OCTAVE).exp2();
+            let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
                     let [fraction, sine] = sun_halves[half];
-                    if fraction > 0.0 { fraction * scattered(interval.tau, x, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                    if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
                 DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
             };
@@ -142,16 +142,16 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// Knots of the interpolation are elevations of the Sun whose sines have at most this many binary digits after the leading digit; each has its own table.
+/// The interpolation has a knot at each elevation of the Sun whose sine has at most this many binary digits after the leading one. Each knot has its own table.
 const KNOT_DIGITS: u32 = 5;
 
-/// An absolute value rounded to `digits` binary digits after the leading digit.
+/// Rounds an absolute value to `digits` binary digits after the leading one.
 fn round_to_digits(v: f64, digits: u32) -> f64 {
     let dropped_bits = 52 - digits;
     f64::from_bits((v.abs().to_bits() + (1 << (dropped_bits - 1))) >> dropped_bits << dropped_bits)
 }
 
-/// Number of cached tables.
+/// Number of cached tables of each kind.
 const CACHE_CAPACITY: usize = 16;
 
 /// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program they use only the
@@ -213,19 +213,19 @@ impl RingShines {
 }
 
 impl RingShineGeometry<'_> {
-    /// Irradiance divided by height, at a height and an hour angle in radians. `side`: 0 on the side of the plane on which the Sun's centre is, 1 on the
-    /// other.
+    /// Irradiance divided by height, at a height and an hour angle in radians. `gauss`: nodes and weights of the quadrature. `side`: 0 on the side of the plane
+    /// on which the Sun's centre is, 1 on the other.
     fn irradiance_per_height(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour_angle: f64) -> DVec3 {
         let horizontal = (1.0 - height * height).max(0.0).sqrt();
-        let normal = DVec3::new(horizontal, 0.0, height / self.polar).normalize();
-        let place = DVec3::new(horizontal, 0.0, self.polar * height);
+        let normal = DVec3::new(horizontal, 0.0, height / self.polar_ratio).normalize();
+        let place = DVec3::new(horizontal, 0.0, self.polar_ratio * height);
         let (sin_hour, cos_hour) = hour_angle.sin_cos();
-        let sine = self.sine.abs();
+        let sine = self.sin_elevation.abs();
         let cosine = (1.0 - sine * sine).sqrt();
         // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
-        let sun_horizontal = cosine / cosine.hypot(sine / self.polar);
+        let sun_horizontal = cosine / cosine.hypot(sine / self.polar_ratio);
         let horizon = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon) {
@@ -248,8 +248,8 @@ impl RingShineGeometry<'_> {
                     let cos_incidence = normal.dot(to_ring).max(0.0) / distance;
                     let cos_emission = (place.z / distance).max(MIN_COSINE);
                     let phase = particle_phase(-sun.dot(to_ring) / distance);
-                    // The ring's projected area divided by height: polar / distance is the cosine of emission divided by height.
-                    let projected_area = (b - a) * w * r * cos_incidence * self.polar / (distance * distance_sq);
+                    // The ring's projected area divided by height: polar_ratio / distance is the cosine of emission divided by height.
+                    let projected_area = (b - a) * w * r * cos_incidence * self.polar_ratio / (distance * distance_sq);
                     sum += annulus.light_along(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
                 }
             }
@@ -282,25 +282,27 @@ impl RingShineGeometry<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
-    /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that a view at rest keeps one table.
+    /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that successive frames share a table.
     pub fn shine(&self, cache: &RingShines) -> Option<Arc<RingShine>> {
-        let geometry = Self { sine: round_to_digits(self.sine, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
+        let geometry =
+            Self { sin_elevation: round_to_digits(self.sin_elevation, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
         cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
     }
 
-    /// Interpolates between the tables of the knots below and above the Sun's elevation. A year of frames needs few knots, which saves time, because
+    /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. This saves time, because
     /// computing a table takes as long as drawing two frames.
     fn interpolate(&self, cache: &RingShines) -> Option<RingShine> {
-        let table_at_knot = |sine: f64| {
+        let table_at_knot = |sin_elevation: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.
-            let geometry = Self { sine, sun_tangent: if sine > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
+            let geometry =
+                Self { sin_elevation, sun_tangent: if sin_elevation > self.sun_tangent { 0.0 } else { self.sun_tangent }, ..*self };
             cache.knot_table(&geometry)
         };
         let dropped_bits = 52 - KNOT_DIGITS;
-        let below = f64::from_bits(self.sine.to_bits() >> dropped_bits << dropped_bits);
+        let below = f64::from_bits(self.sin_elevation.to_bits() >> dropped_bits << dropped_bits);
         let above = f64::from_bits(below.to_bits() + (1 << dropped_bits));
         let (low, high) = (table_at_knot(below)?, table_at_knot(above)?);
-        let upper_weight = narrow_scalar((self.sine - below) / (above - below));
+        let upper_weight = narrow_scalar((self.sin_elevation - below) / (above - below));
         let texels = low.texels.iter().zip(&high.texels).map(|(a, b)| a + (b - a) * upper_weight).collect();
         let brightest = low.brightest + (high.brightest - low.brightest) * f64::from(upper_weight);
         Some(RingShine { texels, max_height: low.max_height, brightest })
@@ -308,12 +310,11 @@ impl RingShineGeometry<'_> {
 
     /// The values that a table depends on, as a cache key.
     fn cache_key(&self) -> impl Iterator<Item = f64> {
-        let own = [self.sine, self.sun_tangent, self.radius_km, self.polar];
+        let own = [self.sin_elevation, self.sun_tangent, self.radius_km, self.polar_ratio];
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// Upper limit of the irradiance of any place, per unit of sunlight: each ring at its maximum brightness, and no part of it below the
-    /// horizon.
+    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
@@ -335,8 +336,8 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
     }
 
-    fn geometry<'a>(rings: &'a [&'a Ring], sine: f64) -> RingShineGeometry<'a> {
-        RingShineGeometry { rings, radius_km: 1.0, polar: 0.9, sine, sun_tangent: 5e-4 }
+    fn geometry<'a>(rings: &'a [&'a Ring], sin_elevation: f64) -> RingShineGeometry<'a> {
+        RingShineGeometry { rings, radius_km: 1.0, polar_ratio: 0.9, sin_elevation, sun_tangent: 5e-4 }
     }
 
     /// The largest interpolated irradiance is at least 0.9 of the table's brightest value and at most a thousandth above it (the height is interpolated
@@ -387,7 +388,7 @@ mod tests {
             // Halfway between two knots.
             let below = round_to_digits(sine, KNOT_DIGITS);
             let geometry = RingShineGeometry {
-                sine: f64::from_bits(below.to_bits() + (1 << (51 - KNOT_DIGITS))),
+                sin_elevation: f64::from_bits(below.to_bits() + (1 << (51 - KNOT_DIGITS))),
                 sun_tangent: 5e-4,
                 ..geometry(&rings, sine)
             };
@@ -396,7 +397,7 @@ mod tests {
             let max_error = |other: &RingShine| exact.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             let brightest = exact.texels.iter().copied().fold(0.0, f32::max);
             assert!(max_error(&interpolated) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", max_error(&interpolated));
-            let alone = RingShineGeometry { sine: below, ..geometry }.table().expect("a table");
+            let alone = RingShineGeometry { sin_elevation: below, ..geometry }.table().expect("a table");
             assert!(
                 max_error(&alone) > 3.0 * max_error(&interpolated),
                 "one knot alone, sine {sine}: {} of {brightest}",

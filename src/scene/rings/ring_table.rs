@@ -1,7 +1,7 @@
-//! The tables that ring shaders read: the light that the layer removes or scatters and its integrals over the radius, for each slant of a path.
+//! The tables that ring shaders read: the light that the rings remove from a path or scatter into it, and its integrals over the radius, for a range of slants.
 //!
-//! In: rings in catalog order (a later ring replaces earlier rings), and for a shadow the slants of sunlight. Out: [`RingTable`], plain f32 texels; their
-//! meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
+//! In: rings in catalog order (a later ring replaces earlier rings where they overlap), and for a shadow the slants of sunlight. Out: [`RingTable`], plain
+//! f32 texels; their meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, Numbers};
@@ -28,7 +28,7 @@ pub(crate) struct RingInterval {
 }
 
 impl RingInterval {
-    /// Fraction of light removed from a path of a slant (1 / cosine of the angle between path and normal).
+    /// Fraction of light removed along a path of a slant (1 / cosine of the angle between path and normal).
     fn removed_fraction(&self, slant: f64) -> f64 {
         -(-self.tau * slant).exp_m1()
     }
@@ -38,7 +38,7 @@ impl RingInterval {
     }
 }
 
-/// Cuts overlapping rings into intervals, each with the properties of the last ring that contains it.
+/// Cuts overlapping rings into intervals, each with the properties of the last ring that contains it. `unit_km`: the body's equatorial radius.
 pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Vec<RingInterval> {
     let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
     edges.sort_by(f64::total_cmp);
@@ -58,7 +58,8 @@ pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
     [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
 }
 
-/// Number of cached tables of a kind: those of the rings in a frame and in the other half of Compare. One of Saturn's has up to a megabyte.
+/// Number of cached tables of each kind: enough for the rings in a frame and in the other variant of the Compare panel. A table of Saturn's rings takes up to
+/// a megabyte.
 const CACHE_CAPACITY: usize = 6;
 
 /// Tables of rings, cached from frame to frame.
@@ -80,7 +81,7 @@ impl Default for RingTables {
 }
 
 impl RingTables {
-    /// [`intervals`] of all rings of a body, cached: computing them takes a millisecond for Saturn's.
+    /// [`intervals`] of all rings of a body, cached: computing those of Saturn takes a millisecond.
     pub fn intervals<'a>(&self, rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64) -> Arc<Vec<RingInterval>> {
         let key = std::iter::once(unit_km).chain(rings.clone().flat_map(cache_key)).collect();
         self.intervals.get(key, || Arc::new(intervals(rings, unit_km)))
@@ -103,16 +104,16 @@ impl RingTables {
     }
 }
 
-/// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: that of the elevation of the Sun's centre
+/// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slant is enough if it varies so little across the disc that the light removed by an interval from either half of the disc differs by at most 0.4 %
-/// from that for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`: about 4 / (3 pi), the distance of a half's centroid in radii of
-/// the disc, times 1 / e, the steepest change of the light with the logarithm of the slant. For a lower Sun the slant of the centre is followed by one slant for
-/// each strip of the disc.
+/// One slant is enough if it varies so little across the disc that the fraction which an interval removes from the light of either half of the disc differs by
+/// at most 0.004 from that for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`: about 4 / (3 pi), the distance of a half's centroid
+/// in radii of the disc, times 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower Sun the slant of the centre is followed
+/// by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
-    if !is_disc_resolved || sine.abs() > MIN_ELEVATION_FOR_ONE_SLANT * tangent {
+    if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {
         return vec![slant(sine)];
     }
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
@@ -123,8 +124,8 @@ pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Ve
     std::iter::once(slant(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
 }
 
-/// Elevation of the Sun over the plane, in its angular radii, from which one slant is enough.
-const MIN_ELEVATION_FOR_ONE_SLANT: f64 = 40.0;
+/// Elevation of the Sun over the plane, in angular radii of the Sun, from which one slant is enough.
+const ONE_SLANT_MIN_ELEVATION_SUN_RADII: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
 
@@ -136,18 +137,18 @@ struct RadiusBins {
 }
 
 impl RadiusBins {
-    /// The index of intervals sorted from the innermost outwards, for a table with one column per interval and one more.
+    /// The index of intervals sorted from the innermost outwards, for a table with one more column than there are intervals.
     fn of(intervals: &[RingInterval]) -> Self {
         let outer = intervals.last().map_or(1.0, |s| s.to);
-        // Limits the number of bins of a ring that reaches the centre.
+        // Not 0, so that a ring that reaches the centre has bins of a finite width in 1 / radius.
         let inner = intervals.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
         let columns = intervals.len() + 1;
         let count = RING_BIN_ROWS as usize * columns;
-        let per_inverse = count as f64 / (1.0 / inner - 1.0 / outer);
-        let at_inner = per_inverse / inner;
+        let bins_per_inverse_radius = count as f64 / (1.0 / inner - 1.0 / outer);
+        let at_inner = bins_per_inverse_radius / inner;
         let ends: Vec<f32> = ends(intervals).collect();
         let texel = |bin: usize| {
-            let radius = per_inverse / (at_inner - (bin as f64 - BIN_MARGIN));
+            let radius = bins_per_inverse_radius / (at_inner - (bin as f64 - BIN_MARGIN));
             let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.to <= radius).min(intervals.len() - 1) };
             let end = |k: usize| ends.get(interval + k).copied().unwrap_or(f32::MAX);
             [narrow_scalar(interval as f64), end(0), end(1), end(2)]
@@ -155,7 +156,7 @@ impl RadiusBins {
         // Consecutive bins lie in one column, in consecutive rows.
         let rows = RING_BIN_ROWS as usize;
         let texels = (0..rows).flat_map(|row| (0..columns).map(move |column| column * rows + row)).flat_map(texel);
-        Self { texels: texels.collect(), formula: [at_inner, per_inverse, count as f64 - 1.0] }
+        Self { texels: texels.collect(), formula: [at_inner, bins_per_inverse_radius, count as f64 - 1.0] }
     }
 }
 
@@ -171,7 +172,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
     (intervals.len() < MAX_NODES).then_some(radius_range)
 }
 
-/// The light on a ring and the range of view rays that cross it, which all pixels share.
+/// The light on a ring and the range of slants of the view rays that cross it, which all pixels share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
@@ -189,7 +190,8 @@ impl RingConditions {
         Self { sunlight, slants: [first, (slant_position(flattest).ceil() as u32).clamp(first + 1, SLANTS - 1)] }
     }
 
-    /// Light that an interval scatters along a path of a slant, without the factors albedo and phase function / 4.
+    /// Light that an interval scatters into a path of a slant, without the factors albedo and phase function / 4; for the pixel view of albedo, the fraction of
+    /// light that it removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
         let light_of_half = |(half, [fraction, sine]): (usize, [f64; 2])| {
@@ -223,7 +225,7 @@ impl RingTable {
         texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty_count, 0.0]);
         for k in first..=last {
             let slant = (f64::from(k) / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
-            // Dust has rows of its own: it has another phase function, and its sums would lose precision if added to those of dense rings.
+            // Dust has rows of its own, because it has another phase function. Besides, its sums would lose precision if added to those of dense rings.
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLANT as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
@@ -319,8 +321,8 @@ mod tests {
     #[test]
     fn both_halves_of_the_sun_lose_the_light_of_the_centres_slant() {
         const TANGENT: f64 = 5e-4;
-        assert_eq!(slants_of_sunlight(1.01 * MIN_ELEVATION_FOR_ONE_SLANT * TANGENT, TANGENT, true).len(), 1);
-        assert_eq!(slants_of_sunlight(0.99 * MIN_ELEVATION_FOR_ONE_SLANT * TANGENT, TANGENT, true).len(), 1 + SUN_STRIPS);
+        assert_eq!(slants_of_sunlight(1.01 * ONE_SLANT_MIN_ELEVATION_SUN_RADII * TANGENT, TANGENT, true).len(), 1);
+        assert_eq!(slants_of_sunlight(0.99 * ONE_SLANT_MIN_ELEVATION_SUN_RADII * TANGENT, TANGENT, true).len(), 1 + SUN_STRIPS);
         let largest_difference = |elevation_in_sun_radii: f64| {
             let sine = elevation_in_sun_radii * TANGENT;
             let difference = |depth_along_slant: f64, side: f64| {
@@ -333,10 +335,13 @@ mod tests {
             let depths = (1..60).map(|k| 0.05 * f64::from(k));
             depths.flat_map(|depth| [difference(depth, 1.0), difference(depth, -1.0)]).fold(0.0, f64::max)
         };
-        let lowest = largest_difference(MIN_ELEVATION_FOR_ONE_SLANT);
-        assert!(lowest < 0.158 / MIN_ELEVATION_FOR_ONE_SLANT && lowest > 0.155 / MIN_ELEVATION_FOR_ONE_SLANT && lowest < 0.004, "{lowest}");
+        let lowest = largest_difference(ONE_SLANT_MIN_ELEVATION_SUN_RADII);
+        assert!(
+            lowest < 0.158 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest > 0.155 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest < 0.004,
+            "{lowest}"
+        );
         // For a Sun half as high one slant would not be enough.
-        assert!(largest_difference(0.5 * MIN_ELEVATION_FOR_ONE_SLANT) > 0.004);
+        assert!(largest_difference(0.5 * ONE_SLANT_MIN_ELEVATION_SUN_RADII) > 0.004);
     }
 
     /// Repeats the shader's search for the interval of a radius in f32: a bin never begins past that interval, and the search needs few reads.
@@ -346,13 +351,13 @@ mod tests {
         for body in catalog.bodies().iter().filter(|b| !b.rings.is_empty()) {
             let intervals = intervals(body.rings.iter(), body.radii_km.x);
             let bins = RadiusBins::of(&intervals);
-            let [at_inner, per_inverse, last] = bins.formula.map(narrow_scalar);
+            let [at_inner, bins_per_inverse_radius, last] = bins.formula.map(narrow_scalar);
             let (from, to) = (intervals[0].from, intervals[intervals.len() - 1].to);
             let (mut reads, mut max_reads) = (0, 0);
             const SAMPLES: usize = 100_000;
             for k in 0..SAMPLES {
                 let radius = narrow_scalar(from + (to - from) * (k as f64 / SAMPLES as f64).powi(3));
-                let bin = (at_inner - per_inverse / radius).clamp(0.0, last) as usize;
+                let bin = (at_inner - bins_per_inverse_radius / radius).clamp(0.0, last) as usize;
                 let rows = RING_BIN_ROWS as usize;
                 let texel = &bins.texels[((bin % rows) * (intervals.len() + 1) + bin / rows) * 4..][..4];
                 let first = texel[0] as usize + texel[1..].iter().filter(|end| **end <= radius).count();

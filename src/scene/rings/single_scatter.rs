@@ -1,13 +1,12 @@
 //! Single scattering by a flat layer of particles, under a Sun whose disc the layer's plane may cut.
 //!
-//! In: optical depth, slants of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without albedo and phase function.
-//! The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
+//! In: optical depth, slants of paths (1 / cosine of the angle between path and normal), the Sun's elevation. Out: light without the factors albedo and phase
+//! function / 4. The formulas are those of shaders/lib/ring/photometry.wesl; tests/shader/formulas.rs compares them.
 
 use std::f64::consts::PI;
 
-/// The two parts into which the layer's plane cuts the Sun's disc, first the part on the side of the Sun's centre: for each its fraction of the disc, and
-/// the mean sine of its elevation over the plane on its own side. `sine`: that of the centre's elevation, not negative; `tangent`: of the Sun's angular
-/// radius.
+/// The two parts into which the layer's plane cuts the Sun's disc, first that with the Sun's centre: for each its fraction of the disc, and the mean sine
+/// of its elevation over its own side of the plane. `sine`: sine of the centre's elevation, not negative; `tangent`: tangent of the Sun's angular radius.
 pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
@@ -20,9 +19,10 @@ pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 
-/// Light scattered into a view path of slant `x` by sunlight of slant `y` from the same side or from the other, without the factors albedo and phase
-/// function / 4.
-pub fn scattered(tau: f64, x: f64, y: f64, same_side: bool) -> f64 {
+/// Light scattered into a path to the viewer of slant `view_slant` by sunlight of slant `sun_slant`, from the same side of the layer or from the other.
+/// Without the factors albedo and phase function / 4.
+pub fn scattered(tau: f64, view_slant: f64, sun_slant: f64, same_side: bool) -> f64 {
+    let (x, y) = (view_slant, sun_slant);
     if same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }

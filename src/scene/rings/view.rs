@@ -1,4 +1,4 @@
-//! Rings: when they are drawn, when they and their planet cast shadows on each other, by which model, and with what uniforms.
+//! A body's rings in a frame: when they are drawn, when rings and planet cast shadows on each other, by which model, and with what uniforms.
 //!
 //! In: a placed body with rings, the camera, the threshold. Out: the visible rings, the models, the uniforms of shaders/lib/ring. Rings are flat and
 //! circular here: halos, the inclination and eccentricity of the Uranian rings (0.008 of the radius for epsilon) and the arcs of Adams are left out.
@@ -22,14 +22,14 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Corners of the polygon around a ring's outline.
+/// Number of corners of the polygon around a ring's outline.
 const OUTLINE_CORNERS: usize = 96;
 /// Maximum number of segments into which a pixel's footprint is divided.
 const MAX_SEGMENTS: f64 = 16.0;
 /// Polar over equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
 
-/// Rounds to 17 significant bits (relative error below 8e-6, of the light of the rings below 2e-5), so that frames of some minutes share a table.
+/// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6, that of the rings' light below 2e-5.
 fn rounded_for_reuse(x: f64) -> f64 {
     const DROPPED_BITS: u32 = 36;
     f64::from_bits((x.to_bits() + (1 << (DROPPED_BITS - 1))) & !((1 << DROPPED_BITS) - 1))
@@ -43,7 +43,7 @@ pub(crate) struct RingView<'a> {
     /// Unit vector to the Sun, body axes.
     pub sun: DVec3,
     pub sun_distance_km: f64,
-    /// Radians.
+    /// Phase angle at the body's centre, radians.
     pub phase_angle: f64,
     /// Irradiance of a plane that faces the Sun.
     pub irradiance: f64,
@@ -52,13 +52,13 @@ pub(crate) struct RingView<'a> {
     pub caches: &'a Caches,
 }
 
-/// Properties of the frame from which the limits of each ring are computed.
+/// Properties of the frame from which [`RingLimits`] of each ring are computed.
 struct FrameLimits {
     /// The camera's height over the rings' plane, equatorial radii.
     height: f64,
     /// The camera's distance from the body's axis, equatorial radii.
     axis_distance: f64,
-    /// Length of the longest ray of the frame, scaled to view depth 1.
+    /// Length of the longest ray of the frame, for rays scaled to view depth 1.
     longest_ray: f64,
     /// Smallest cosine between a ray of the frame and the rings' normal.
     min_cosine: f64,
@@ -66,7 +66,7 @@ struct FrameLimits {
     corner_angle: f64,
 }
 
-/// How a ring may be seen: limits over all pixels that may show it.
+/// Limits of how a ring is seen, over all pixels that may show it.
 struct RingLimits {
     /// Optical depth along the flattest ray.
     max_slant_depth: f64,
@@ -76,7 +76,7 @@ struct RingLimits {
     max_filled: f64,
 }
 
-/// Upper limits of a ring's effect on a pixel.
+/// Upper limits of the change that a ring makes to a pixel.
 struct RingChange {
     /// Fraction of the background that a ring that fills the pixel hides.
     hidden: f64,
@@ -86,7 +86,7 @@ struct RingChange {
     filled: f64,
 }
 
-/// The result of comparing a value with its threshold.
+/// Whether an effect passes its threshold, and the reason.
 pub(crate) struct ThresholdCheck {
     pub on: bool,
     pub reason: Reason,
@@ -129,7 +129,7 @@ impl<'a> RingView<'a> {
         // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
-        let centre = -(self.placement.body_from_icrf * -self.placement.centre_km);
+        let centre = self.placement.body_from_icrf * self.placement.centre_km;
         let corner_angle = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
         FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_angle }
     }
@@ -170,8 +170,8 @@ impl<'a> RingView<'a> {
         }
     }
 
-    /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards while together they change no
-    /// pixel visibly: their joint change is at most the sum of their changes, and at most the largest change that one of them makes where it fills a pixel.
+    /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards as long as together they change no
+    /// pixel visibly. Their joint change is at most the sum of their changes, and at most the largest change that one of them makes to a pixel that it fills.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =
@@ -189,7 +189,7 @@ impl<'a> RingView<'a> {
             include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by_radiance(added)
         });
         let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
-        // Gaps are included: they are rings of zero optical depth over wider ones.
+        // Gaps are kept: they are rings of zero optical depth that lie over wider rings.
         let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
         let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
@@ -207,7 +207,7 @@ impl<'a> RingView<'a> {
         VisibleRings { check: ThresholdCheck { on: !seen.is_empty() && area_px > 0.5, reason }, rings: seen }
     }
 
-    /// Whether any of the rings can be in the image.
+    /// Whether any of the rings may be in the image.
     pub(crate) fn meets_frame(&self) -> bool {
         self.rect(self.outermost_km()).is_some()
     }
@@ -233,7 +233,7 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(max_removed_fraction) && sine > 0.0, reason }, model)
     }
 
-    /// Whether the globe's shadow falls on the ring, and its model.
+    /// Whether the globe's shadow falls on any of the rings, and its model.
     pub(crate) fn body_shadow(&self, rings: &[&Ring], sun_radius_km: f64) -> (ThresholdCheck, BodyShadow) {
         let inner_km = rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min);
         let outer_km = rings.iter().map(|r| r.outer_km).fold(0.0, f64::max);
@@ -303,11 +303,13 @@ impl<'a> RingView<'a> {
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
-    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 per equatorial radius of the longest footprint.
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 for each equatorial radius of the longest
+    /// footprint's length.
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.viewer_radii();
         let outer = self.outermost_km() / self.body.radii_km.x;
-        // A pixel turns the ray by at most its tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the ring.
+        // Across a pixel the ray turns by at most the pixel's tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the
+        // ring.
         let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
         (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_SEGMENTS)
     }
@@ -324,8 +326,8 @@ impl<'a> RingView<'a> {
         let geometry = RingShineGeometry {
             rings,
             radius_km: self.body.radii_km.x,
-            polar: self.body.radii_km.z / self.body.radii_km.x,
-            sine: self.sun.z,
+            polar_ratio: self.body.radii_km.z / self.body.radii_km.x,
+            sin_elevation: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
         let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
@@ -340,8 +342,8 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
 
-    /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor for the Sun's phase in the albedo. It does not apply to ring-shine and is
-    /// divided out.
+    /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor in the drawn albedo for the phase angle of the Sun's light. It does not apply to
+    /// ring-shine and is divided out.
     pub(crate) fn shine_parameters(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
         let horizontal = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let [x, y, z, w] =
@@ -349,11 +351,11 @@ impl<'a> RingView<'a> {
         Vec4::new(x, y, z, w)
     }
 
-    /// The light on the rings and the range of view rays that cross them.
+    /// The light on the rings and the range of slants of the view rays that cross them.
     fn conditions(&self, sun: Option<&Body>, pixel_view: PixelView) -> RingConditions {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
-        let [same, other] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
-        let sunlight = if viewer.z * self.sun.z > 0.0 { [same, other] } else { [other, same] };
+        let [centre_side, other_side] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let sunlight = if viewer.z * self.sun.z > 0.0 { [centre_side, other_side] } else { [other_side, centre_side] };
         let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
         // Slants from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
         // outside the drawn rings.

@@ -10,7 +10,7 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Number of decades by which weights fall between half-way to the edge and the edge of the frame, so that a body that enters the frame gains weight
+/// Number of decades by which weights fall from half-way between middle and edge of the frame to the edge, so that a body that enters the frame gains weight
 /// gradually.
 const EDGE_DECADES: f64 = 5.0;
 
@@ -21,7 +21,7 @@ pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
 
 /// Where a ray passes a body, relative to its limb and ground; in the body's unit-sphere frame.
 pub(crate) struct RayAndLimb {
-    /// Angle in the unit-sphere frame by which the ray is inside the limb; negative if the ray misses the body.
+    /// Angle between ray and limb in the unit-sphere frame; positive if the ray meets the body, negative if it misses it.
     pub inside_rad: f64,
     /// The point where the ray meets the ground; if it misses, the point of the ground that is nearest to it.
     pub point: DVec3,
@@ -37,7 +37,7 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
 }
 
 /// Whether a body is so far beside the frame that [`ray_and_limb`] is at least half a `spacing` outside its limb for every ray of the frame. A quick test, which
-/// may be false for such a body.
+/// may also return false for such a body.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let angular_radius = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
@@ -47,7 +47,7 @@ pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f
     crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - angular_radius - corner > 2.0 * margin
 }
 
-/// Area of a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside or behind it as 0.
+/// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside or behind it as 0.
 pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     match placed.outline {
         Outline::Ellipse { area_px, .. } => area_px,
@@ -56,8 +56,8 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Approximate fraction of a body's outline that is in the frame, from its bounding box, times the weight of its position. 0 for an open outline: rays
-/// sample such a body, and a Sun with one counts as entirely in the frame.
+/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: rays sample
+/// such a body, and a Sun with an open outline counts as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Outline::Ellipse { bounds, .. } = placed.outline else { return 0.0 };
     let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
@@ -79,7 +79,7 @@ fn segment_area(half_angle: f64) -> f64 {
     half_angle - half_angle.sin() * half_angle.cos()
 }
 
-/// Visible fraction of a uniform disc behind a round body, from the overlap of two circles in a plane. Angles count as lengths in this plane: the error is
+/// Visible fraction of a uniform disc behind a round body, from the overlap of two circles in a plane. Angles are taken as lengths in this plane: the error is
 /// at most 0.007 for discs with a radius of up to 0.1 radians, and at most 0.02 up to 0.3 radians.
 pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
     // In units of the disc's radius.

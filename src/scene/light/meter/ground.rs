@@ -1,7 +1,7 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is the mean over the body of what the camera
-//! sees: the whole planet; or, of a body whose map shows the ground alone, the ground, the air in front of it, and from above also the clouds.
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the body. It is that of the
+//! whole planet, or, if the body's map shows the ground alone, that of the ground with the air in front of it and, from above, with the clouds.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -16,21 +16,23 @@ use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of the camera, in heights of the clouds, at which the whole planet is metered. At 1, below which no clouds are drawn, the ground alone is metered; in
-/// between the logarithm of the albedo changes smoothly.
-const ABOVE_CLOUDS: f64 = 2.0;
+/// Height of the camera, relative to that of the clouds, at which the albedo is that of the whole planet. At 1, below which no clouds are drawn, it is that of
+/// the ground and air alone; in between its logarithm changes smoothly.
+const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
 
-/// Irradiance of level ground by a clear sky, per radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`): some 13 klx of the Sun's 128
-/// under a high Sun, 4 klx at 5 degrees. An estimate from memory, within a factor of 1.5 by day; in twilight it is less.
+/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`): some 13 klx of the
+/// Sun's 128 klx under a high Sun, 4 klx for a Sun at 5 degrees. An estimate without a source, within a factor of 1.5 by day; in twilight it is less.
 const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
 
-/// Steepest slope of the relief that the meter assumes on ground without air. With it, the meter's light is within a factor of 5 of the mean over a dozen places of
-/// the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees; single places scatter more. Smooth ground has no light below 0 degrees.
+/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air. With it, the metered radiance is within a factor of 5 of the mean
+/// over a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees; single places scatter more. Smooth ground would have no light
+/// below 0 degrees.
 const RELIEF_SLOPE: f64 = 0.15;
-/// Height of the camera in radii of the body up to which relief is metered, less and less. From higher up, ground on both sides of the terminator is in view.
-const RELIEF_HEIGHT: f64 = 0.02;
+/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in
+/// view.
+const RELIEF_HEIGHT_RADII: f64 = 0.02;
 
-/// Weight of relief in the light of a body's ground.
+/// Weight of relief in the radiance of a body's ground.
 pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
     let body = p.body;
     let is_on = |effect: Effect| effects.override_of_body(body, effect) != Some(false);
@@ -41,11 +43,11 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
     if has_air || !(is_mapped || is_invented) {
         return 0.0;
     }
-    1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT)
+    1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII)
 }
 
-/// Mean cosine of incidence on relief, from the cosine on smooth ground: slopes towards the light are evenly distributed, those beyond the terminator get light as
-/// in `above_horizon` of shaders/lib/reflected.wesl.
+/// Mean cosine of incidence on relief, from the cosine on smooth ground. Slopes towards the light are evenly distributed up to [`RELIEF_SLOPE`]; beyond the
+/// terminator they get light as in `above_horizon` of shaders/lib/reflected.wesl.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= RELIEF_SLOPE {
         return cos_smooth.max(0.0);
@@ -56,14 +58,14 @@ fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
 /// Reflectances of a body's ground, brightest channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// Radiance per irradiance, for a unit of the photometric model's reflectance.
+    /// Radiance by lights, divided by their irradiance and the photometric model's reflectance.
     pub of_lights: f64,
-    /// The ground's radiance by skylight, per unit of the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
+    /// Radiance by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
     pub of_sky: f64,
 }
 
 impl Albedo {
-    /// What the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
+    /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
         let (body, scale) = (p.body, p.radiance_scale().x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
@@ -76,8 +78,8 @@ impl Albedo {
         let air_light = air.map_or(0.0, |a| air::backscatter(a) * air::opacity_below(a, height_km));
         let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE * ground };
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
-        let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / ABOVE_CLOUDS.ln()));
-        // A point has the light of the whole planet.
+        let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / WHOLE_PLANET_CLOUD_HEIGHTS.ln()));
+        // A body drawn as a point has the light of the whole planet.
         let weight =
             (1.0 - cloudiness) * drawn_disc_share(own_effects.as_ref().unwrap_or(effects).override_of(Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);

@@ -6,13 +6,13 @@ use super::Metered;
 use crate::catalog::NaifId;
 use crate::message::Argument;
 
-/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. At 2/3 the lit part of a crescent outweighs
-/// its night side, and a Moon in the umbra outweighs the last two thousandths of its disc that are lit.
+/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. With 2/3 the lit part of a crescent outweighs
+/// the night side, and the part of the Moon in the umbra outweighs the last two thousandths of the disc that are lit.
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 
-/// Accumulates a weighted mean of logarithms of radiance.
+/// Accumulates a weighted mean of the logarithm of radiance.
 #[derive(Clone, Copy, Default)]
 pub(super) struct LogMean {
     pub weight: f64,

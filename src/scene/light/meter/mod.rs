@@ -1,12 +1,12 @@
 //! The light meter of automatic exposure: it computes the radiance of everything in the frame.
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
-//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and
-//! mean albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the
-//! light of the sky fades towards the top of the air. Glare and corona are those of the image: no glare of a Sun outside the frame, and no corona that the
-//! glare or the user leaves out. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera, the shadow of rings on
-//! a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
+//! albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
+//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the light of
+//! the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and no
+//! corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera,
+//! the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
 mod geometry;
 mod ground;
@@ -27,7 +27,7 @@ use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
 use crate::scene::light::glare::VeilingGlare;
-use crate::scene::light::lights::{self, LightOn, Reflector};
+use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -41,16 +41,17 @@ use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
 
-/// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the two values below are judged by eye:
-/// photographers reduce exposure by one stop for civil twilight, by two to three for the night.
+/// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the next two values are judged by eye:
+/// photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
 const DAY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Weight of the target relative to an equal area of another subject.
 const TARGET_WEIGHT: f64 = 64.0;
-/// Weight of a targeted Sun, because a daylight sky around it is as bright as any ground; also of its corona, and of refracted limbs.
+/// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
+/// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame below which the Sun's disc is no longer the subject of an image but a light in it: if the Sun is the target, and if it is not.
+/// Shares of the frame below which the Sun's disc is no longer the subject of the image but a light source in it: if the Sun is the target, and if not.
 const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
@@ -58,14 +59,15 @@ const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
 /// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
-/// Distances in body radii between which the meter blends from the sum over rays of the frame (near) to the sum over the entire disc (far).
+/// Distances of the camera, in body radii, between which the meter blends from rays of the frame (near) to a sum over the entire disc (far).
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Rays per side over the rectangle of a near body, and over the frame.
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
-/// Range in which the corona is metered by annuli around the Sun, solar radii. For a camera near the Sun, rays of the frame meter the rest.
+/// Radii of the innermost and outermost edge of the annuli around the Sun by which the corona is metered, solar radii. For a camera near the Sun, rays of the
+/// frame meter the rest.
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
-/// Sines of the Sun's angular radius between which rays of the frame take over the inner corona from annuli: 8.3 to 5 radii from the Sun's centre.
+/// Sines of the Sun's angular radius between which rays of the frame replace the annuli: for a camera 8.3 to 5 solar radii from the Sun's centre.
 const INNER_CORONA_SINES: [f64; 2] = [0.12, 0.2];
 
 /// One kind of subject in the frame.
@@ -76,7 +78,7 @@ pub(crate) struct Metered {
     pub body: Option<NaifId>,
     /// Weighted geometric mean of the subject's radiance.
     pub radiance: f64,
-    /// The fraction of white at which this radiance should be shown.
+    /// The display level, as a linear fraction of white, at which this radiance should be shown.
     pub target_level: f64,
     pub weight: f64,
 }
@@ -97,7 +99,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub night_light_weight: f64,
 }
 
-/// Factor on the level at which surroundings of a given radiance are shown, because a photograph of dusk exposed as bright as noon looks like day. The
+/// Factor by which the target level of surroundings of a given radiance is reduced: a photograph of dusk that is as bright as one of noon looks like day. The
 /// factor is 1 above [`DAY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
 fn dusk_factor(radiance: f64) -> f64 {
     let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
@@ -107,13 +109,13 @@ fn dusk_factor(radiance: f64) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    /// The veil around the Sun as it would be without air.
+    /// The Sun's glare as it would be without air.
     glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     sun_transmittance: f64,
     /// Radiance of the sky around the camera.
     sky_radiance: f64,
-    /// Bodies of more than a pixel. They may hide others; the Sun is hidden by smaller ones, too.
+    /// Bodies of more than a pixel, which may hide others. The Sun is hidden by smaller ones, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
 
@@ -132,7 +134,7 @@ impl Meter<'_, '_> {
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut metered = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
-        let (mut target_name, mut brightest, mut max_weight) = ("", None, 0.0);
+        let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
         let mut covered = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
             let (mut tally, share) = frame.body(p);
@@ -147,12 +149,12 @@ impl Meter<'_, '_> {
             } else {
                 others.merge(&tally);
                 if tally.weight > max_weight {
-                    (max_weight, brightest) = (tally.weight, Some(p.body));
+                    (max_weight, dominant) = (tally.weight, Some(p.body));
                 }
             }
         }
         metered.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
-        metered.extend(others.metered(brightest.map_or("", |b| &b.name), brightest.map(|b| b.id), AUTO_EXPOSED_MEAN));
+        metered.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
         metered.extend(frame.sun());
         metered.extend(frame.corona());
         metered.extend(frame.corona_around_camera());
@@ -161,10 +163,10 @@ impl Meter<'_, '_> {
             let mut sky = LogMean::default();
             sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky_radiance, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // The sky and ground around the camera are darkened in dusk, less so near the top of the air.
-            let part = air.sky_weight();
+            // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
+            let sky_weight = air.sky_weight();
             let around = metered.iter_mut().filter(|m| m.body == Some(air.body.id));
-            around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(part));
+            around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(sky_weight));
         }
         metered.push(Metered {
             name: reason!("subject-dark-sky").into(),
@@ -205,8 +207,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
-        let eclipsed = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
-        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipsed);
+        let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
+        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
         let unocculted = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
             let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
@@ -216,18 +218,19 @@ impl<'a> MeteredFrame<'_, 'a> {
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
-        let secondary = self.shine_on(p);
+        let secondary = self.planet_shine_on(p);
         day + secondary.iter().map(|l| air.exposure_radiance(l.direction, l.irradiance.y)).sum::<f64>()
     }
 
-    fn shine_on(&self, p: &PlacedBody<'_>) -> Vec<LightOn> {
+    /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
+    fn planet_shine_on(&self, p: &PlacedBody<'_>) -> Vec<IncidentLight> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }
         lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
     }
 
-    /// Meters a body. Returns its tally and its share of the frame.
+    /// Meters a body (globe without rings). Returns its tally and its share of the frame.
     fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (camera, mut tally) = (self.meter.camera, LogMean::default());
         let far_weight = match p.outline {
@@ -255,7 +258,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
             return (tally, 0.0);
         }
-        let secondary_lights = self.shine_on(p);
+        let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_light_weight > 0.0);
         let ground = Ground {
@@ -277,18 +280,18 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let spread = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
+                let dilution = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p) * far_weight;
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                    tally.add(visible_share * area_fraction / spread, radiance * spread * transmittance, foreground_radiance)
+                    tally.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
             }
             near_share
         };
         let own_request = self.meter.context.request.for_body(p.body);
         let own_context = Context { request: own_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
-        let found = evaluate_shadow(own_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
-        let near_share = found.unwrap_or_else(|| sum(None));
+        let near_share = evaluate_shadow(own_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
+        let near_share = near_share.unwrap_or_else(|| sum(None));
         (tally, share * far_weight + near_share)
     }
 
@@ -372,7 +375,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         in_front.copied().filter(|o| !is_beside_frame(self.meter.camera, &o.placement, spacing)).collect()
     }
 
-    /// Fraction of a ray's light that the bodies `nearer` do not block. `spacing`: angle between rays, which softens the limbs.
+    /// Fraction of a ray's light that the bodies in `nearer` do not block. `spacing`: angle between rays, which softens the limbs.
     fn ray_visibility(nearer: &[&PlacedBody<'_>], direction: DVec3, spacing: f64) -> f64 {
         nearer.iter().map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
@@ -383,18 +386,18 @@ impl<'a> MeteredFrame<'_, 'a> {
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let spread = area / (area + (1.0 - self.disc_share(sun, 2.0 * (area / PI).sqrt())) / point_peak());
+        let dilution = area / (area + (1.0 - self.disc_share(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut tally = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
         tally.add(
             share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
-            photometry::sun_disc_radiance() * spread * self.sun_transmittance,
+            photometry::sun_disc_radiance() * dilution * self.sun_transmittance,
             self.sky_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
-        let found = tally.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
-        Some(Metered { weight: found.weight * weight, ..found })
+        let metered = tally.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
+        Some(Metered { weight: metered.weight * weight, ..metered })
     }
 
     /// Meters the part of the corona that no body hides; glare and sky in front of it lower its weight.
@@ -402,9 +405,9 @@ impl<'a> MeteredFrame<'_, 'a> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
-        let drawn = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        let by_rays = near_corona::inner_share_of_rays(tangent);
-        if drawn <= 0.0 || by_rays >= 1.0 || towards.dot(camera.forward) <= 0.0 {
+        let drawn_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
+        let share_by_rays = near_corona::inner_share_by_rays(tangent);
+        if drawn_weight <= 0.0 || share_by_rays >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
@@ -416,7 +419,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let rho = inner * growth.sqrt();
             let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
-            // Approximate width of a grid cell.
+            // Approximate angular width of a grid cell.
             let cell_width = rho * tangent * (growth - 1.0);
             let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
@@ -438,12 +441,13 @@ impl<'a> MeteredFrame<'_, 'a> {
                 }
             }
         }
-        let weight = drawn * (1.0 - by_rays) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
-        Some(Metered { weight: found.weight * weight, ..found })
+        let weight =
+            drawn_weight * (1.0 - share_by_rays) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let metered = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        Some(Metered { weight: metered.weight * weight, ..metered })
     }
 
-    /// The values of a function of the view ray on a grid over the frame.
+    /// Evaluates a function of the view ray on a grid over the frame.
     fn sample_frame<T>(&self, function: impl Fn(DVec3) -> T) -> Vec<T> {
         let clip = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
         (0..FRAME_RAYS * FRAME_RAYS).map(|k| function(self.meter.camera.ray(clip(k)))).collect()

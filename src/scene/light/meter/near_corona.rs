@@ -1,4 +1,5 @@
-//! Meters the corona around a camera near the Sun, where it covers the entire sky: also the hemisphere away from the Sun, and from within the inner corona.
+//! Meters the corona around a camera near the Sun. There it covers the entire sky, including the hemisphere away from the Sun; the camera may even be within
+//! the inner corona.
 
 use super::{AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, INNER_CORONA_SINES, LogMean, Metered, MeteredFrame, SUN_WEIGHT};
 use crate::catalog::NaifId;
@@ -9,25 +10,26 @@ use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The part of the corona within the annuli of [`MeteredFrame::corona`] that rays of the frame meter. `sine`: of the Sun's angular radius.
-pub(super) fn inner_share_of_rays(sine: f64) -> f64 {
+/// Fraction of the inner corona, which the annuli of [`MeteredFrame::corona`] cover, that rays of the frame meter instead. `sine`: sine of the Sun's angular
+/// radius.
+pub(super) fn inner_share_by_rays(sine: f64) -> f64 {
     let [from, to] = INNER_CORONA_SINES;
     smoothstep((sine - from) / (to - from))
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. Farther from the Sun than the zodiacal light reaches
-    /// inwards this is `None`, because there the corona is narrow.
+    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` for a camera at least [`zodiacal::NEAREST_AU`] from the Sun,
+    /// because from there the corona is narrow.
     pub(super) fn corona_around_camera(&self) -> Option<Metered> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
-        let drawn = corona::meter_weight(request, camera, sun, self.glare.as_ref());
-        if nearness * drawn <= 0.0 {
+        let drawn_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
+        if nearness * drawn_weight <= 0.0 {
             return None;
         }
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
-        let inner_share = inner_share_of_rays(sine);
+        let inner_share = inner_share_by_rays(sine);
         let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
@@ -36,14 +38,14 @@ impl MeteredFrame<'_, '_> {
             // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
             let across = ray.cross(towards).length();
             let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
-            let part = if rho >= CORONA_RADII[1] { 1.0 } else { inner_share };
-            if rho >= CORONA_RADII[0] && part > 0.0 {
-                let visible_share = part * share * Self::ray_visibility(&nearer, ray, spacing);
+            let share_by_rays = if rho >= CORONA_RADII[1] { 1.0 } else { inner_share };
+            if rho >= CORONA_RADII[0] && share_by_rays > 0.0 {
+                let visible_share = share_by_rays * share * Self::ray_visibility(&nearer, ray, spacing);
                 tally.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
             }
         }
-        let weight = nearness * drawn * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let found = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
-        Some(Metered { weight: found.weight * weight, ..found })
+        let weight = nearness * drawn_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let metered = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        Some(Metered { weight: metered.weight * weight, ..metered })
     }
 }

@@ -1,4 +1,4 @@
-//! Meters the sunlight refracted at the limbs of bodies in front of the Sun, such as the ring of the Earth's air seen from the eclipsed Moon.
+//! Meters the sunlight that the air at the limbs of bodies in front of the Sun refracts, such as the ring of the Earth's air seen from the eclipsed Moon.
 
 use super::geometry::frame_position_weight;
 use super::{LogMean, Metered, MeteredFrame, SUN_WEIGHT};
@@ -10,12 +10,12 @@ use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
 
 impl MeteredFrame<'_, '_> {
-    /// Meters all refracted limbs of the frame, unless the user switched them or the atmosphere off.
+    /// Meters all refracted limbs of the frame, unless the user has switched them or the atmosphere off.
     pub(super) fn refracted_limbs(&self) -> Option<Metered> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
-        let (mut all, mut brightest, mut max_weight) = (LogMean::default(), None, 0.0);
+        let (mut all, mut dominant, mut max_weight) = (LogMean::default(), None, 0.0);
         for p in self.meter.placed {
             let own_effects = request.effects.for_catalog_body(p.body);
             let effects = own_effects.as_ref().unwrap_or(&request.effects);
@@ -45,11 +45,11 @@ impl MeteredFrame<'_, '_> {
             let weight = if is_target { SUN_WEIGHT } else { 1.0 };
             let tally = LogMean { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
             if tally.weight > max_weight {
-                (max_weight, brightest) = (tally.weight, Some(p.body));
+                (max_weight, dominant) = (tally.weight, Some(p.body));
             }
             all.merge(&tally);
         }
-        let body = brightest?;
+        let body = dominant?;
         all.metered(reason!("subject-refracted-limb", body = &body.name), Some(body.id), AUTO_EXPOSED_MEAN)
     }
 }

@@ -1,9 +1,8 @@
 //! The shadow of rings on the ground near the camera, for the light meter.
 //!
-//! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the part of the ground that one ray of the meter stands for.
-//! It changes gradually, because it is a mean over the ray's footprint and the Sun's disc, also where the footprint reaches across the ring plane at the
-//! equator. From 3 radii on there is no shadow: the entire disc is in view, of which the
-//! shadow covers a small part.
+//! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the footprint of one of the meter's rays, which is the
+//! part of the ground that the ray represents. It changes gradually, because it is a mean over the footprint and the Sun's disc, also where the footprint
+//! reaches across the ring plane at the equator. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which it covers a small part.
 
 use super::MeteredFrame;
 use crate::scene::numeric::smoothstep;
@@ -14,24 +13,25 @@ use glam::DVec3;
 /// Distances of the camera in body radii between which the shadow fades out.
 const FADE_RADII: [f64; 2] = [1.5, 3.0];
 
-/// Light of the rings themselves on ground in their shadow, as a fraction of full sunlight. An image from 430 km above Saturn at 15 degrees south, 1964-06-06,
+/// Ring-shine on ground in the rings' shadow, as a fraction of full sunlight. A drawn image from 430 km above Saturn at 15 degrees south, 1964-06-06,
 /// has 1.1e-3 in linear light.
 const RING_SHINE_IN_SHADOW: f64 = 1e-3;
 
-/// Rings between the Sun and the ground of their body. Lengths in equatorial radii, body axes.
+/// The shadow of rings on the ground of their body. Lengths in equatorial radii, body axes.
 pub(super) struct RingShadowOnGround {
     /// Radii in the ring plane, ascending, and the integral of the blocked fraction of sunlight over the radius up to each.
     blocked_up_to: Vec<[f64; 2]>,
-    /// Towards the Sun.
+    /// Unit vector towards the Sun.
     sun: DVec3,
     /// Tangent of the Sun's angular radius.
     sun_tangent: f64,
     camera: DVec3,
-    /// Body radii per equatorial radius.
+    /// Semi-axes of the body, in equatorial radii.
     semi_axes: DVec3,
+    /// Weight of the shadow: less than 1 for a camera beyond the first of [`FADE_RADII`].
     weight: f64,
-    /// Fraction of full sunlight that reaches ground in complete shadow.
-    darkest: f64,
+    /// Light on ground in complete shadow, as a fraction of full sunlight.
+    light_in_shadow: f64,
 }
 
 impl RingShadowOnGround {
@@ -48,11 +48,12 @@ impl RingShadowOnGround {
         }
     }
 
-    /// The fraction of sunlight that the rings leave at a point, their own light included, of the ground (unit-sphere frame). `spacing`: angle between the meter's rays.
+    /// The fraction of sunlight that the rings leave at a point of the ground (unit-sphere frame), ring-shine included. `spacing`: angle between the meter's
+    /// rays.
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
         let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
-        // Only ground on the side of the ring plane that is turned away from the Sun is in shadow; near the equator that is a part of the footprint.
+        // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator that is a part of the footprint.
         let beyond_plane = -ground.z * self.sun.z.signum();
         let part_beyond = smoothstep(0.5 + beyond_plane / footprint);
         let to_ring_plane = beyond_plane.max(0.0) / self.sun.z.abs();
@@ -64,7 +65,7 @@ impl RingShadowOnGround {
         let stretch = 1.0 + self.sun.truncate().length() / self.sun.z.abs();
         let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);
-        1.0 - self.weight * part_beyond * blocked * (1.0 - self.darkest)
+        1.0 - self.weight * part_beyond * blocked * (1.0 - self.light_in_shadow)
     }
 }
 
@@ -90,9 +91,9 @@ impl MeteredFrame<'_, '_> {
         }
         let camera = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let has_ring_shine = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine) != Some(false);
-        let darkest = if has_ring_shine { RING_SHINE_IN_SHADOW } else { 0.0 };
+        let light_in_shadow = if has_ring_shine { RING_SHINE_IN_SHADOW } else { 0.0 };
         let semi_axes = p.body.radii_km / unit_km;
-        Some(RingShadowOnGround { blocked_up_to, sun, sun_tangent, camera, semi_axes, weight, darkest })
+        Some(RingShadowOnGround { blocked_up_to, sun, sun_tangent, camera, semi_axes, weight, light_in_shadow })
     }
 }
 
@@ -112,7 +113,7 @@ mod tests {
                 camera: DVec3::new(1.3, 0.0, 0.02),
                 semi_axes: DVec3::new(1.0, 1.0, 0.9),
                 weight: 1.0,
-                darkest: RING_SHINE_IN_SHADOW,
+                light_in_shadow: RING_SHINE_IN_SHADOW,
             };
             let largest_change = |steps: u32| {
                 let angle = |k: u32| f64::from(k) / f64::from(steps) - 0.5;

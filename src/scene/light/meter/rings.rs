@@ -1,4 +1,4 @@
-//! Meters the light of rings: the light towards the camera, and ring-shine on the night side of the globe.
+//! Meters the light of rings: the light that they scatter towards the camera, and ring-shine on the night side of the globe.
 
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
@@ -16,7 +16,9 @@ use std::sync::Arc;
 
 /// Number of rays along each side of the rings' rectangle.
 const RING_RAYS: u32 = 28;
-/// Range of phase angles over which ring-shine on the night side fades in, radians.
+/// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the reading changes gradually.
+const SHADOW_EDGE_RADII: f64 = 0.02;
+/// Phase angles between which ring-shine on the night side fades in, radians.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
 impl MeteredFrame<'_, '_> {
@@ -34,7 +36,7 @@ impl MeteredFrame<'_, '_> {
         Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
-    /// Only the geometry and the table of ring-shine of this view are used: they do not depend on `irradiance` and `threshold`.
+    /// The geometry of a body's rings. The meter uses only what does not depend on `irradiance` and `threshold`, whose values here are arbitrary.
     pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::RingView<'v> {
         view::RingView {
             body: p.body,
@@ -76,8 +78,8 @@ impl MeteredFrame<'_, '_> {
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
         // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
-        let [sunward, averted] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
-        let sunlight = if sun.z * origin.z < 0.0 { [averted, sunward] } else { [sunward, averted] };
+        let [centre_side, other_side] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
+        let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
         let nearer = self.nearer_bodies(p, spacing);
         let mut sums = RadialSums::new(&intervals, sunlight);
         for k in 0..RING_RAYS * RING_RAYS {
@@ -101,10 +103,11 @@ impl MeteredFrame<'_, '_> {
             let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = large_phase * large + dust_phase * dust;
-            // The ring gets no light in the globe's shadow, and is hidden behind the globe.
+            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe.
             let stretch = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
-            let sunlit = if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / 0.02 + 0.5) } else { 1.0 };
+            let sunlit =
+                if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / SHADOW_EDGE_RADII + 0.5) } else { 1.0 };
             let globe = ray_and_limb(&p.placement, direction);
             let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
             let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };

@@ -1,4 +1,5 @@
-//! The Sun's glare over the frame, for the light meter: the veil around the Sun (`light::glare`), and the glare of the sprite as which a small Sun is drawn.
+//! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite as which a small Sun is
+//! drawn.
 //!
 //! The sprite's glare reaches at most 64 pixels, but in an image of that size it is as bright as the veil. Its radius depends on the exposure, so
 //! the median is computed for a given white.
@@ -48,8 +49,8 @@ impl FrameGlare {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite are switched by different effects, and each counts if it is drawn;
-    /// a sprite that is limited to a small part of the image does not change the median.
+    /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite belong to different effects, and each counts if it is drawn.
+    /// Sprites that are limited to a small part of the image (`Camera::has_small_sprites`) do not count, because they do not change the median.
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);

@@ -1,8 +1,8 @@
 //! The light of a body's air at low and negative altitudes of the Sun, seen from above the air, for the light meter.
 //!
-//! In: a body with air that is drawn over its ground. Out: the radiance of its air at a point of the ground. Beyond the terminator the ground gets no sunlight, but the
-//! air above it still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses of that air, and the air
-//! beyond the limb. From 8 radii on the meter does without: the entire disc is in view, of which twilight is a small part.
+//! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
+//! sunlight, but the air above it still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
+//! of that air, and the air beyond the limb. From 8 radii on, the meter ignores twilight: the entire disc is in view, of which twilight is a small part.
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Body, Species};
@@ -13,18 +13,19 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
-/// The Sun's altitude in degrees, and the radiance per irradiance of the Earth's air seen from straight above (brightest channel): that of drawn images.
+/// The Sun's altitude in degrees, and the radiance per irradiance of the Earth's air seen from straight above (brightest channel), measured in drawn images.
 const RADIANCE_BY_ALTITUDE: [(f64, f64); 8] =
     [(-18.0, 3e-9), (-14.0, 6.3e-8), (-10.0, 1.3e-6), (-8.0, 6e-6), (-6.0, 5.7e-5), (-4.0, 5.2e-4), (-2.0, 2.55e-3), (0.0, 7.3e-3)];
-/// Altitude at which the mean albedo holds all of the air's light.
+/// Altitude of the Sun from which the body's mean albedo includes all light of the air.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
-/// Cosine of emission below which the light of a longer path through the air no longer grows.
+/// Cosine of the angle of emission below which a longer path through the air no longer adds light.
 const MIN_COS_EMISSION: f64 = 0.2;
-/// The Earth's values of [`depth_and_radii`]: the reflectance and the radius in scale heights for which [`RADIANCE_BY_ALTITUDE`] holds.
-const EARTH: [f64; 2] = [0.114, 797.0];
+/// [`reflectance_and_radius`] of the Earth, to which [`RADIANCE_BY_ALTITUDE`] applies.
+const EARTH_REFLECTANCE: f64 = 0.114;
+const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 797.0;
 
 /// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
-fn depth_and_radii(body: &Body, air: &Atmosphere) -> [f64; 2] {
+fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
     // Light scattered forwards stays in the beam.
     let depth = |s: &Species| scattering(s) * s.scale_height_km * (1.0 - s.aerosol_phase().map_or(0.0, |p| p.asymmetry));
     let depths: DVec3 = air.species.iter().map(depth).sum();
@@ -33,38 +34,44 @@ fn depth_and_radii(body: &Body, air: &Atmosphere) -> [f64; 2] {
     [-0.5 * (-depths.max_element()).exp_m1(), body.radii_km.x / scale_height_km.max(1e-9)]
 }
 
-/// The air of a body by low sun.
+/// The air of a body under a low Sun.
 pub(super) struct TwilightAir {
     /// Radiance relative to the Earth's air.
     strength: f64,
-    /// Factor on altitudes: the higher the air relative to the radius, the longer it is lit after sunset.
+    /// Factor from the Sun's altitude to that at which the Earth's air is equally bright: the higher the air relative to the radius, the longer it is lit after
+    /// sunset.
     altitude_factor: f64,
 }
 
 impl TwilightAir {
     fn of(body: &Body) -> Option<Self> {
         let air = body.atmosphere.as_ref().filter(|air| air::ground_is_bare(body) || air::is_visible_over_disc(air))?;
-        let [reflectance, radii] = depth_and_radii(body, air);
+        let [reflectance, radius_scale_heights] = reflectance_and_radius(body, air);
         // The height of the air's shadow grows with the square of the Sun's depression.
-        Some(Self { strength: reflectance / EARTH[0], altitude_factor: (radii / EARTH[1]).sqrt() })
+        Some(Self {
+            strength: reflectance / EARTH_REFLECTANCE,
+            altitude_factor: (radius_scale_heights / EARTH_RADIUS_SCALE_HEIGHTS).sqrt(),
+        })
     }
 
-    /// Radiance per irradiance by the Sun. `cos_sun`, `cos_emission`: cosines of the angles between the vertical and the directions to the Sun and the viewer.
+    /// Radiance per unit of the Sun's irradiance. `cos_sun`, `cos_emission`: cosines of the angles between the vertical and the directions to the Sun and the
+    /// viewer.
     pub(super) fn radiance(&self, cos_sun: f64, cos_emission: f64) -> f64 {
         let altitude_deg = cos_sun.clamp(-1.0, 1.0).asin().to_degrees();
-        let earthly_deg = altitude_deg * self.altitude_factor;
+        let altitude_on_earth_deg = altitude_deg * self.altitude_factor;
         let table = &RADIANCE_BY_ALTITUDE;
-        // Below the table its last slope continues, above it its last value.
-        let below = table.iter().rposition(|(deg, _)| *deg <= earthly_deg).unwrap_or(0).min(table.len() - 2);
+        // Below the table the slope of its lowest segment continues; above it its highest value holds.
+        let below = table.iter().rposition(|(deg, _)| *deg <= altitude_on_earth_deg).unwrap_or(0).min(table.len() - 2);
         let ((deg0, radiance0), (deg1, radiance1)) = (table[below], table[below + 1]);
-        let fraction = ((earthly_deg - deg0) / (deg1 - deg0)).min(1.0);
-        let from_above = (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp();
-        self.strength * from_above * (1.0 - smoothstep(altitude_deg / DAY_ALTITUDE_DEG)) / cos_emission.max(MIN_COS_EMISSION)
+        let fraction = ((altitude_on_earth_deg - deg0) / (deg1 - deg0)).min(1.0);
+        let seen_from_above = (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp();
+        self.strength * seen_from_above * (1.0 - smoothstep(altitude_deg / DAY_ALTITUDE_DEG)) / cos_emission.max(MIN_COS_EMISSION)
     }
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The air of a body that the camera sees from above; `None` if it is not drawn or if the camera is low in it. The meter knows the sky around such a camera.
+    /// The air of a body that the camera sees from above; `None` if it is not drawn. Its strength falls to 0 for a camera low in the air, because the meter
+    /// counts such a camera's sky apart.
     pub(super) fn twilight_air_of(&self, p: &PlacedBody<'_>) -> Option<TwilightAir> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false) {
             return None;
@@ -80,8 +87,8 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// Radiances of drawn images from straight above, at which the meter aims: those of the Earth within a third, of other air within a factor of three. By day
-    /// nothing is added.
+    /// The meter should find the radiances of drawn images from straight above: for the Earth within a third, for other air within a factor of three. By day it
+    /// adds nothing.
     #[test]
     fn twilight_is_metered_as_it_is_drawn() {
         let catalog = Catalog::embedded();
