@@ -4,7 +4,7 @@ use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::measure::Effort;
 use crate::session::Session;
-use crate::stability::{InjectedFaults, SWEEPS, Sweep, SweepBench, SweepReport, run as run_sweep};
+use crate::stability::{InjectedFaults, SWEEPS, Sweep, SweepReport, SweepSetup, run as run_sweep};
 use crate::wording::{echo, suggestion_or_list};
 use serde_json::{Value, json};
 
@@ -50,11 +50,11 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
     let chosen: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
     let session = Session::open(&common.sources(), print_message)?;
     let effort = if args.short { Effort::Short } else { Effort::Full };
-    let bench = SweepBench::new(&session, effort, args.seed, InjectedFaults::default())?.with_views(args.views.map(|n| n as usize));
+    let setup = SweepSetup::new(&session, effort, args.seed, InjectedFaults::default())?.with_views(args.views.map(|n| n as usize));
     let bar = progress(chosen.len() as u64);
     let mut reports = Vec::new();
     for sweep in chosen {
-        let report = run_sweep(sweep, &bench)?;
+        let report = run_sweep(sweep, &setup)?;
         if !args.json {
             bar.suspend(|| print_result(&report_text(&report)))?;
         }

@@ -107,7 +107,7 @@ impl<W: Write> AnimationWriter<W> {
     pub(crate) fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {
-            return Err(ImageError::Size { width, height, given: display.len().saturating_mul(4) });
+            return Err(ImageError::WrongLength { width, height, given: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
         let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
@@ -195,6 +195,6 @@ mod tests {
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
         assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));
         let mut writer = AnimationWriter::new(Vec::new(), AnimationFormat::Gif, (4, 3), 1, 25).expect("a writer");
-        assert!(matches!(writer.add(&[[0; 4]; 5]), Err(ImageError::Size { .. })));
+        assert!(matches!(writer.add(&[[0; 4]; 5]), Err(ImageError::WrongLength { .. })));
     }
 }

@@ -44,21 +44,21 @@ impl DisplayImage {
     }
 
     fn check_same_size(&self, other: &Self) -> Result<(), ImageError> {
-        let has_all_pixels = |p: &Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));
-            return Err(ImageError::Sizes { a, b });
+            return Err(ImageError::DifferentSizes { a, b });
         }
-        match has_all_pixels(self) && has_all_pixels(other) {
-            true => Ok(()),
-            false => Err(ImageError::Size { width: self.width, height: self.height, given: self.rgba.len().saturating_mul(4) }),
+        let has_all_pixels = |p: &&Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
+        match [self, other].into_iter().find(|p| !has_all_pixels(p)) {
+            None => Ok(()),
+            Some(p) => Err(ImageError::WrongLength { width: p.width, height: p.height, given: p.rgba.len().saturating_mul(4) }),
         }
     }
 
     /// The difference of `other` from this image.
     ///
     /// # Errors
-    /// Different sizes.
+    /// Different sizes, or an image without all of its pixels.
     pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
         self.check_same_size(other)?;
         let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
@@ -84,7 +84,7 @@ impl DisplayImage {
     /// The fraction of pixels whose red, green and blue differ by at most the levels in `bound`.
     ///
     /// # Errors
-    /// Different sizes.
+    /// Different sizes, or an image without all of its pixels.
     pub(crate) fn fraction_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
         self.check_same_size(other)?;
         self.check_same_size(bound)?;
@@ -93,15 +93,19 @@ impl DisplayImage {
         Ok(within as f64 / self.rgba.len() as f64)
     }
 
-    /// The absolute differences of red, green and blue, scaled so that the largest is white; opaque, and black for equal images.
+    /// The absolute differences of red, green and blue, scaled so that the largest of them becomes 255; opaque, and black for equal images.
     ///
     /// # Errors
-    /// Different sizes.
+    /// Different sizes, or an image without all of its pixels.
     pub fn difference_image(&self, other: &Self) -> Result<Self, ImageError> {
-        let largest = u32::from(self.difference(other)?.max.max(1));
-        let stretched = |p: u8, q: u8| (u32::from(p.abs_diff(q)) * 255 / largest).min(255) as u8;
-        let pixel = |(p, q): (&[u8; 4], &[u8; 4])| [stretched(p[0], q[0]), stretched(p[1], q[1]), stretched(p[2], q[2]), u8::MAX];
-        Ok(Self { rgba: self.rgba.iter().zip(&other.rgba).map(pixel).collect(), ..*self })
+        self.check_same_size(other)?;
+        let differences = || self.rgba.iter().zip(&other.rgba).map(|(p, q)| [0, 1, 2].map(|c| p[c].abs_diff(q[c])));
+        let largest = u32::from(differences().flatten().max().unwrap_or(0).max(1));
+        let pixel = |difference: [u8; 3]| {
+            let [r, g, b] = difference.map(|d| (u32::from(d) * 255 / largest) as u8);
+            [r, g, b, u8::MAX]
+        };
+        Ok(Self { rgba: differences().map(pixel).collect(), ..*self })
     }
 }
 
@@ -163,6 +167,9 @@ mod tests {
         clear.rgba[0][3] = 0;
         let d = opaque.difference(&clear).expect("one size");
         assert!(d.max == 255 && (d.mean - 255.0 / 16.0).abs() < 1e-12, "{d:?}");
+        // The image of the differences shows no alpha, so alpha does not scale it.
+        clear.rgba[1] = [102, 101, 100, 255];
+        assert_eq!(opaque.difference_image(&clear).expect("one size").rgba[..2], [[0, 0, 0, 255], [255, 127, 0, 255]]);
     }
 
     #[test]
@@ -172,5 +179,12 @@ mod tests {
         let error = image(3, 1, |_| 0).difference(&image(1, 3, |_| 0)).expect_err("sizes").to_string();
         assert!(error.contains("3x1") && error.contains("1x3"), "{error}");
         assert!(image(0, 0, |_| 0).difference(&image(0, 0, |_| 0)).is_err());
+        // The error has the length of the image that lacks pixels, whichever it is.
+        let (whole, mut truncated) = (image(3, 1, |_| 0), image(3, 1, |_| 0));
+        truncated.rgba.pop();
+        for (a, b) in [(&whole, &truncated), (&truncated, &whole)] {
+            let error = a.difference_image(b).expect_err("length").to_string();
+            assert_eq!(error, "3x1 texels do not fit 8 bytes");
+        }
     }
 }

@@ -90,10 +90,11 @@ pub enum ImageError {
     Unreadable { name: String, reason: String },
     #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
+    /// A buffer does not have the length of an image of this size.
     #[error("{width}x{height} texels do not fit {given} bytes")]
-    Size { width: u32, height: u32, given: usize },
+    WrongLength { width: u32, height: u32, given: usize },
     #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
-    Sizes { a: (u32, u32), b: (u32, u32) },
+    DifferentSizes { a: (u32, u32), b: (u32, u32) },
     #[error("not a whole image: {0}")]
     Damaged(String),
     #[error("the image could not be written: {0}")]
@@ -162,7 +163,7 @@ impl Texture {
         let format = decoding.format;
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
-            return Err(ImageError::Size { width, height, given: rgba.len() });
+            return Err(ImageError::WrongLength { width, height, given: rgba.len() });
         }
         Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, order) })
     }

@@ -1,7 +1,7 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance for which its value 1 stands. Always: the texture is 8-bit sRGB, which every device can
+//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. Always: the texture is 8-bit sRGB, which every device can
 //! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
 //! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
@@ -30,7 +30,7 @@ const CLIPPED_FRACTION: f64 = 1e-4;
 pub struct Panorama {
     /// The equirectangular image.
     pub texture: Texture,
-    /// Luminance of the texture's value 1, cd/m², for a linear file; `None`: the file has no unit.
+    /// Luminance that the texel value 1 represents, cd/m², for a linear file; `None`: the file has no unit.
     pub unit_cd_m2: Option<f64>,
 }
 
@@ -203,7 +203,7 @@ fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2:
 mod tests {
     use super::*;
 
-    /// Directions with the face and the position on it that a cube map has there.
+    /// For each direction, the face and the position on it that a cube map has there.
     #[test]
     fn faces_are_arranged_as_in_a_cube_map() {
         for (d, face, position) in [

@@ -13,7 +13,7 @@ fn failed(e: impl std::fmt::Display) -> ImageError {
 
 fn check_pixel_count(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
     if width == 0 || height == 0 || u64::from(width) * u64::from(height) != given as u64 {
-        return Err(ImageError::Size { width, height, given: given.saturating_mul(4) });
+        return Err(ImageError::WrongLength { width, height, given: given.saturating_mul(4) });
     }
     Ok(())
 }

@@ -25,7 +25,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let request = renderers.with_metered_exposure(standard_request(name, effort)?)?;
         let reference_request = ViewRequest { quality: Quality::Reference, ..request.clone() };
         let reference =
-            renderers.light(&renderers.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+            renderers.draw_linear(&renderers.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
         views.push((request, reference));
     }
     let mut candidates = Vec::new();
@@ -34,7 +34,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
             let view = renderers.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(level_differences(&renderers.light(&view, precision_of(quality))?, reference)));
+            worst = worst.max(p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, reference)));
             planned_views.push(view);
         }
         let renderers = &renderers;
@@ -56,12 +56,12 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let view =
         |stars: bool| renderers.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let reference = green_sum(&renderers.light(&view(true)?, Precision::F64)?);
+    let reference = green_sum(&renderers.draw_linear(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
         let planned_view = view(has_stars)?;
-        let error =
-            100.0 * (green_sum(&renderers.light(&planned_view, Precision::F32)?) - reference).abs() / reference.max(f64::MIN_POSITIVE);
+        let error = 100.0 * (green_sum(&renderers.draw_linear(&planned_view, Precision::F32)?) - reference).abs()
+            / reference.max(f64::MIN_POSITIVE);
         let renderers = &renderers;
         candidates.push(Candidate {
             name: name.to_owned(),
@@ -91,9 +91,9 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
         return Ok(None);
     }
     let view = renderers.plan_view(&request, sampling)?;
-    let reference = renderers.light(&view, Precision::F64)?;
+    let reference = renderers.draw_linear(&view, Precision::F64)?;
     let on_gpu = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
-    let in_software = renderers.light(&view, Precision::F32)?;
+    let in_software = renderers.draw_linear(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),

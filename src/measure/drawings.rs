@@ -99,7 +99,7 @@ fn candidate<'a>(
     default_of: Vec<Quality>,
     error: impl Fn(&LinearImage) -> f64,
 ) -> Result<Candidate<'a>, SessionError> {
-    let error = error(&renderers.light(&view, precision)?);
+    let error = error(&renderers.draw_linear(&view, precision)?);
     Ok(Candidate { name: name.to_owned(), error, default_of, workload: Box::new(move || renderers.draw(&view, precision)) })
 }
 
@@ -109,7 +109,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     let request = view_from_direction(NaifId::MOON, MOON_HALF_IN_UMBRA_JD_TDB, NaifId::EARTH, 20.0, effort);
     let request = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
     let with_model = |model: EclipseModel| with_effects(&request, &format!("+eclipse={}", model.name()));
-    let reference = renderers.light(&renderers.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&renderers.plan_view(&with_model(EclipseModel::Refracted)?, SINGLE_SAMPLE)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
         let request_of_model = with_model(model)?;
@@ -151,7 +151,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
             }
         })
     };
-    let reference = renderers.light(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
         let default_of = qualities(&renderers, &request, |d| d.features.ring_shadow == model)?;
@@ -179,7 +179,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
             }
         })
     };
-    let reference = renderers.light(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
         let default_of = qualities(&renderers, &request, |d| d.features.body_shadow == model)?;
@@ -243,7 +243,7 @@ fn air_choice(
     };
     let mut references = Vec::new();
     for request in views {
-        references.push(renderers.light(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
+        references.push(renderers.draw_linear(&plan_of(request, AtmosphereModel::Table)?, Precision::F64)?);
     }
     let mut candidates = Vec::new();
     for model in AtmosphereModel::CHOICES {
@@ -252,7 +252,7 @@ fn air_choice(
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
             let view = plan_of(request, model)?;
-            worst = worst.max(summed_percent_of_light(&renderers.light(&view, Precision::F32)?, reference));
+            worst = worst.max(summed_percent_of_light(&renderers.draw_linear(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, Precision::F32)));
@@ -271,7 +271,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
         let effect = if shape == Shape::Ellipsoid { "+ellipsoid" } else { "-ellipsoid" };
         renderers.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
     };
-    let reference = renderers.light(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
         let default_of = qualities(&renderers, &request, |d| d.body == SATURN && d.features.shape == shape)?;
@@ -294,11 +294,11 @@ fn sampling_candidates<'a>(
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let reference = renderers.light(&renderers.plan_target(request, finest)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&renderers.plan_target(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
         let view = renderers.plan_target(request, sampling)?;
-        let error = p999(level_differences(&renderers.light(&view, Precision::F64)?, &reference));
+        let error = p999(level_differences(&renderers.draw_linear(&view, Precision::F64)?, &reference));
         candidates.push(Candidate { name, error, default_of, workload: Box::new(move || renderers.draw(&view, Precision::F32)) });
     }
     Ok(candidates)
@@ -343,7 +343,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
             SamplingQuality::of(Quality::Standard),
         )
     };
-    let full_resolution = renderers.light(&plan_reduced(1)?, Precision::F32)?;
+    let full_resolution = renderers.draw_linear(&plan_reduced(1)?, Precision::F32)?;
     let mut candidates = Vec::new();
     for divisor in [5, 4, 3, 2, 1] {
         let view = plan_reduced(divisor)?;
@@ -362,7 +362,7 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(standard_request("earth-3-radii", effort)?)?;
     let view = || renderers.plan_view(&request, SINGLE_SAMPLE);
-    let reference = renderers.light(&view()?, Precision::F64)?;
+    let reference = renderers.draw_linear(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (precision, name, default_of) in
         [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]

@@ -136,8 +136,9 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     let precision = precision_of(request.quality);
     let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
     let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
-    let drawn =
-        |request: &ViewRequest| Ok::<_, SessionError>(renderers.light(&renderers.plan_view(request, sampling)?, Precision::F32)?.light);
+    let drawn = |request: &ViewRequest| {
+        Ok::<_, SessionError>(renderers.draw_linear(&renderers.plan_view(request, sampling)?, Precision::F32)?.light)
+    };
     let without = |effect: Effect| {
         let mut request = exposed.clone();
         request.effects.set(effect, false);
@@ -162,9 +163,9 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     } else {
         None
     };
-    let shown = renderers.light(view, precision)?.light;
-    let other_precision = renderers.light(view, other)?.light;
-    let reference_models = renderers.light(&reference_models, Precision::F32)?.light;
+    let shown = renderers.draw_linear(view, precision)?.light;
+    let other_precision = renderers.draw_linear(view, other)?.light;
+    let reference_models = renderers.draw_linear(&reference_models, Precision::F32)?.light;
     Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, without_air })
 }
 

@@ -110,7 +110,7 @@ impl<'a> PrecisionRenderers<'a> {
     }
 
     /// Draws the view and returns its linear image.
-    pub(crate) fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
+    pub(crate) fn draw_linear(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), FrameImages::DisplayAndHdr)?;
         let exposure_factor = view.scene.exposure.factor();
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })

@@ -31,12 +31,12 @@ pub(crate) fn measure_view(session: &Session, request: &ViewRequest, effort: Eff
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(request.clone())?;
     let plan_view = |quality: Quality| renderers.plan_view(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality));
-    let reference = renderers.light(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
+    let reference = renderers.draw_linear(&plan_view(Quality::Reference)?, precision_of(Quality::Reference))?;
     let mut candidates = Vec::new();
     let mut sufficient = None;
     for quality in Quality::ALL {
         let view = plan_view(quality)?;
-        let error = p999(level_differences(&renderers.light(&view, precision_of(quality))?, &reference));
+        let error = p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, &reference));
         if error <= SUFFICIENT_LEVELS {
             sufficient.get_or_insert(quality);
         }

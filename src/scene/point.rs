@@ -26,17 +26,17 @@ pub const GLARE_FRACTION: f64 = 0.3;
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 /// Largest radius of a point's sprite.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Diameter from which a disc gradually replaces a point; at [`BLEND_TO_PX`] only the disc is left. Small discs are drawn too bright, because each pixel is shaded
+/// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel is shaded
 /// at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its pixel
 /// (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit; a disc 2 pixels wide is 18 % too bright at
 /// full phase and within 25 % if half lit.
-pub(crate) const BLEND_FROM_PX: f64 = 2.0;
-/// See [`BLEND_FROM_PX`].
-pub(crate) const BLEND_TO_PX: f64 = 4.0;
+pub(crate) const POINT_ONLY_BELOW_PX: f64 = 2.0;
+/// See [`POINT_ONLY_BELOW_PX`].
+pub(crate) const DISC_ONLY_FROM_PX: f64 = 4.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
-    let x = ((diameter_px - BLEND_FROM_PX) / (BLEND_TO_PX - BLEND_FROM_PX)).clamp(0.0, 1.0);
+    let x = ((diameter_px - POINT_ONLY_BELOW_PX) / (DISC_ONLY_FROM_PX - POINT_ONLY_BELOW_PX)).clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 

@@ -11,7 +11,7 @@ use crate::scene::draw::features::Shape;
 use crate::scene::eclipse::shadow_path::ShadowPaths;
 use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
-use crate::scene::rings::ring_shine::RingShines;
+use crate::scene::rings::ring_shine::RingShineCache;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
@@ -74,7 +74,7 @@ impl Resources {
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
-    pub(crate) ring_shines: RingShines,
+    pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,
     pub(crate) limb_profiles: LimbProfiles,
     /// The elements of the catalog's minor planets as columns.
@@ -83,7 +83,7 @@ pub struct Caches {
 
 impl Caches {
     /// Caches with the given cache of ring-shine tables, which can also store them on disk.
-    pub(crate) fn with_ring_shines(ring_shines: RingShines) -> Self {
+    pub(crate) fn with_ring_shines(ring_shines: RingShineCache) -> Self {
         Self { ring_shines, ..Self::default() }
     }
 }

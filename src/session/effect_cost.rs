@@ -1,4 +1,4 @@
-//! Measures the cost of one effect in a view and its change of the image, by drawing the view with and without the effect.
+//! Measures the time that one effect costs in a view and how much the effect changes the image, by drawing the view with and without it.
 //!
 //! In: a view and an effect. Out: an [`EffectCost`]. Always: the time is measured in software on an image of limited size and scaled by the number of pixels;
 //! both images have the view's exposure, so that their radiances can be compared. Not here: the cost on the GPU, which is known only per pass.
@@ -14,12 +14,12 @@ const MAX_MEASURED_PIXELS: f64 = 16_000.0;
 /// Number of times that the view is drawn with and without the effect, alternately; the fastest times count.
 const ROUNDS: usize = 3;
 
-/// The time that an effect costs in a view, and its change of the image.
+/// The time that an effect costs in a view, and how much it changes the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectCost {
     /// Milliseconds that the effect adds to the drawing of an image of the view's size, at least 0. The noise is some per cent of the total time.
     pub ms: f64,
-    /// The change of the image.
+    /// How much the effect changes the image.
     pub light: LightChange,
 }
 
@@ -49,8 +49,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view. `on`: the view already has the effect, by its request or
-    /// automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
+    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view. `already_on`: the view already has the effect, by its
+    /// request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.
@@ -58,7 +58,7 @@ impl Session {
         &self,
         request: &ViewRequest,
         stops: f64,
-        (effect, on): (Effect, bool),
+        (effect, already_on): (Effect, bool),
         of_body: Option<&str>,
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
@@ -69,7 +69,7 @@ impl Session {
             let exposure = ExposureRequest::Stops(stops);
             let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
             match of_body {
-                _ if with && on => {}
+                _ if with && already_on => {}
                 Some(name) => scaled_request.effects.of_body(name).set(effect, with),
                 None => scaled_request.effects.set(effect, with),
             }

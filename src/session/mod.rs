@@ -73,7 +73,7 @@ use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::draw::RingTable;
 use crate::scene::labels;
 use crate::scene::night_lights::NightLights;
-use crate::scene::rings::ring_shine::{RingShineStore, RingShines};
+use crate::scene::rings::ring_shine::{RingShineCache, RingShineStore};
 use crate::scene::sky::map::SkyMap;
 use crate::scene::{Caches, Scene};
 use crate::shader::fragments::Fragments;
@@ -245,7 +245,7 @@ impl Session {
             night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
             ring_profiles: Memo::with_capacity(MAX_RING_PROFILES),
             glyphs: Memo::with_capacity(1),
-            scene_caches: Caches::with_ring_shines(RingShines::stored(ring_shines)),
+            scene_caches: Caches::with_ring_shines(RingShineCache::stored(ring_shines)),
             devices,
             unreadable_files: Mutex::default(),
             notify,

@@ -4,15 +4,15 @@
 //! covers the code and all inputs; a damaged file is treated as missing and is replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
-use crate::scene::rings::ring_shine::{COLUMNS, ROWS, RingShine, RingShineStore, SOURCES};
+use crate::scene::rings::ring_shine::{self, COLUMNS, ROWS, RingShine, RingShineStore};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the two f64 in front of the texels, bytes: the largest height and the brightest irradiance.
-const NUMBER_BYTES: usize = 16;
+/// Length of the header, bytes: two f64, the largest height and the brightest irradiance.
+const HEADER_BYTES: usize = 16;
 
 /// The tables in a cache folder.
 #[derive(Debug)]
@@ -26,8 +26,8 @@ fn to_bytes(table: &RingShine) -> Vec<u8> {
 }
 
 fn from_bytes(bytes: &[u8]) -> Option<RingShine> {
-    let (numbers, texels) = bytes.split_at_checked(NUMBER_BYTES)?;
-    let [max_height, brightest] = numbers.as_chunks::<8>().0 else { return None };
+    let (header, texels) = bytes.split_at_checked(HEADER_BYTES)?;
+    let [max_height, brightest] = header.as_chunks::<8>().0 else { return None };
     Some(RingShine {
         texels: stored_tables::floats(texels).collect(),
         max_height: f64::from_le_bytes(*max_height),
@@ -42,15 +42,15 @@ impl RingShineFiles {
     }
 
     fn path(&self, key: &[f64]) -> PathBuf {
-        static CODE: OnceLock<[u8; 32]> = OnceLock::new();
-        let name = stored_tables::name(CODE.get_or_init(|| code_digest(&SOURCES)), key.iter().copied());
+        static CODE_DIGEST: OnceLock<[u8; 32]> = OnceLock::new();
+        let name = stored_tables::name(CODE_DIGEST.get_or_init(|| code_digest(&ring_shine::SOURCES)), key.iter().copied());
         self.folder.join(format!("{name}.table"))
     }
 }
 
 impl RingShineStore for RingShineFiles {
     fn read(&self, key: &[f64]) -> Option<RingShine> {
-        from_bytes(&stored_tables::read(&self.path(key), MAGIC, NUMBER_BYTES + TEXEL_BYTES)?)
+        from_bytes(&stored_tables::read(&self.path(key), MAGIC, HEADER_BYTES + TEXEL_BYTES)?)
     }
 
     fn write(&self, key: &[f64], table: &RingShine) {
@@ -62,7 +62,7 @@ impl RingShineStore for RingShineFiles {
 mod tests {
     use super::*;
     use crate::catalog::Ring;
-    use crate::scene::rings::ring_shine::{RingShineGeometry, RingShines};
+    use crate::scene::rings::ring_shine::{RingShineCache, RingShineGeometry};
 
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
@@ -71,7 +71,7 @@ mod tests {
         let shine = |sin_elevation: f64, with_files: bool| {
             let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar_ratio: 0.9, sin_elevation, sun_tangent: 5e-4 };
             let store = with_files.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
-            geometry.shine(&RingShines::stored(store)).expect("light")
+            geometry.shine(&RingShineCache::stored(store)).expect("light")
         };
         let files = || -> Vec<PathBuf> {
             let read = std::fs::read_dir(folder.path().join("orrery/rings")).into_iter().flatten().flatten();
@@ -106,7 +106,7 @@ mod tests {
     fn the_digest_covers_all_code_of_a_table() {
         let covered =
             ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
-        for source in SOURCES {
+        for source in ring_shine::SOURCES {
             for used in stored_tables::scene_modules_used(source) {
                 assert!(covered.iter().any(|c| used.starts_with(c)), "{used}");
             }

@@ -18,7 +18,7 @@ pub struct LineOrigin {
 pub struct SourceMap {
     /// Paths below shaders/ of the fragments in the module.
     pub fragments: Vec<String>,
-    /// Feature names; the first is the module's own name, used for lines that every key has.
+    /// Feature names. The first is the module's own name, which stands for the lines that depend on no feature.
     pub features: Vec<String>,
     /// One origin per line of the text.
     pub lines: Vec<LineOrigin>,

@@ -1,7 +1,7 @@
 //! One plan (the draws of a view, ready for a renderer) drawn in f32 and in f64: the difference of the images, and the first named value of a shader module that
 //! differs by much ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
-use super::{SweepBench, SweepResult};
+use super::{SweepResult, SweepSetup};
 use crate::measure::{LinearImage, PlannedView, level_differences};
 use crate::render::plan::PlanDraw;
 use crate::render::software::{NamedValue, Precision};
@@ -15,14 +15,14 @@ pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     numbers.fold((0, 0.0), |(worst_index, worst), (k, v)| if v > worst { (k, v) } else { (worst_index, worst) })
 }
 
-/// For each pixel, its difference from that one of the `exact` images to which it is closest. NaN counts as the largest difference.
+/// For each pixel, the least of its differences from the same pixel of the `exact_images`. NaN counts as the largest difference.
 pub(super) fn least_differences<'a, T: 'a>(
     image: &[T],
-    exact: impl Iterator<Item = &'a [T]>,
+    exact_images: impl Iterator<Item = &'a [T]>,
     difference: impl Fn(&T, &T) -> f64,
 ) -> Vec<f64> {
     let mut least = vec![f64::NAN; image.len()];
-    for exact in exact {
+    for exact in exact_images {
         for ((least, a), b) in least.iter_mut().zip(image).zip(exact) {
             *least = least.min(difference(a, b));
         }
@@ -35,10 +35,10 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Draws a view in both precisions and adds it to `found` as a case. `case` describes it: if it is the worst so far, `found` keeps this description
-/// with the worst pixel added, and the cause.
-pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
-    let [single, double] = [bench.light(view, Precision::F32)?, bench.light(view, Precision::F64)?];
+/// Draws a view in both precisions and adds their difference to `found`. `case`: description of the view. For the worst case, `found` keeps this description
+/// together with the worst pixel, and the cause.
+pub(super) fn compare(setup: &SweepSetup<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
+    let [single, double] = [setup.draw_linear(view, Precision::F32)?, setup.draw_linear(view, Precision::F64)?];
     let first_not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
     let (worst_index, worst) = match first_not_finite(&single).or(first_not_finite(&double)) {
         Some(index) => (index, f64::INFINITY),
@@ -48,18 +48,18 @@ pub(super) fn compare(bench: &SweepBench<'_>, found: &mut SweepResult, view: &Pl
     found.add(worst, || {
         let mut case = case.clone();
         case["pixel"] = serde_json::json!(pixel);
-        (case, describe_cause(bench, view, [single.width, single.height], pixel))
+        (case, describe_cause(setup, view, [single.width, single.height], pixel))
     });
     Ok(())
 }
 
 /// Names the draw of the scene with the greatest difference between the precisions at a pixel, and the first of its values that differs by much.
-pub(super) fn describe_cause(bench: &SweepBench<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
+pub(super) fn describe_cause(setup: &SweepSetup<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     let values_of = |draw: &PlanDraw| {
         let values = |precision| {
-            let renderer = bench.renderers.renderer(precision);
-            renderer.pixel_values(draw, bench.session().library(), size, pixel).ok().flatten()
+            let renderer = setup.renderers.renderer(precision);
+            renderer.pixel_values(draw, setup.session().library(), size, pixel).ok().flatten()
         };
         let (single, double) = (values(Precision::F32)?, values(Precision::F64)?);
         let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
@@ -78,11 +78,11 @@ fn agree(x: f64, y: f64) -> bool {
 fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> String {
     let mut numbers = single.numbers.iter().zip(&double.numbers).enumerate();
     let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !(agree(**x, **y) || x.is_finite() && y.is_finite())) else {
-        return format!("{} by {relative:.1e} of itself", single.name);
+        return format!("{} differs by a relative {relative:.1e}", single.name);
     };
     let (value, precision) = if x.is_nan() || y.is_finite() { (x, "f32") } else { (y, "f64") };
     let index = if single.numbers.len() > 1 { format!("[{k}]") } else { String::new() };
-    format!("{}{index} is {} in {precision}", single.name, if value.is_nan() { "not a number or not reached" } else { "infinite" })
+    format!("{}{index} is {} in {precision}", single.name, if value.is_nan() { "NaN or not assigned" } else { "infinite" })
 }
 
 /// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
@@ -124,7 +124,7 @@ mod tests {
         rounded[0].numbers[0] += 1e-7;
         rounded[1].numbers[1] += 3e-3;
         rounded[3].numbers[0] += 1e-3;
-        assert_eq!(first_large_difference(&rounded, &exact), "b by 1.0e-3 of itself");
+        assert_eq!(first_large_difference(&rounded, &exact), "b differs by a relative 1.0e-3");
         assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
     }
 
@@ -133,10 +133,10 @@ mod tests {
         let named = |name: &str, numbers: &[f64]| NamedValue { name: name.into(), numbers: numbers.to_vec() };
         let single = [named("a", &[1.0]), named("b", &[2.0, f64::NAN]), named("c", &[f64::INFINITY])];
         let double = [named("a", &[1.1]), named("b", &[2.0, 3.0]), named("c", &[f64::INFINITY])];
-        assert_eq!(first_large_difference(&single, &double), "b[1] is not a number or not reached in f32");
-        assert_eq!(first_large_difference(&double, &single), "b[1] is not a number or not reached in f64");
+        assert_eq!(first_large_difference(&single, &double), "b[1] is NaN or not assigned in f32");
+        assert_eq!(first_large_difference(&double, &single), "b[1] is NaN or not assigned in f64");
         assert_eq!(first_large_difference(&single[2..], &double[2..]), "all named values agree");
         assert_eq!(first_large_difference(&single[2..], &[named("c", &[4.0])]), "c is infinite in f32");
-        assert_eq!(first_large_difference(&single[2..], &[named("c", &[f64::NAN])]), "c is not a number or not reached in f64");
+        assert_eq!(first_large_difference(&single[2..], &[named("c", &[f64::NAN])]), "c is NaN or not assigned in f64");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::difference::worst_of;
 use super::views::{SATURN, sunward, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
 use crate::catalog::NaifId;
 use crate::measure::{LinearImage, level_differences};
 use crate::render::plan::SamplingQuality;
@@ -22,17 +22,17 @@ const COMPARED_BEYOND_RADII: f64 = 3e4;
 
 /// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
 /// against the one before.
-pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let session = bench.session();
+    let session = setup.session();
     // On a day without an eclipse. The light that the camera receives leaves the body at this instant, whatever the distance.
     let emission_time = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
         let Some(radius_km) = session.catalog().body(body).map(|b| b.radii_km.x) else { continue };
-        let towards = (sunward(bench, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
+        let towards = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
-        let steps = bench.pick(14, 60);
+        let steps = setup.pick(14, 60);
         let mut before: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
@@ -52,10 +52,10 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             };
             // Only the draws of the body, because other bodies pass behind it.
             let drawn = |samples: u8, precision| -> Result<LinearImage, SessionError> {
-                let mut view = bench.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
+                let mut view = setup.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
                 let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
                 view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
-                bench.light(&view, precision)
+                setup.draw_linear(&view, precision)
             };
             let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
             let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
@@ -77,18 +77,18 @@ pub(super) fn depth(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
 
 /// The targets of three standard scenes against downsampled larger images of themselves, as the mean over the pixels. Without points and stars, whose size
 /// is in pixels, and the Sun's glare, whose core is at least a pixel wide.
-pub(super) fn scale(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, factor) = bench.pick((64, 8), (256, 8));
+    let (side, factor) = setup.pick((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
-        let request = bench.renderers.with_metered_exposure(request)?;
+        let request = setup.renderers.with_metered_exposure(request)?;
         let fine = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
-        let coarse = bench.light(&bench.renderers.plan_target(&request, sampling)?, Precision::F32)?;
-        let fine = bench.light(&bench.renderers.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
+        let coarse = setup.draw_linear(&setup.renderers.plan_target(&request, sampling)?, Precision::F32)?;
+        let fine = setup.draw_linear(&setup.renderers.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_of(&differences);

@@ -2,7 +2,7 @@
 //! values of features. Each is drawn on the sample body, a made-up globe.
 
 use super::difference::{describe_cause, larger_or_nan, least_differences, worst_of};
-use super::{SweepBench, SweepResult};
+use super::{SweepResult, SweepSetup};
 use crate::catalog::NaifId;
 use crate::measure::PlannedView;
 use crate::render::software::Precision;
@@ -16,26 +16,26 @@ const SIDE_PX: u32 = 24;
 
 /// Draws a covering set of all pairs of values (short effort) or of all triples (full). Each key is drawn twice: once the disc fills the image, once the limb
 /// is in it.
-pub(super) fn run(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let session = bench.session();
+    let session = setup.session();
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
-    for key in covering_keys(bench.pick(2, 3)) {
+    for key in covering_keys(setup.pick(2, 3)) {
         for half_side in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side)?;
-            if let Some(change) = bench.faults.plan {
+            if let Some(change) = setup.faults.plan {
                 change(&mut plan);
             }
             let view = PlannedView { scene: scene.clone(), plan };
-            let (single, exact_frames) = (bench.light(&view, Precision::F32)?.light, bench.exact_frames(&view)?);
+            let (single, exact_frames) = (setup.draw_linear(&view, Precision::F32)?.light, setup.exact_frames(&view)?);
             let difference = |a: &[f32; 4], b: &[f32; 4]| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
             let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.hdr), difference);
             let (worst_index, worst) = worst_of(&differences);
             let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {
                 let location = json!({ "key": key.to_string(), "half_side_radii": half_side, "pixel": pixel });
-                (location, describe_cause(bench, &view, [SIDE_PX, SIDE_PX], pixel))
+                (location, describe_cause(setup, &view, [SIDE_PX, SIDE_PX], pixel))
             });
         }
     }

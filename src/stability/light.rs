@@ -2,7 +2,7 @@
 
 use super::difference::larger_or_nan;
 use super::views::{JUPITER, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
 use crate::probe::Prober;
@@ -71,9 +71,9 @@ fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) ->
 }
 
 /// Sweep of the fraction of sunlight: f32 against f64, and both against [`light_from_angles`] where it gives a value.
-pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let session = bench.session();
+    let session = setup.session();
     let ephemeris = session.ephemeris();
     for (receiver_name, occluder_name, time) in SHADOWS {
         let (Ok(body), Ok(occluder), Ok(time)) =
@@ -85,10 +85,10 @@ pub(super) fn shadows(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
         let occluder_km =
             receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
         let sun_km = receiver.body_from_icrf * receiver.sun_from_body_km;
-        let points = points_around(body, sun_km.normalize(), occluder_km, bench.pick(40, 400));
+        let points = points_around(body, sun_km.normalize(), occluder_km, setup.pick(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
-                let prober = Prober { session, renderer: bench.renderers.renderer(precision) };
+                let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
                 let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let one_occluder: Vec<_> = occluded_sun.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
                 occluded_sun.sunlight(&one_occluder, &points, None).ok()
@@ -126,8 +126,8 @@ const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
 /// planet radii.
-fn deepest(bench: &SweepBench<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
-    let ephemeris = bench.session().ephemeris();
+fn deepest(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
+    let ephemeris = setup.session().ephemeris();
     let mut best = (from, f64::INFINITY);
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
@@ -159,13 +159,13 @@ fn brightness(light: f64, display: &[[u8; 4]]) -> f64 {
 }
 
 /// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
-pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let session = bench.session();
+    let session = setup.session();
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
-        let (time, axis_distance_radii) = deepest(bench, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
+        let (time, axis_distance_radii) = deepest(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
         // The moon does not pass deep enough through the shadow.
         if axis_distance_radii > 0.8 {
             continue;
@@ -173,19 +173,19 @@ pub(super) fn umbra_exposure(bench: &SweepBench<'_>) -> Result<SweepResult, Sess
         let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
-        for stops in (-20..=25).step_by(bench.pick(9, 1)) {
+        for stops in (-20..=25).step_by(setup.pick(9, 1)) {
             let observation_time = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, bench.pick(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, setup.pick(24, 64))
             };
-            let mut view = bench.plan_view(&request, SINGLE_SAMPLE)?;
+            let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
-                let (frame, _) = bench.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
+                let (frame, _) = setup.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
                 let light = greatest_radiance(&frame.hdr);
                 found.add(brightness(light, &frame.display), || {
                     let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });

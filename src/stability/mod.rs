@@ -72,7 +72,7 @@ pub struct Sweep {
     pub full_gpu_bound: f64,
     /// Reason for the bounds.
     pub reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
+    run: fn(&SweepSetup<'_>) -> Result<SweepResult, SessionError>,
 }
 
 /// A sweep's name and its result.
@@ -112,7 +112,7 @@ pub struct InjectedFaults {
 }
 
 /// What a sweep runs with: renderers, effort, seed and injected faults.
-pub struct SweepBench<'a> {
+pub struct SweepSetup<'a> {
     renderers: PrecisionRenderers<'a>,
     /// A renderer in f64 that snaps vertices to the grid of GPUs; `None` unless the GPU draws the images.
     on_gpu_grid: Option<SoftwareRenderer>,
@@ -123,8 +123,8 @@ pub struct SweepBench<'a> {
     faults: InjectedFaults,
 }
 
-impl<'a> SweepBench<'a> {
-    /// A bench with the renderers that the session's settings ask for.
+impl<'a> SweepSetup<'a> {
+    /// A setup with the renderers that the session's settings ask for.
     ///
     /// # Errors
     /// The threads of the renderers cannot be started.
@@ -160,16 +160,16 @@ impl<'a> SweepBench<'a> {
         Ok(view)
     }
 
-    /// The light of a view. In f32 the GPU draws it if the user requests the GPU.
-    fn light(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
+    /// The linear image of a view. In f32 the GPU draws it if the user requests the GPU.
+    fn draw_linear(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
-            return self.renderers.light(view, precision);
+            return self.renderers.draw_linear(view, precision);
         }
         let frame = self.session().draw_plan(&view.plan, FrameImages::DisplayAndHdr)?;
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor: view.scene.exposure.factor() })
     }
 
-    /// The finished image of a view, drawn as in [`Self::light`].
+    /// The finished image of a view, drawn as in [`Self::draw_linear`].
     fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
         if precision == Precision::F64 || !self.is_on_gpu() {
             let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), FrameImages::Display)?;
@@ -204,7 +204,7 @@ const fn sweep(
     name: &'static str,
     (bound, unit): (f64, &'static str),
     reason: &'static str,
-    run: fn(&SweepBench<'_>) -> Result<SweepResult, SessionError>,
+    run: fn(&SweepSetup<'_>) -> Result<SweepResult, SessionError>,
 ) -> Sweep {
     Sweep { name, unit, bound, full_bound: bound, gpu_bound: bound, full_gpu_bound: bound, reason, run }
 }
@@ -329,10 +329,10 @@ pub const SWEEPS: [Sweep; 21] = [
 ///
 /// # Errors
 /// The reason why a case cannot be drawn.
-pub fn run(sweep: &Sweep, bench: &SweepBench<'_>) -> Result<SweepReport, SessionError> {
-    let found = (sweep.run)(bench)?;
-    let bound = bench.pick(sweep.bound, sweep.full_bound);
-    let gpu_bound = bench.pick(sweep.gpu_bound, sweep.full_gpu_bound);
-    let bound = if bench.is_on_gpu() { bound.max(gpu_bound) } else { bound };
+pub fn run(sweep: &Sweep, setup: &SweepSetup<'_>) -> Result<SweepReport, SessionError> {
+    let found = (sweep.run)(setup)?;
+    let bound = setup.pick(sweep.bound, sweep.full_bound);
+    let gpu_bound = setup.pick(sweep.gpu_bound, sweep.full_gpu_bound);
+    let bound = if setup.is_on_gpu() { bound.max(gpu_bound) } else { bound };
     Ok(SweepReport { name: sweep.name, unit: sweep.unit, bound, reason: sweep.reason, found })
 }

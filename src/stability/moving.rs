@@ -1,7 +1,7 @@
 //! Sweeps of image sequences: `motion` moves camera or bodies by less than a pixel a step, `exposure` follows automatic exposure through eclipses.
 
 use super::views::{JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
 use crate::catalog::NaifId;
 use crate::measure::{LinearImage, PlannedView};
 use crate::render::software::Precision;
@@ -61,13 +61,13 @@ fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 
 }
 
 /// Names the draw whose removal makes the two frames most similar.
-fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String {
+fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
         let [first, second] = views.map(|view| {
             let mut view = PlannedView { scene: view.scene.clone(), plan: view.plan.clone() };
             view.plan.passes[0].draws.retain(|d| d.label != label);
-            bench.light(&view, Precision::F32).ok()
+            setup.draw_linear(&view, Precision::F32).ok()
         });
         Some((unexplained_change(&first?, &second?).0, label.to_owned()))
     };
@@ -78,18 +78,18 @@ fn responsible_draw(bench: &SweepBench<'_>, views: [&PlannedView; 2]) -> String 
 }
 
 /// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
-pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, steps, steps_away) = bench.pick((64, 10, 40), (160, 60, 300));
+    let (side, steps, steps_away) = setup.pick((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut previous: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
-            let view = bench.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
-            let image = bench.light(&view, Precision::F32)?;
+            let view = setup.plan_view(&frame(f64::from(k)), SINGLE_SAMPLE)?;
+            let image = setup.draw_linear(&view, Precision::F32)?;
             if let Some((previous_view, previous_image)) = &previous {
                 let (worst, pixel) = unexplained_change(previous_image, &image);
                 found.add(worst, || {
-                    (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(bench, [previous_view, &view]))
+                    (json!({ "sequence": name, "step": k, "pixel": pixel }), responsible_draw(setup, [previous_view, &view]))
                 });
             }
             previous = Some((view, image));
@@ -100,10 +100,10 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     for (body, distance_radii, fov_deg) in
         [(NaifId::EARTH, 3.0, 50.0), (NaifId::EARTH, 1.02, 60.0), (SATURN, 6.0, 50.0), (JUPITER, 40.0, 30.0), (NaifId::MOON, 300.0, 0.5)]
     {
-        let Some(radius_km) = bench.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
-        let towards = (sunward(bench, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
+        let Some(radius_km) = setup.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
+        let towards = (sunward(setup, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
         let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
-        let base = bench.renderers.with_metered_exposure(base)?;
+        let base = setup.renderers.with_metered_exposure(base)?;
         let perpendicular = towards.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera rotates near {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
@@ -125,7 +125,7 @@ pub(super) fn motion(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
         let Ok(from) = Instant::parse(from) else { continue };
-        let base = bench.renderers.with_metered_exposure(ViewRequest {
+        let base = setup.renderers.with_metered_exposure(ViewRequest {
             fov_deg: fov,
             width: side,
             height: side,
@@ -146,10 +146,10 @@ const INVISIBLE_RESULT: f64 = 99.0;
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
-pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     // A short sweep takes steps four times as long.
-    let step_factor = bench.pick(4.0, 1.0);
+    let step_factor = setup.pick(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
@@ -170,8 +170,8 @@ pub(super) fn exposure(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             let time = from.plus_seconds(f64::from(k) * step_s);
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
-            let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
-            let display = bench.display(&view, Precision::F32)?;
+            let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
+            let display = setup.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
             // Along Io's orbit the exposure may jump, because Io enters the shadow within one step; only visibility is checked.

@@ -7,7 +7,7 @@
 //! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
-use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
 use crate::image::levels::display_level;
 use crate::measure::{LinearImage, PlannedView, quantile};
 use crate::random::Random;
@@ -38,12 +38,12 @@ struct RandomView {
 }
 
 /// Random views: a body, a distance and a field of view (log-uniform), a direction, and an instant from 1900 to 2099.
-fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
-    let mut random = Random::new(bench.seed);
-    let bodies = bench.session().catalog().bodies();
+fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
+    let mut random = Random::new(setup.seed);
+    let bodies = setup.session().catalog().bodies();
     // Half of the views look at these bodies, most of which have an atmosphere, rings or an eclipsing neighbour, and so the most effects.
     let effect_rich = ["earth", "saturn", "jupiter", "mars", "moon", "titan", "uranus", "io"];
-    let effect_rich: Vec<_> = effect_rich.iter().filter_map(|n| bench.session().catalog().body_named(n).ok()).collect();
+    let effect_rich: Vec<_> = effect_rich.iter().filter_map(|n| setup.session().catalog().body_named(n).ok()).collect();
     let view = |k: usize| {
         let body = if k.is_multiple_of(2) { *random.choose(&effect_rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
@@ -63,7 +63,7 @@ fn views(bench: &SweepBench<'_>, count: usize) -> Vec<RandomView> {
             ..ViewRequest::of(body.id, time)
         };
         let location = json!({
-            "seed": bench.seed, "view": k, "body": body.name, "time": time.to_utc_iso(), "distance_radii": distance_radii,
+            "seed": setup.seed, "view": k, "body": body.name, "time": time.to_utc_iso(), "distance_radii": distance_radii,
             "direction": direction.to_array(), "fov_deg": request.fov_deg,
         });
         RandomView { location, request }
@@ -81,14 +81,14 @@ struct FramePair {
 
 /// The frame that the scene chooses, and the frame with `effects` switched on. The second takes the first's models of ring and body shadows, because
 /// the difference of two models is not due to an omitted effect.
-fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
-    let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
+fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
+    let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut everything = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         everything.effects.set(*effect, true);
     }
-    let chosen = bench.plan_view(&ViewRequest { purpose: bench.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
-    let mut scene = bench.plan_view(&everything, SINGLE_SAMPLE)?.scene;
+    let chosen = setup.plan_view(&ViewRequest { purpose: setup.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
+    let mut scene = setup.plan_view(&everything, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
         let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
         let models = same.features;
@@ -107,7 +107,7 @@ fn frames(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, effec
         // Not an effect but a filter, which the scene leaves out beside eclipses and detail.
         features.thin_limb = models.thin_limb;
     }
-    let plan = plan::plan(&scene, bench.session(), SINGLE_SAMPLE)?;
+    let plan = plan::plan(&scene, setup.session(), SINGLE_SAMPLE)?;
     Ok(FramePair { chosen, all: PlannedView { scene, plan } })
 }
 
@@ -132,14 +132,14 @@ impl WorstPixel {
 type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
 /// As JSON: a pixel's coordinates, and its radiance and display level per channel in both frames and in the true frame.
-fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
-    let both = frames(bench, request, purpose, &Effect::ALL)?;
+fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
+    let both = frames(setup, request, purpose, &Effect::ALL)?;
     let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
     let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
-    let exposed = bench.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
+    let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
-    let truth = bench.light(&frames(bench, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
-    let [chosen, all] = [bench.light(&both.chosen, Precision::F32)?, bench.light(&both.all, Precision::F32)?];
+    let truth = setup.draw_linear(&frames(setup, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
+    let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.all, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
         "levels": { "chosen": levels(&chosen), "all": levels(&all), "true": levels(&truth) },
@@ -150,14 +150,14 @@ fn values_at(bench: &SweepBench<'_>, request: &ViewRequest, purpose: Purpose, pi
 /// The greatest difference that one effect makes when it alone is switched on in the chosen frame, and that effect's name; 0 and "several
 /// together" if none makes any difference alone.
 fn worst_omission(
-    bench: &SweepBench<'_>,
+    setup: &SweepSetup<'_>,
     request: &ViewRequest,
     purpose: Purpose,
     difference: DifferenceMeasure<'_>,
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        let alone = difference(&frames(bench, request, purpose, &[effect])?)?.difference;
+        let alone = difference(&frames(setup, request, purpose, &[effect])?)?.difference;
         if alone > worst.0 {
             worst = (alone, effect.name());
         }
@@ -169,19 +169,19 @@ fn worst_omission(
 const MAX_EXPLAINED: usize = 16;
 
 fn sweep_views(
-    bench: &SweepBench<'_>,
+    setup: &SweepSetup<'_>,
     purpose: Purpose,
     bound: f64,
     difference: DifferenceMeasure<'_>,
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { location, request } in views(bench, bench.views.unwrap_or(bench.pick(160, 3000))) {
-        let Ok(frames) = frames(bench, &request, purpose, &Effect::ALL) else { continue };
+    for RandomView { location, request } in views(setup, setup.views.unwrap_or(setup.pick(160, 3000))) {
+        let Ok(frames) = frames(setup, &request, purpose, &Effect::ALL) else { continue };
         let worst = difference(&frames)?;
         found.add(worst.difference, || (location.clone(), String::new()));
         results.push((worst, request, location));
-        let [chosen, all] = [operations(bench, &frames.chosen), operations(bench, &frames.all)];
+        let [chosen, all] = [operations(setup, &frames.chosen), operations(setup, &frames.all)];
         cost_ratios.extend((all > 0.0).then_some(chosen / all));
     }
     results.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
@@ -189,11 +189,11 @@ fn sweep_views(
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
     for (worst, request, location) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
-        let (alone, effect) = worst_omission(bench, request, purpose, difference)?;
+        let (alone, effect) = worst_omission(setup, request, purpose, difference)?;
         let mut location = location.clone();
         location["apart"] = json!(worst.difference);
         location["lacks"] = json!(effect);
-        location["values"] = values_at(bench, request, purpose, worst.index)?;
+        location["values"] = values_at(setup, request, purpose, worst.index)?;
         explained.push(location);
         let (view_count, max_difference) = omitted.entry(effect).or_default();
         *view_count += 1;
@@ -228,9 +228,9 @@ fn sweep_views(
 }
 
 /// Operations of the draws of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
-fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
+fn operations(setup: &SweepSetup<'_>, view: &PlannedView) -> f64 {
     let of_fragment = |id: &ModuleId| {
-        let tapes = bench.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
+        let tapes = setup.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
         tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>() as f64
     };
     let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_)));
@@ -239,9 +239,9 @@ fn operations(bench: &SweepBench<'_>, view: &PlannedView) -> f64 {
 }
 
 /// The sweep for displays, by the difference of display bytes.
-pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    sweep_views(bench, Purpose::Display, DISPLAY_BOUND, &|frames| {
-        let (chosen, all) = (bench.display(&frames.chosen, Precision::F32)?, bench.display(&frames.all, Precision::F32)?);
+pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    sweep_views(setup, Purpose::Display, DISPLAY_BOUND, &|frames| {
+        let (chosen, all) = (setup.display(&frames.chosen, Precision::F32)?, setup.display(&frames.all, Precision::F32)?);
         let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         Ok(WorstPixel::of(chosen.iter().zip(&all).map(difference)))
     })
@@ -249,9 +249,9 @@ pub(super) fn display(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErro
 
 /// The sweep for linear light, by the difference relative to the pixel's radiance in the frame with every effect. Pixels below a millionth of
 /// the brightest are ignored, because rounding dominates there.
-pub(super) fn linear(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    sweep_views(bench, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
-        let (chosen, all) = (bench.light(&frames.chosen, Precision::F32)?, bench.light(&frames.all, Precision::F32)?);
+pub(super) fn linear(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    sweep_views(setup, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
+        let (chosen, all) = (setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.all, Precision::F32)?);
         let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
         Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b, brightest))))
     })

@@ -1,6 +1,6 @@
 //! Positions of bodies in the scene, against an independent computation.
 
-use super::{SweepBench, SweepResult};
+use super::{SweepResult, SweepSetup};
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::scene::request::{Position, ViewRequest};
@@ -38,14 +38,14 @@ fn by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3,
 }
 
 /// Directions of all bodies from the Earth's centre, over the years of the kernel.
-pub(super) fn light_time(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn light_time(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let session = bench.session();
-    let direction_of = bench.faults.place.unwrap_or(by_scene);
+    let session = setup.session();
+    let direction_of = setup.faults.place.unwrap_or(by_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
-        for k in 0..bench.pick(2, 20) {
-            let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(bench.pick(2, 20)));
+        for k in 0..setup.pick(2, 20) {
+            let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(setup.pick(2, 20)));
             let (Ok(drawn), Ok(expected)) = (direction_of(session, body.id, time), by_bisection(session, body.id, time)) else { continue };
             // A zero vector, such as that of a body that the scene lacks, has no direction, and `angle_rad` would return 0.
             let separation = if drawn == DVec3::ZERO { f64::INFINITY } else { angle_rad(drawn, expected) / RAD_PER_ARCSEC };

@@ -3,7 +3,7 @@
 //! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
 
 use super::difference::{compare, least_differences, worst_of};
-use super::{SINGLE_SAMPLE, SweepBench, SweepResult};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::random::Random;
@@ -27,12 +27,12 @@ pub(super) struct ExtremeView {
 }
 
 /// Compares f32 and f64 in each view. Views that cannot be planned are skipped.
-fn compare_views(bench: &SweepBench<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
+fn compare_views(setup: &SweepSetup<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     for ExtremeView { location, request } in views {
         // There is no view from inside the target, or outside the years of a body's ephemeris.
-        if let Ok(view) = bench.plan_view(&request, SINGLE_SAMPLE) {
-            compare(bench, &mut found, &view, &location)?;
+        if let Ok(view) = setup.plan_view(&request, SINGLE_SAMPLE) {
+            compare(setup, &mut found, &view, &location)?;
         }
     }
     Ok(found)
@@ -42,13 +42,13 @@ pub(super) fn eclipse_instant() -> Instant {
     Instant::from_jd_tdb(ECLIPSE_JD_TDB)
 }
 
-fn bodies_named(bench: &SweepBench<'_>, names: &[&str]) -> Vec<Body> {
-    names.iter().filter_map(|n| bench.session().catalog().body_named(n).ok().cloned()).collect()
+fn bodies_named(setup: &SweepSetup<'_>, names: &[&str]) -> Vec<Body> {
+    names.iter().filter_map(|n| setup.session().catalog().body_named(n).ok().cloned()).collect()
 }
 
 /// Direction from the body to the Sun, ICRF.
-pub(super) fn sunward(bench: &SweepBench<'_>, body: NaifId, time: Instant) -> DVec3 {
-    let state = bench.session().ephemeris().state(NaifId::SUN, body, time, None);
+pub(super) fn sunward(setup: &SweepSetup<'_>, body: NaifId, time: Instant) -> DVec3 {
+    let state = setup.session().ephemeris().state(NaifId::SUN, body, time, None);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 
@@ -64,14 +64,14 @@ pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fo
 }
 
 /// Views from a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
-pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let bodies = bench.pick(bodies_named(bench, &["earth", "saturn", "moon", "deimos"]), bench.session().catalog().bodies().to_vec());
-    let (steps, side) = bench.pick((10, 16), (27, 32));
+pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let bodies = setup.pick(bodies_named(setup, &["earth", "saturn", "moon", "deimos"]), setup.session().catalog().bodies().to_vec());
+    let (steps, side) = setup.pick((10, 16), (27, 32));
     let fovs_deg = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
-        let towards = (sunward(bench, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
+        let towards = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
@@ -81,14 +81,14 @@ pub(super) fn distance(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             })
         })
     });
-    compare_views(bench, views.collect::<Vec<_>>())
+    compare_views(setup, views.collect::<Vec<_>>())
 }
 
 /// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs for a short effort.
-pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let bodies = bench.session().catalog().bodies();
-    let mut random = Random::new(bench.seed);
-    let fraction = bench.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let bodies = setup.session().catalog().bodies();
+    let mut random = Random::new(setup.seed);
+    let fraction = setup.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
     for from in bodies {
         for target in bodies.iter().filter(|t| t.id != from.id) {
@@ -103,7 +103,7 @@ pub(super) fn pairs(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             }
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// A view from a place on the ground (latitude and longitude in degrees, height in km) in a direction in body axes.
@@ -137,21 +137,21 @@ fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
 }
 
 /// Views along the horizon, from two metres to ten radii above the ground.
-pub(super) fn grazing(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    horizon_views(bench, &[0.3, 30.0, 120.0])
+pub(super) fn grazing(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(setup, &[0.3, 30.0, 120.0])
 }
 
 /// Views along the horizon with a field of view of about 10 arcseconds.
-pub(super) fn grazing_telescope(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    horizon_views(bench, &[0.003])
+pub(super) fn grazing_telescope(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    horizon_views(setup, &[0.003])
 }
 
-fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
+fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
-        bench.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
-    let azimuths = bench.pick(2, 12);
+        setup.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
+    let azimuths = setup.pick(2, 12);
     let mut views = Vec::new();
-    for body in bodies_named(bench, names) {
+    for body in bodies_named(setup, names) {
         let radius_km = body.radii_km.x;
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
             let dip = (radius_km / (radius_km + height_km)).acos();
@@ -169,17 +169,17 @@ fn horizon_views(bench: &SweepBench<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             }
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// Views down, along the horizon and towards the Sun: at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
-pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let names: &[&str] = bench
+pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let names: &[&str] = setup
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
     let mut views = Vec::new();
-    for body in bodies_named(bench, names) {
-        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
-        let sun = body_from_icrf * sunward(bench, body.id, eclipse_instant());
+    for body in bodies_named(setup, names) {
+        let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
+        let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
         let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
@@ -206,16 +206,16 @@ pub(super) fn places(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
             }
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// The camera within and beside the ring plane of each ringed body, and Saturn around the days on which the Earth and the Sun cross its ring plane.
-pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
+pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut views = Vec::new();
-    let catalog = bench.session().catalog();
+    let catalog = setup.session().catalog();
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
     for body in ringed {
-        let Ok(body_from_icrf) = bench.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
+        let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         for height in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
                 let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
@@ -223,7 +223,7 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
                 let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
                 views.push(ExtremeView {
                     location,
-                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, bench.pick(24, 64)),
+                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.pick(24, 64)),
                 });
             }
         }
@@ -232,19 +232,19 @@ pub(super) fn ring_plane(bench: &SweepBench<'_>) -> Result<SweepResult, SessionE
     for jd_tdb in [2_460_758.17, 2_460_801.5] {
         for hours in [-600.0, -24.0, -1.0, -0.01, 0.0, 0.3, 20.0, 500.0] {
             let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
-            let side = bench.pick(24, 96);
+            let side = setup.pick(24, 96);
             let request = ViewRequest { width: side, height: side, ..ViewRequest::of(SATURN, time) };
             views.push(ExtremeView { location: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// Images at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
-pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let (catalog, ephemeris) = (bench.session().catalog(), bench.session().ephemeris());
+pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
     // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
-    let span_jd_tdb = bench.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
+    let span_jd_tdb = setup.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
     let (from, to) = (Instant::from_jd_tdb(span_jd_tdb.0), Instant::from_jd_tdb(span_jd_tdb.1));
     let mut views = Vec::new();
     let side = 24;
@@ -281,40 +281,40 @@ pub(super) fn contacts(bench: &SweepBench<'_>) -> Result<SweepResult, SessionErr
             views.push(ExtremeView { location, request });
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
-pub(super) fn radii(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let side = bench.pick(24, 96);
+pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let side = setup.pick(24, 96);
     let view = |body: &Body| ExtremeView {
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
         request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, eclipse_instant()) },
     };
-    compare_views(bench, bench.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
+    compare_views(setup, setup.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
 }
 
 /// Years -3000 to 3000.
-pub(super) fn years(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let step = bench.pick(500, 50);
+pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let step = setup.pick(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
         let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
-        for body in bodies_named(bench, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
+        for body in bodies_named(setup, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
             views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// Discs from a third of a pixel to four times the frame.
-pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let (side, steps) = bench.pick((24, 12), (48, 60));
+pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let (side, steps) = setup.pick((24, 12), (48, 60));
     let mut views = Vec::new();
-    for body in bodies_named(bench, &["earth", "saturn", "moon", "sun", "jupiter"]) {
+    for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = 60.0 * body.radii_km.x;
-        let towards = (sunward(bench, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
+        let towards = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
@@ -325,12 +325,12 @@ pub(super) fn sizes(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError>
             });
         }
     }
-    compare_views(bench, views)
+    compare_views(setup, views)
 }
 
 /// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.
-pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError> {
-    let side = bench.pick(96, 256);
+pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    let side = setup.pick(96, 256);
     let all = Layers::ALL;
     let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
@@ -366,8 +366,8 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
     ];
     let mut found = SweepResult::empty();
     for (name, request) in views {
-        let view = bench.plan_view(&request, SINGLE_SAMPLE)?;
-        let (single, exact_frames) = (bench.display(&view, Precision::F32)?, bench.exact_frames(&view)?);
+        let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
+        let (single, exact_frames) = (setup.display(&view, Precision::F32)?, setup.exact_frames(&view)?);
         let difference = |a: &[u8; 4], b: &[u8; 4]| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.display), difference);
         let (worst_index, worst) = worst_of(&differences);
@@ -377,7 +377,7 @@ pub(super) fn simple(bench: &SweepBench<'_>) -> Result<SweepResult, SessionError
                 view.plan.passes.iter().flat_map(|p| &p.draws).map(|d| d.module.to_string()).collect();
             let cause = format!(
                 "{}; modules: {}",
-                super::difference::describe_cause(bench, &view, [side, side], pixel),
+                super::difference::describe_cause(setup, &view, [side, side], pixel),
                 modules.into_iter().collect::<Vec<_>>().join(" ")
             );
             (json!({ "view": name, "pixel": pixel }), cause)

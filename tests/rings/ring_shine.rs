@@ -199,12 +199,12 @@ fn equator_and_poles_get_no_ring_shine() {
 /// The total ring-shine on the globe against the total sunlight on the rings.
 #[test]
 fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
-    use orrery::scene::ring_shine::{COLUMNS, ROWS, RingShines};
+    use orrery::scene::ring_shine::{COLUMNS, ROWS, RingShineCache};
     let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
     for sine in [0.02, 0.4, 0.95] {
         let geometry = RingShineGeometry { rings: &rings, radius_km: 1.0, polar_ratio: 1.0, sin_elevation: sine, sun_tangent: 5e-4 };
-        let shine = geometry.shine(&RingShines::default()).expect("a table");
+        let shine = geometry.shine(&RingShineCache::default()).expect("a table");
         let mut power = 0.0;
         for row in 0..2 * ROWS {
             // Heights increase with the square of the row number; each row covers half the interval to either neighbour.

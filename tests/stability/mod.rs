@@ -8,14 +8,14 @@ use orrery::render::plan::{DepthState, Plan};
 use orrery::scene::request::Purpose;
 use orrery::session::{Session, SessionError, Sources};
 use orrery::shader::fragments::Fragments;
-use orrery::stability::{InjectedFaults, SWEEPS, SweepBench, SweepReport, run};
+use orrery::stability::{InjectedFaults, SWEEPS, SweepReport, SweepSetup, run};
 use orrery::time::Instant;
 use std::collections::BTreeMap;
 
 fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
     let sweep = SWEEPS.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no sweep {name}"));
-    let bench = SweepBench::new(session, Effort::Short, 1, faults).expect("a bench");
-    let report = run(sweep, &bench).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let setup = SweepSetup::new(session, Effort::Short, 1, faults).expect("a setup");
+    let report = run(sweep, &setup).unwrap_or_else(|e| panic!("{name}: {e}"));
     println!(
         "{name}: {} cases, {:e} of {:e} {}, {}",
         report.found.cases, report.found.worst, report.bound, report.found.location, report.found.cause

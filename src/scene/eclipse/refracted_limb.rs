@@ -2,8 +2,8 @@
 //!
 //! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
 //! air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the shadow receives the same light from
-//! that model as from the bright ring that a camera at this point would see around the body. Below the top of the atmosphere only the ring shows the Sun: the Sun's
-//! disc, drawn there along straight rays, is removed before the ring is drawn, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum
+//! that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the refracted limb shows the Sun: the part of the
+//! Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum
 //! over a pixel is in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
@@ -19,7 +19,7 @@ use crate::scene::in_view::Appearance;
 use crate::scene::in_view::BodyInView;
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::BLEND_TO_PX;
+use crate::scene::point::DISC_ONLY_FROM_PX;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -86,29 +86,30 @@ struct LimbGeometry {
 
 impl LimbGeometry {
     fn of(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
-        let camera = placed.placement.camera_in_unit_sphere().length();
-        let limb_radius = (1.0 / camera).min(1.0).asin();
+        let camera_distance = placed.placement.camera_in_unit_sphere().length();
+        let limb_radius = (1.0 / camera_distance).min(1.0).asin();
         Self {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
             separation: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
             limb_radius,
             limb_error: limb_radius * crate::scene::features::choice::ellipsoid_flattening(placed.body),
-            distance: (camera * camera - 1.0).max(1e-12).sqrt(),
+            distance: (camera_distance * camera_distance - 1.0).max(1e-12).sqrt(),
         }
     }
 
     /// Whether any layer can show the Sun; does not need the layers, which take milliseconds to compute.
     fn may_show_sun(&self, placed: &PlacedBody<'_>, max_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
-        let outermost = self.limb_radius + top_km / placed.body.radii_km.x / self.distance;
-        let innermost = self.limb_radius - max_bending;
+        // The largest and the smallest of the source angles; if the smallest is negative, the light comes from the opposite side of the centre.
+        let max_angle = self.limb_radius + top_km / placed.body.radii_km.x / self.distance;
+        let min_angle = self.limb_radius - max_bending;
         let margin = self.sun_radius + self.limb_error;
-        self.separation - margin <= outermost.max(-innermost) && self.separation + margin >= innermost
+        self.separation - margin <= max_angle.max(-min_angle) && self.separation + margin >= min_angle
     }
 
-    /// Directions from which the light at the lower and the upper edge of a layer comes, as angles from the body's centre; negative on the opposite side of
-    /// the centre. `layer`: radius and bending at its lower edge (x, y) and at its upper edge (z, w).
-    fn directions_behind(&self, layer: &DVec4) -> (f64, f64) {
+    /// Source angles of the light at the lower and the upper edge of a layer: the angles from the body's centre at which it would arrive without refraction.
+    /// Negative on the opposite side of the centre. `layer`: radius and bending at its lower edge (x, y) and at its upper edge (z, w).
+    fn source_angles(&self, layer: &DVec4) -> (f64, f64) {
         let at = |radius: f64, bending: f64| self.limb_radius + (radius - 1.0) / self.distance - bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
@@ -117,7 +118,7 @@ impl LimbGeometry {
     /// with the radiance of the Sun's centre.
     fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
         let shows = |layer: &DVec4| {
-            let (low, high) = self.directions_behind(layer);
+            let (low, high) = self.source_angles(layer);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
             let margin = self.sun_radius + self.limb_error;
             nearest <= self.separation + margin && low.abs().max(high.abs()) >= self.separation - margin
@@ -151,7 +152,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         return Vec::new();
     }
     let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), refraction::bending_fraction(placed.distance_km, sun.distance_km));
-    let is_possible = 2.0 * geometry.limb_radius >= BLEND_TO_PX * pixel_rad
+    let is_possible = 2.0 * geometry.limb_radius >= DISC_ONLY_FROM_PX * pixel_rad
         && refraction::max_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
     let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
@@ -175,7 +176,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
         let (thickness, light) =
             layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
-                let (low, high) = geometry.directions_behind(layer);
+                let (low, high) = geometry.source_angles(layer);
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
@@ -262,8 +263,8 @@ pub(crate) fn limbs(
             (_, Some(false)) => Some(reason!("eclipse-air-off")),
             _ if camera_is_inside(p) => Some(reason!("eclipse-in-air")),
             _ if sun.distance_km <= p.distance_km => Some(reason!("eclipse-not-before-sun")),
-            _ if report.diameter_px < BLEND_TO_PX => {
-                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", report.diameter_px), threshold = BLEND_TO_PX))
+            _ if report.diameter_px < DISC_ONLY_FROM_PX => {
+                Some(reason!("eclipse-disc-small", size = format_args!("{:.1}", report.diameter_px), threshold = DISC_ONLY_FROM_PX))
             }
             _ => None,
         };

@@ -20,7 +20,7 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
 use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::{self, BLEND_FROM_PX, BLEND_TO_PX};
+use crate::scene::point::{self, DISC_ONLY_FROM_PX, POINT_ONLY_BELOW_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{crescent, ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
@@ -160,7 +160,8 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
     let flux =
         if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px) } else { flux };
-    let reason = reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = BLEND_FROM_PX, to = BLEND_TO_PX);
+    let reason =
+        reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = POINT_ONLY_BELOW_PX, to = DISC_ONLY_FROM_PX);
     let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
         return None;

@@ -12,7 +12,7 @@ use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
-use crate::scene::light::meter::{Meter, MeterReading, Metered};
+use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject};
 use crate::scene::light::night_lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -87,7 +87,7 @@ fn metered(
 /// The exposure for a reading of the light meter.
 fn from_reading(reading: MeterReading) -> Exposure {
     let mut metered = reading.metered;
-    let contribution = |m: &Metered| m.weight.powi(WEIGHT_EXPONENT);
+    let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
     let total_contribution: f64 = metered.iter().map(contribution).sum();
     let log_white: f64 = metered.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
@@ -120,7 +120,11 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
 
 /// States the main subject with its luminance, a second subject that contributes more than a tenth, and what limited the exposure. The last argument: the
 /// radiances that the subjects, the glare and the night sky each require as white.
-fn reason_of(metered: &[Metered], share: impl Fn(&Metered) -> f64, [subjects_white, glare_white, night_white]: [f64; 3]) -> Reason {
+fn reason_of(
+    metered: &[MeteredSubject],
+    share: impl Fn(&MeteredSubject) -> f64,
+    [subjects_white, glare_white, night_white]: [f64; 3],
+) -> Reason {
     let luminance_argument = |radiance: f64| {
         let luminance = radiance * CANDELAS_PER_RADIANCE;
         Argument::Number(if (0.01..1e4).contains(&luminance) { Rounded(luminance).to_string() } else { format!("{luminance:.1e}") })

@@ -174,7 +174,7 @@ pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
 
 /// Tables of ring-shine, cached from frame to frame.
 #[derive(Debug)]
-pub struct RingShines {
+pub struct RingShineCache {
     /// Tables interpolated between knots.
     shines: Memo<Numbers, Option<Arc<RingShine>>>,
     /// Tables of the knots.
@@ -183,13 +183,13 @@ pub struct RingShines {
     store: Option<Box<dyn RingShineStore>>,
 }
 
-impl Default for RingShines {
+impl Default for RingShineCache {
     fn default() -> Self {
         Self { shines: Memo::with_capacity(CACHE_CAPACITY), knots: Memo::with_capacity(CACHE_CAPACITY), store: None }
     }
 }
 
-impl RingShines {
+impl RingShineCache {
     /// A cache that also keeps its tables in `store`.
     pub(crate) fn stored(store: Option<Box<dyn RingShineStore>>) -> Self {
         Self { store, ..Self::default() }
@@ -283,7 +283,7 @@ impl RingShineGeometry<'_> {
     }
 
     /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that successive frames share a table.
-    pub fn shine(&self, cache: &RingShines) -> Option<Arc<RingShine>> {
+    pub fn shine(&self, cache: &RingShineCache) -> Option<Arc<RingShine>> {
         let geometry =
             Self { sin_elevation: round_to_digits(self.sin_elevation, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };
         cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
@@ -291,7 +291,7 @@ impl RingShineGeometry<'_> {
 
     /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. This saves time, because
     /// computing a table takes as long as drawing two frames.
-    fn interpolate(&self, cache: &RingShines) -> Option<RingShine> {
+    fn interpolate(&self, cache: &RingShineCache) -> Option<RingShine> {
         let table_at_knot = |sin_elevation: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.
             let geometry =
@@ -345,7 +345,7 @@ mod tests {
     #[test]
     fn the_interpolated_irradiance_matches_the_table() {
         let ring = ring(1.3, 2.2, 1.0);
-        let shine = geometry(&[&ring], 0.3).shine(&RingShines::default()).expect("light");
+        let shine = geometry(&[&ring], 0.3).shine(&RingShineCache::default()).expect("light");
         let sun = DVec3::new(0.6, 0.7, 0.3).normalize();
         let irradiance_at_point = |k: u32| {
             let z = (f64::from(k) + 0.5) / 10_000.0 - 1.0;
@@ -371,8 +371,8 @@ mod tests {
     fn no_rings_give_no_light_and_thin_rings_give_light_in_proportion() {
         let nothing = ring(1.5, 2.0, 0.0);
         assert!(
-            geometry(&[], 0.3).shine(&RingShines::default()).is_none()
-                && geometry(&[&nothing], 0.3).shine(&RingShines::default()).is_none()
+            geometry(&[], 0.3).shine(&RingShineCache::default()).is_none()
+                && geometry(&[&nothing], 0.3).shine(&RingShineCache::default()).is_none()
         );
         assert_eq!(geometry(&[&nothing], 0.3).upper_limit(), 0.0);
         let brightest_at_depth = |tau: f64| geometry(&[&ring(1.5, 2.0, tau)], 0.3).table().expect("a table").brightest;
@@ -393,7 +393,7 @@ mod tests {
                 ..geometry(&rings, sine)
             };
             let (exact, interpolated) =
-                (geometry.table().expect("a table"), geometry.interpolate(&RingShines::default()).expect("a table"));
+                (geometry.table().expect("a table"), geometry.interpolate(&RingShineCache::default()).expect("a table"));
             let max_error = |other: &RingShine| exact.texels.iter().zip(&other.texels).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
             let brightest = exact.texels.iter().copied().fold(0.0, f32::max);
             assert!(max_error(&interpolated) < 1e-3 * brightest, "sine {sine}: {} of {brightest}", max_error(&interpolated));

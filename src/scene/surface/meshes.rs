@@ -10,7 +10,7 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, Camera, ClipRect, NEAR_DEPTH_KM, Placement};
 use crate::scene::draw::features::Flags;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::BLEND_FROM_PX;
+use crate::scene::point::POINT_ONLY_BELOW_PX;
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
@@ -33,7 +33,7 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mes
 
 /// Whether a body's model is needed: the body is large enough and the file is readable.
 pub(crate) fn is_required(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> bool {
-    let large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > BLEND_FROM_PX;
+    let large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > POINT_ONLY_BELOW_PX;
     let wanted = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
     large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }

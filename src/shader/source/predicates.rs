@@ -42,12 +42,16 @@ pub static PREDICATES: &[Predicate] = &[
         "view_albedo || (view_shaded && (surface_emissive || lights_1))",
         "the pixel depends on the surface's colour",
     ),
-    predicate("has_custom_surface", "custom_1 || custom_2 || custom_3 || custom_4", "a WESL function of the user colours the surface"),
-    predicate("reads_normal", "surface_emissive || lights_1 || view_normal", "the pixel depends on the surface's direction"),
+    predicate(
+        "has_custom_surface",
+        "custom_1 || custom_2 || custom_3 || custom_4",
+        "a WESL function that the user supplies colours the surface",
+    ),
+    predicate("reads_normal", "surface_emissive || lights_1 || view_normal", "the pixel depends on the surface normal"),
     predicate(
         "has_photometric_parameter",
         "surface_lunar_lambert || surface_oren_nayar",
-        "the law of reflection has a parameter of its own",
+        "the photometric model has a parameter of its own",
     ),
     predicate(
         "reads_coarse_air",
@@ -67,7 +71,7 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "clouds_fill_gaps",
         "air_pass_read_with_clouds && surface_cloud",
-        "the clouds' draw shows them where the coarse image of the air is not used",
+        "the clouds' draw is left with the pixels at which the coarse image of the air is not used",
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
@@ -86,7 +90,7 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "needs_ray_differentials",
         "(shape_sphere || shape_ellipsoid) && (maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv || overlays_1)",
-        "maps are read along the ground that a view ray's pixel covers",
+        "a pixel's footprint on a map is computed from the derivatives of its view ray",
     ),
     predicate(
         "filters_maps",

@@ -1,8 +1,8 @@
 //! The mean radiance of a subject of the light meter.
 //!
-//! In: parts of the subject, each with its share of the frame and its radiance. Out: a [`Metered`] subject. Always: the mean is finite, whatever the parts are.
+//! In: parts of the subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`]. Always: the mean is finite, whatever the parts are.
 
-use super::Metered;
+use super::MeteredSubject;
 use crate::catalog::NaifId;
 use crate::message::Argument;
 
@@ -39,9 +39,15 @@ impl LogMean {
         self.log_sum += other.log_sum;
     }
 
-    pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<Metered> {
+    pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<MeteredSubject> {
         let radiance = (self.log_sum / self.weight).exp();
-        (self.weight > 0.0 && radiance > 0.0).then(|| Metered { name: name.into(), body, radiance, target_level, weight: self.weight })
+        (self.weight > 0.0 && radiance > 0.0).then(|| MeteredSubject {
+            name: name.into(),
+            body,
+            radiance,
+            target_level,
+            weight: self.weight,
+        })
     }
 }
 

@@ -3,10 +3,11 @@
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
 //! albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase, because every share of the frame has soft edges (exceptions: [`geometry`]), and the light of
-//! the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and no
-//! corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera,
-//! the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
+//! continuously with position, time, field of view and phase (exceptions: [`geometry`]), because the weight of each subject falls off smoothly at limbs and at
+//! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
+//! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
+//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of
+//! bodies behind it.
 
 mod geometry;
 mod ground;
@@ -51,8 +52,9 @@ const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame below which the Sun's disc is no longer the subject of the image but a light source in it: if the Sun is the target, and if not.
-const MIN_SUN_SHARES: [f64; 2] = [1e-3, 1e-2];
+/// Shares of the frame at which the weight of the Sun's disc is halved, because a smaller disc is no longer the subject of the image but a light source in it:
+/// if the Sun is the target, and if not.
+const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
@@ -65,14 +67,14 @@ const FAR_RADII: [f64; 2] = [3.0, 8.0];
 const RAYS: u32 = 20;
 const FRAME_RAYS: u32 = 16;
 /// Radii of the innermost and outermost edge of the annuli around the Sun by which the corona is metered, solar radii. For a camera near the Sun, rays of the
-/// frame meter the rest.
+/// frame meter the corona outside the annuli (`near_corona`).
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
-/// Sines of the Sun's angular radius between which rays of the frame replace the annuli: for a camera 8.3 to 5 solar radii from the Sun's centre.
-const INNER_CORONA_SINES: [f64; 2] = [0.12, 0.2];
+/// Sines of the Sun's angular radius between which rays of the frame also replace the annuli: for a camera 8.3 to 5 solar radii from the Sun's centre.
+const ANNULI_TO_RAYS_SINES: [f64; 2] = [0.12, 0.2];
 
-/// One kind of subject in the frame.
+/// A subject in the frame with its metered radiance.
 #[derive(Clone, Debug)]
-pub(crate) struct Metered {
+pub(crate) struct MeteredSubject {
     pub name: Argument,
     /// The body that the subject belongs to, if any: its ground, sky, refracted limb or, for the Sun, disc.
     pub body: Option<NaifId>,
@@ -84,7 +86,7 @@ pub(crate) struct Metered {
 }
 
 pub(crate) struct MeterReading {
-    pub metered: Vec<Metered>,
+    pub metered: Vec<MeteredSubject>,
     pub glare: FrameGlare,
 }
 
@@ -95,7 +97,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub reflectors: &'m [Reflector<'m>],
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
-    /// Weight of city lights relative to other ground; 0 if the exposure without them would not overexpose them.
+    /// Weight of city lights relative to other ground; 0 if an exposure chosen without them does not overexpose them.
     pub night_light_weight: f64,
 }
 
@@ -135,21 +137,21 @@ impl Meter<'_, '_> {
         let mut metered = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
-        let mut covered = 0.0;
+        let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
-            let (mut tally, share) = frame.body(p);
-            tally.merge(&frame.rings_of(p));
-            // The ground below the sky hides none of it.
+            let (mut mean, share) = frame.body(p);
+            mean.merge(&frame.rings_of(p));
+            // The ground of the body whose air surrounds the camera is below the horizon, and so outside the sky's fraction of the frame.
             if self.air.is_none_or(|a| a.body.id != p.body.id) {
-                covered += share;
+                share_of_bodies_in_sky += share;
             }
             if Some(p.body.id) == self.context.request.target {
-                target = LogMean { weight: tally.weight * TARGET_WEIGHT, log_sum: tally.log_sum * TARGET_WEIGHT };
+                target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
             } else {
-                others.merge(&tally);
-                if tally.weight > max_weight {
-                    (max_weight, dominant) = (tally.weight, Some(p.body));
+                others.merge(&mean);
+                if mean.weight > max_weight {
+                    (max_weight, dominant) = (mean.weight, Some(p.body));
                 }
             }
         }
@@ -161,14 +163,14 @@ impl Meter<'_, '_> {
         metered.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
-            sky.add((frame.sky_fraction() - covered).max(0.0), frame.sky_radiance, 0.0);
+            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, 0.0);
             metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
             let sky_weight = air.sky_weight();
             let around = metered.iter_mut().filter(|m| m.body == Some(air.body.id));
             around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(sky_weight));
         }
-        metered.push(Metered {
+        metered.push(MeteredSubject {
             name: reason!("subject-dark-sky").into(),
             body: None,
             radiance: night_white * AUTO_EXPOSED_MEAN,
@@ -192,14 +194,14 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
-        // The Sun is so bright that bodies of less than a pixel matter, too. A body at whose centre the camera is counts as behind it.
+        // The Sun is so bright that bodies of less than a pixel matter, too. A body whose centre is the camera's position has an area of 0: it hides nothing.
         let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
         let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
         nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
     }
 
-    /// Fraction of a body's light that the frame draws as a disc.
-    fn disc_share(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
+    fn disc_light_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
         drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
     }
 
@@ -230,33 +232,33 @@ impl<'a> MeteredFrame<'_, 'a> {
         lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
     }
 
-    /// Meters a body (globe without rings). Returns its tally and its share of the frame.
+    /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
     fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
-        let (camera, mut tally) = (self.meter.camera, LogMean::default());
+        let (camera, mut mean) = (self.meter.camera, LogMean::default());
         let far_weight = match p.outline {
             Outline::Ellipse { .. } => {
                 let [from, to] = FAR_RADII;
                 smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
             }
             Outline::Open => 0.0,
-            Outline::Behind | Outline::Beside => return (tally, 0.0),
+            Outline::Behind | Outline::Beside => return (mean, 0.0),
         };
         let area = area_px(camera, p);
         let share = area / self.meter.frame_px() * weighted_in_frame_fraction(camera, p);
         if far_weight > 0.0 && share <= 0.0 {
-            return (tally, 0.0);
+            return (mean, 0.0);
         }
         let diameter_px = 2.0 * (area / PI).sqrt();
         let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
-        if diameter_px < 1.0 && self.disc_share(p, diameter_px) < 1.0 && !is_target {
-            // A point: all of the body's light, spread over a sprite.
+        if diameter_px < 1.0 && self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target {
+            // A point: all of the body's light, spread over a sprite. The sprite's effective area is the reciprocal of its peak, in pixels.
             let pixel_sr = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
-            tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
-            return (tally, 0.0);
+            mean.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
+            return (mean, 0.0);
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
@@ -276,27 +278,29 @@ impl<'a> MeteredFrame<'_, 'a> {
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut near_share = 0.0;
             if far_weight < 1.0 {
-                near_share = self.sum_rays(p, &ground, shadow, 1.0 - far_weight, &mut tally);
+                near_share = self.sum_rays(p, &ground, shadow, 1.0 - far_weight, &mut mean);
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let dilution = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
+                let dilution = area / (area + (1.0 - self.disc_light_fraction(p, diameter_px)) / point_peak());
                 let visible_share = share * self.visible_fraction(p) * far_weight;
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                    tally.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
+                    mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
             }
             near_share
         };
-        let own_request = self.meter.context.request.for_body(p.body);
-        let own_context = Context { request: own_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
-        let near_share = evaluate_shadow(own_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
+        // With the settings that the user made for this body alone.
+        let body_request = self.meter.context.request.for_body(p.body);
+        let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
+        let near_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
         let near_share = near_share.unwrap_or_else(|| sum(None));
-        (tally, share * far_weight + near_share)
+        (mean, share * far_weight + near_share)
     }
 
-    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in luminance longitude and latitude
-    /// covers the lit and the dark part separately, so that even the thinnest crescent is sampled.
+    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
+    /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
+    /// crescent is sampled.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -333,7 +337,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         ground: &Ground<'_>,
         shadow: Option<&ApproximateShadow<'_>>,
         weight: f64,
-        tally: &mut LogMean,
+        mean: &mut LogMean,
     ) -> f64 {
         let camera = self.meter.camera;
         let Some(rect) = p.outline.rect(camera) else { return 0.0 };
@@ -359,7 +363,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(ray.point, spacing));
             let of_ground = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
             let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(viewer)));
-            tally.add(
+            mean.add(
                 share * coverage * frame_position_weight(clip.abs().max_element()),
                 of_ground + of_air * ground.sun_irradiance,
                 self.foreground_radiance(direction, Some(p.body.id)),
@@ -381,39 +385,39 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// Meters the visible part of the Sun's disc.
-    fn sun(&self) -> Option<Metered> {
+    fn sun(&self) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let dilution = area / (area + (1.0 - self.disc_share(sun, 2.0 * (area / PI).sqrt())) / point_peak());
+        let dilution = area / (area + (1.0 - self.disc_light_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
-        let mut tally = LogMean::default();
+        let mut mean = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
-        tally.add(
-            share * share / (share + MIN_SUN_SHARES[usize::from(!is_target)]),
+        mean.add(
+            share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * dilution * self.sun_transmittance,
             self.sky_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
-        let metered = tally.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
-        Some(Metered { weight: metered.weight * weight, ..metered })
+        let metered = mean.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
+        Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 
     /// Meters the part of the corona that no body hides; glare and sky in front of it lower its weight.
-    fn corona(&self) -> Option<Metered> {
+    fn corona(&self) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
-        let drawn_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        let share_by_rays = near_corona::inner_share_by_rays(tangent);
-        if drawn_weight <= 0.0 || share_by_rays >= 1.0 || towards.dot(camera.forward) <= 0.0 {
+        let corona_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
+        let ray_weight = near_corona::ray_weight_of_inner_corona(tangent);
+        if corona_weight <= 0.0 || ray_weight >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
         let (x, y) = towards.any_orthonormal_pair();
         let (annuli, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
-        let mut tally = LogMean::default();
+        let mut mean = LogMean::default();
         for k in 0..annuli {
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
@@ -433,7 +437,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 if inside > 0.0 {
                     let visibility = Self::ray_visibility(&nearer, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
-                    tally.add(
+                    mean.add(
                         share * inside * visibility,
                         corona::radiance(rho) * self.sun_transmittance,
                         self.foreground_radiance(direction, Some(NaifId::SUN)),
@@ -442,9 +446,9 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
         }
         let weight =
-            drawn_weight * (1.0 - share_by_rays) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let metered = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
-        Some(Metered { weight: metered.weight * weight, ..metered })
+            corona_weight * (1.0 - ray_weight) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 
     /// Evaluates a function of the view ray on a grid over the frame.

@@ -1,7 +1,7 @@
 //! Meters the corona around a camera near the Sun. There it covers the entire sky, including the hemisphere away from the Sun; the camera may even be within
 //! the inner corona.
 
-use super::{AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, INNER_CORONA_SINES, LogMean, Metered, MeteredFrame, SUN_WEIGHT};
+use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::light::corona;
@@ -10,42 +10,42 @@ use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Fraction of the inner corona, which the annuli of [`MeteredFrame::corona`] cover, that rays of the frame meter instead. `sine`: sine of the Sun's angular
+/// Weight with which rays of the frame meter the inner corona; the annuli of [`MeteredFrame::corona`] meter it with the rest. `sine`: sine of the Sun's angular
 /// radius.
-pub(super) fn inner_share_by_rays(sine: f64) -> f64 {
-    let [from, to] = INNER_CORONA_SINES;
+pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
+    let [from, to] = ANNULI_TO_RAYS_SINES;
     smoothstep((sine - from) / (to - from))
 }
 
 impl MeteredFrame<'_, '_> {
     /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` for a camera at least [`zodiacal::NEAREST_AU`] from the Sun,
     /// because from there the corona is narrow.
-    pub(super) fn corona_around_camera(&self) -> Option<Metered> {
+    pub(super) fn corona_around_camera(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
-        let drawn_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
-        if nearness * drawn_weight <= 0.0 {
+        let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
+        if nearness * corona_weight <= 0.0 {
             return None;
         }
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
-        let inner_share = inner_share_by_rays(sine);
+        let inner_ray_weight = ray_weight_of_inner_corona(sine);
         let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
-        let mut tally = LogMean::default();
+        let mut mean = LogMean::default();
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
             let across = ray.cross(towards).length();
             let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
-            let share_by_rays = if rho >= CORONA_RADII[1] { 1.0 } else { inner_share };
-            if rho >= CORONA_RADII[0] && share_by_rays > 0.0 {
-                let visible_share = share_by_rays * share * Self::ray_visibility(&nearer, ray, spacing);
-                tally.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
+            let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };
+            if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
+                let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);
+                mean.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
             }
         }
-        let weight = nearness * drawn_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let metered = tally.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
-        Some(Metered { weight: metered.weight * weight, ..metered })
+        let weight = nearness * corona_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 }

@@ -1,7 +1,7 @@
 //! Meters the sunlight that the air at the limbs of bodies in front of the Sun refracts, such as the ring of the Earth's air seen from the eclipsed Moon.
 
 use super::geometry::frame_position_weight;
-use super::{LogMean, Metered, MeteredFrame, SUN_WEIGHT};
+use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
@@ -11,7 +11,7 @@ use crate::scene::request::effects::Effect;
 
 impl MeteredFrame<'_, '_> {
     /// Meters all refracted limbs of the frame, unless the user has switched them or the atmosphere off.
-    pub(super) fn refracted_limbs(&self) -> Option<Metered> {
+    pub(super) fn refracted_limbs(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
@@ -26,7 +26,7 @@ impl MeteredFrame<'_, '_> {
             if segments.is_empty() {
                 continue;
             }
-            let mut tally = LogMean::default();
+            let mut mean = LogMean::default();
             let nearer = self.nearer_bodies(p, camera.pixel_tangent());
             for segment in segments {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
@@ -34,7 +34,7 @@ impl MeteredFrame<'_, '_> {
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
                 let visible = inside * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
-                tally.add(
+                mean.add(
                     visible * segment.solid_angle / frame_sr,
                     segment.radiance,
                     self.foreground_radiance(segment.direction, Some(p.body.id)),
@@ -43,11 +43,11 @@ impl MeteredFrame<'_, '_> {
             // The limb counts as part of the target if the target is this body or the Sun.
             let is_target = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
             let weight = if is_target { SUN_WEIGHT } else { 1.0 };
-            let tally = LogMean { weight: tally.weight * weight, log_sum: tally.log_sum * weight };
-            if tally.weight > max_weight {
-                (max_weight, dominant) = (tally.weight, Some(p.body));
+            let mean = LogMean { weight: mean.weight * weight, log_sum: mean.log_sum * weight };
+            if mean.weight > max_weight {
+                (max_weight, dominant) = (mean.weight, Some(p.body));
             }
-            all.merge(&tally);
+            all.merge(&mean);
         }
         let body = dominant?;
         all.metered(reason!("subject-refracted-limb", body = &body.name), Some(body.id), AUTO_EXPOSED_MEAN)

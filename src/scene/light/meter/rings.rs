@@ -53,23 +53,23 @@ impl MeteredFrame<'_, '_> {
 
     /// Meters a body's rings with rays over their rectangle.
     pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
-        let (camera, mut tally) = (self.meter.camera, LogMean::default());
+        let (camera, mut mean) = (self.meter.camera, LogMean::default());
         let no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::Rings);
         if no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
-            return tally;
+            return mean;
         }
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let (Some(outer), sun) = (intervals.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else {
-            return tally;
+            return mean;
         };
         let view = self.ring_view(p);
-        let Some(rect) = view.rect(outer * unit_km) else { return tally };
+        let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
         if (size * camera.half_size()).max_element() < 4.0 {
-            return tally;
+            return mean;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
@@ -114,8 +114,8 @@ impl MeteredFrame<'_, '_> {
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * not_hidden * Self::ray_visibility(&nearer, direction, spacing);
-            tally.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
+            mean.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
         }
-        tally
+        mean
     }
 }

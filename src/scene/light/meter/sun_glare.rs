@@ -60,9 +60,9 @@ impl MeteredFrame<'_, '_> {
         };
         let glare_part = glare::entered_fraction(camera, sun);
         let flux = if glare_part > 0.0 && !camera.has_small_sprites {
-            let point_share = 1.0 - self.disc_share(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
+            let point_light_fraction = 1.0 - self.disc_light_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
-            point::flux(camera, sun).max_element() * point_share * visible_fraction * self.sun_transmittance
+            point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance
         } else {
             0.0
         };
