@@ -3,7 +3,7 @@
 //! In: the encoded bytes, and how they are decoded. Out: the texture. Not here: finding the file, and caching the texture.
 
 use super::map_decoding::MapDecoding;
-use super::mips::RowOrder;
+use super::mips::RowThreads;
 use super::{ImageError, Texture};
 use std::borrow::Cow;
 
@@ -21,8 +21,8 @@ pub(super) struct EncodedMap {
 }
 
 impl EncodedMap {
-    /// The decoded map with its mip levels. `order`: how the rows of its mip levels are computed, on all threads or on this one; the result is the same.
-    pub(super) fn decode(&self, order: RowOrder) -> Result<Texture, ImageError> {
-        Texture::decode_filtered(&self.name, &self.bytes, self.decoding, self.max_megapixels, order)
+    /// The decoded map with its mip levels. `threads`: which threads compute its mip levels; the result is the same.
+    pub(super) fn decode(&self, threads: RowThreads) -> Result<Texture, ImageError> {
+        Texture::decode_filtered(&self.name, &self.bytes, self.decoding, self.max_megapixels, threads)
     }
 }

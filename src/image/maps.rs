@@ -8,7 +8,7 @@
 use super::encoded_map::EncodedMap;
 use super::map_decoding::MapDecoding;
 use super::mip_level::Level;
-use super::mips::RowOrder;
+use super::mips::RowThreads;
 use super::stored_maps::StoredMaps;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, SharedTexture, TexelFormat, Texture};
 use crate::files::{check_inside, read_bytes};
@@ -143,7 +143,7 @@ impl MapStore {
         if let Some(found) = self.premultiplied.lock().get(name) {
             return Ok(found.clone());
         }
-        let texture = Arc::new(self.encoded(name, OVERLAY_DECODING)?.decode(RowOrder::Parallel)?.premultiplied());
+        let texture = Arc::new(self.encoded(name, OVERLAY_DECODING)?.decode(RowThreads::All)?.premultiplied());
         Ok(self.premultiplied.lock().entry(name.to_owned()).or_insert(texture).clone())
     }
 
@@ -190,7 +190,7 @@ impl MapStore {
         let map = self.encoded(name, decoding)?;
         match &self.stored {
             Some(stored) => stored.texture(map),
-            None => map.decode(RowOrder::Parallel),
+            None => map.decode(RowThreads::All),
         }
     }
 }

@@ -12,21 +12,21 @@ use crate::units::{linear_to_srgb, srgb_to_linear};
 use rayon::prelude::*;
 use std::sync::LazyLock;
 
-/// How the rows of a level are computed. The result is the same either way.
+/// Which threads compute the rows of a level. The result is the same either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RowOrder {
+pub(super) enum RowThreads {
     /// On all threads.
-    Parallel,
+    All,
     /// On the calling thread alone, which runs no other rayon task meanwhile.
-    OneByOne,
+    CallingOnly,
 }
 
-impl RowOrder {
+impl RowThreads {
     /// The fewest rows that a rayon task computes.
     fn min_rows(self) -> usize {
         match self {
-            Self::Parallel => 1,
-            Self::OneByOne => usize::MAX,
+            Self::All => 1,
+            Self::CallingOnly => usize::MAX,
         }
     }
 }
@@ -161,11 +161,11 @@ fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])
 }
 
 /// The next mip level: the area mean of a level's texels.
-fn halve(width: usize, height: usize, rows: Rows<'_>, order: RowOrder) -> (usize, usize, Vec<[f32; 4]>) {
+fn halve(width: usize, height: usize, rows: Rows<'_>, threads: RowThreads) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let columns: Vec<_> = (0..w).map(|x| area_weights(x, w, width)).collect();
     let mut out = vec![[0.0; 4]; w * h];
-    out.par_chunks_mut(w).enumerate().with_min_len(order.min_rows()).for_each_init(Vec::new, |buffer, (y, sums)| {
+    out.par_chunks_mut(w).enumerate().with_min_len(threads.min_rows()).for_each_init(Vec::new, |buffer, (y, sums)| {
         let (y0, wy) = area_weights(y, h, height);
         for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
             add_row(sums, rows.row(y0 + j, width, buffer), &columns, wy);
@@ -186,10 +186,10 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Applies the pole filter to the finest level.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, order: RowOrder) {
+fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
     let colour = codec.decode_table();
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
-    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(order.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
+    let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(threads.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
         decode_row(bytes, colour, row);
         pole_filter.smooth(y, row, sums);
@@ -200,20 +200,20 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, po
 }
 
 /// Applies the pole filter to a coarser level, in floats.
-fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, order: RowOrder) {
+fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
     let pole_filter = PoleRowFilter::of(poles, width, height, true);
-    let rows = linear.par_chunks_mut(width).enumerate().with_min_len(order.min_rows());
+    let rows = linear.par_chunks_mut(width).enumerate().with_min_len(threads.min_rows());
     rows.for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
 }
 
 /// All levels of an 8-bit image.
-pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDecoding, order: RowOrder) -> Vec<Level> {
+pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Vec<Level> {
     let MapDecoding { format, poles, opacity } = decoding;
     let codec = Codec::new(format, opacity);
     let colour = codec.decode_table();
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
         let mut bytes = vec![0; w * h * 4];
-        bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(order.min_rows()).for_each(|(row, texels)| {
+        bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(threads.min_rows()).for_each(|(row, texels)| {
             for (out, t) in row.chunks_exact_mut(4).zip(texels) {
                 out.copy_from_slice(&[codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)]);
             }
@@ -221,17 +221,17 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDec
         Level::new(w as u32, h as u32, bytes)
     };
     let (mut w, mut h) = (width as usize, height as usize);
-    smooth_finest(w, h, &mut rgba, &codec, poles, order);
+    smooth_finest(w, h, &mut rgba, &codec, poles, threads);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
-        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, order);
+        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, threads);
         (w, h) = (nw, nh);
-        smooth_level(w, h, &mut linear, poles, order);
+        smooth_level(w, h, &mut linear, poles, threads);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
-            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), order);
+            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), threads);
             (w, h, linear) = (nw, nh, next);
-            smooth_level(w, h, &mut linear, poles, order);
+            smooth_level(w, h, &mut linear, poles, threads);
             levels.push(pack(w, h, &linear));
         }
     }
@@ -255,10 +255,13 @@ mod tests {
     #[test]
     fn a_checkerboard_averages_in_linear_light() {
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let levels = chain(2, 2, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Srgb), RowOrder::Parallel);
+        let levels = chain(2, 2, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Srgb), RowThreads::All);
         // IEC 61966-2-1: linear one half is 187.5 of 255; the mean of the encoded bytes would be 127.
         assert_eq!(levels[1].bytes(), [188, 188, 188, 255]);
-        assert_eq!(chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::OneByOne)[1].bytes(), [128, 128, 128, 255]);
+        assert_eq!(
+            chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowThreads::CallingOnly)[1].bytes(),
+            [128, 128, 128, 255]
+        );
     }
 
     /// Half of the sky closed, half clear: half of the light is blocked at every level. The mean value, 0.5, would block 0.73 of it.
@@ -268,9 +271,9 @@ mod tests {
         let decoding = MapDecoding { opacity: Some(texels), ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
         let opacity = |byte: u8| texels.opacity(f32::from(byte) / 255.0);
         let rgba = [[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]].concat();
-        let coarse = chain(2, 2, rgba.clone(), decoding, RowOrder::Parallel)[1].bytes()[0];
+        let coarse = chain(2, 2, rgba.clone(), decoding, RowThreads::All)[1].bytes()[0];
         assert!((opacity(coarse) - 0.5).abs() < 0.005, "{coarse}");
-        let plain = chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::Parallel)[1].bytes()[0];
+        let plain = chain(2, 2, rgba, MapDecoding::plain(TexelFormat::Rgba8Unorm), RowThreads::All)[1].bytes()[0];
         assert!((opacity(plain) - 0.726).abs() < 0.005, "{plain}");
         // Any field: each level has the mean opacity of the first, within the rounding to bytes.
         let rgba: Vec<u8> = (0..64_u32 * 32)
@@ -279,7 +282,7 @@ mod tests {
                 [v, v, v, 255]
             })
             .collect();
-        let levels = chain(64, 32, rgba, decoding, RowOrder::Parallel);
+        let levels = chain(64, 32, rgba, decoding, RowThreads::All);
         let mean = |level: &Level| level.bytes().iter().step_by(4).map(|b| opacity(*b)).sum::<f32>() / (level.width * level.height) as f32;
         for level in &levels[1..] {
             assert!((mean(level) - mean(&levels[0])).abs() < 0.005, "{} columns: {} of {}", level.width, mean(level), mean(&levels[0]));
@@ -313,7 +316,7 @@ mod tests {
     fn odd_sides_keep_the_mean() {
         let (w, h) = (7_u32, 5_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 256) as u8, 40, 255]).collect();
-        let levels = chain(w, h, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Unorm), RowOrder::Parallel);
+        let levels = chain(w, h, rgba.clone(), MapDecoding::plain(TexelFormat::Rgba8Unorm), RowThreads::All);
         assert_eq!(levels.iter().map(|l| (l.width, l.height)).collect::<Vec<_>>(), [(7, 5), (3, 2), (1, 1)]);
         for c in 0..4 {
             let mean = rgba.iter().skip(c).step_by(4).map(|&b| f64::from(b)).sum::<f64>() / f64::from(w * h);
@@ -326,7 +329,7 @@ mod tests {
     fn adding_rows_gives_the_area_mean_of_each_texel() {
         for (width, height) in [(8, 6), (7, 5), (9, 8), (2, 1), (1, 3), (1638, 3)] {
             let texels: Vec<[f32; 4]> = (0..width * height).map(|i| [0, 1, 2, 3].map(|c| ((i * 29 + c * 7) % 101) as f32 / 97.0)).collect();
-            let (w, h, level) = halve(width, height, Rows::Linear(&texels), RowOrder::Parallel);
+            let (w, h, level) = halve(width, height, Rows::Linear(&texels), RowThreads::All);
             for (at, found) in level.iter().enumerate() {
                 let ((x0, wx), (y0, wy)) = (area_weights(at % w, w, width), area_weights(at / w, h, height));
                 let mut sum = [0.0_f32; 4];
@@ -343,22 +346,23 @@ mod tests {
 
     /// If rayon ran another task on this thread in between, that task could wait for the level that this thread is computing: a deadlock.
     #[test]
-    fn rows_one_by_one_give_the_same_levels_and_run_no_other_task() {
+    fn rows_on_the_calling_thread_give_the_same_levels_and_run_no_other_task() {
         let (w, h) = (300_u32, 150_u32);
         let rgba: Vec<u8> = (0..w * h).flat_map(|i| [(i * 7 % 256) as u8, (i * 31 % 251) as u8, (i / 97 % 256) as u8, 255]).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
         for poles in [PoleFilter::None, PoleFilter::Values, PoleFilter::Normals] {
-            let levels_by = |order| chain(w, h, rgba.clone(), MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) }, order);
-            let parallel = levels_by(RowOrder::Parallel);
+            let levels_by =
+                |threads| chain(w, h, rgba.clone(), MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) }, threads);
+            let parallel = levels_by(RowThreads::All);
             let working = Mutex::new(None);
             pool.scope(|scope| {
                 for _ in 0..1000 {
                     scope.spawn(|_| assert_ne!(*working.lock(), Some(std::thread::current().id()), "{poles:?}"));
                 }
                 *working.lock() = Some(std::thread::current().id());
-                let one_by_one = levels_by(RowOrder::OneByOne);
+                let on_one_thread = levels_by(RowThreads::CallingOnly);
                 *working.lock() = None;
-                assert!(one_by_one == parallel, "{poles:?}");
+                assert!(on_one_thread == parallel, "{poles:?}");
             });
         }
     }

@@ -32,7 +32,7 @@ pub use integrity::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_p
 pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
-use mips::RowOrder;
+use mips::RowThreads;
 pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
@@ -156,21 +156,21 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
 impl Texture {
     /// A texture with its full mip chain from 8-bit RGBA rows, top first. `format` is one of the two 8-bit formats.
     pub fn from_rgba8(width: u32, height: u32, rgba: Vec<u8>, format: TexelFormat) -> Result<Self, ImageError> {
-        Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowOrder::Parallel)
+        Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowThreads::All)
     }
 
-    fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, order: RowOrder) -> Result<Self, ImageError> {
+    fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Result<Self, ImageError> {
         let format = decoding.format;
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::WrongLength { width, height, given: rgba.len() });
         }
-        Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, order) })
+        Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, threads) })
     }
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_filtered(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowOrder::Parallel)
+        Self::decode_filtered(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowThreads::All)
     }
 
     /// As [`Self::decode`], with the decoding and the limits of a map.
@@ -179,11 +179,11 @@ impl Texture {
         encoded: &[u8],
         decoding: MapDecoding,
         max_megapixels: u32,
-        order: RowOrder,
+        threads: RowThreads,
     ) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();
-        Self::with_decoding(width, height, rgba.into_raw(), decoding, order)
+        Self::with_decoding(width, height, rgba.into_raw(), decoding, threads)
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
@@ -196,7 +196,7 @@ impl Texture {
         let (width, height) = (first.width, first.height);
         let mut bytes = first.into_bytes();
         mips::premultiply(&mut bytes, self.format);
-        Self { format: self.format, levels: mips::chain(width, height, bytes, MapDecoding::plain(self.format), RowOrder::Parallel) }
+        Self { format: self.format, levels: mips::chain(width, height, bytes, MapDecoding::plain(self.format), RowThreads::All) }
     }
 
     /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.

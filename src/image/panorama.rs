@@ -5,7 +5,7 @@
 //! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
 //! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
-use super::mips::RowOrder;
+use super::mips::RowThreads;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
 use crate::files::read_bytes;
 use crate::units::linear_to_srgb;
@@ -195,7 +195,7 @@ fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageErro
 
 fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
     let decoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
-    let texture = Texture::with_decoding(width, height, rgba, decoding, RowOrder::Parallel);
+    let texture = Texture::with_decoding(width, height, rgba, decoding, RowThreads::All);
     Ok(Panorama { texture: texture.map_err(|e| unreadable(path, e.to_string()))?, unit_cd_m2 })
 }
 

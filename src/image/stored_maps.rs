@@ -9,7 +9,7 @@
 use super::encoded_map::EncodedMap;
 use super::map_entry::{self, Entry, Key};
 use super::mip_level::{Level, LevelSource};
-use super::mips::RowOrder;
+use super::mips::RowThreads;
 use super::{ImageError, MAX_MAP_SIDE, PoleFilter, TexelFormat, Texture, check_size};
 use crate::files::{is_temporary, read_bytes, read_part, remove_if_present, write_cached};
 use std::path::{Path, PathBuf};
@@ -137,7 +137,7 @@ impl StoredMaps {
         let header = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
         let entry = header.and_then(|(header, file_bytes)| Entry::from_header(&header, file_bytes));
         let Some(entry) = entry.filter(|entry| entry.key == key) else {
-            let texture = map.decode(RowOrder::Parallel)?;
+            let texture = map.decode(RowThreads::All)?;
             self.write(&key, &texture.levels);
             return Ok(texture);
         };
@@ -259,7 +259,7 @@ impl LevelSource for StoredMap {
         }
         let decoded = self.decoded.get_or_init(|| {
             // An entry exists only for a file that can be decoded.
-            let levels = self.map.decode(RowOrder::OneByOne).map_or(Vec::new(), |texture| texture.levels);
+            let levels = self.map.decode(RowThreads::CallingOnly).map_or(Vec::new(), |texture| texture.levels);
             self.store.write(&self.entry.key, &levels);
             levels
         });
