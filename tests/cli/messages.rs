@@ -428,6 +428,15 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
             ),
             Some((5, "Testa.parent")),
         ),
+        // Six orbits below Jupiter, whose centre is three links from the solar system's barycentre: the sixth is one too many. A body has 11 lines.
+        (
+            ["Jupiter", "Testa", "Testb", "Testc", "Testd", "Teste", "Testf"]
+                .windows(2)
+                .zip(2_009_990..)
+                .map(|(pair, id)| body(id, pair[1], &format!("parent = \"{}\"\n", pair[0]), orbit, fixed))
+                .collect(),
+            Some((5 * 11 + 5, "Testf.parent")),
+        ),
         // Shipped bodies whose rotation is replaced: the text kernel has those of the Earth and Proteus, but not that of Nereid.
         ("[[body]]\nid = 399\nrotation = { model = \"pck\" }\n".into(), None),
         (
