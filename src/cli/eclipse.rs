@@ -284,7 +284,7 @@ fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
         "type": event.class.name(),
         "body": name_of(catalog, event.moon),
         "planet": name_of(catalog, event.planet),
-        "by": event.by.map(|id| name_of(catalog, id)),
+        "by": event.by_moon.map(|id| name_of(catalog, id)),
         "greatest": event.greatest.to_utc_iso(),
         "greatest_tt": event.greatest.to_tt_iso(),
         "gamma": null,

@@ -1,8 +1,8 @@
 //! TASS 1.7 of Mimas, Enceladus, Tethys, Dione, Rhea, Titan, Iapetus and Hyperion (Vienne & Duriez 1995, A&A 297, 588; Hyperion: Duriez &
 //! Vienne 1997, A&A 324, 366).
 //!
-//! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it; the table's matrix converts it to the ecliptic of J2000, and the obliquity of
-//! VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
+//! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it. The table's matrix converts it to the ecliptic of J2000, and the
+//! obliquity of VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
 //!
 //! Each element is a sum of groups of periodic terms. The terms of a group have one angle in common, which is added to their arguments: an integer combination
 //! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series, so these groups are summed first, for all
