@@ -96,14 +96,14 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let (rows, path_written) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
+    let (rows, path_file_result) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
         print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) })?;
     } else {
         print_result(&as_text(&catalog, &rows))?;
     }
-    path_written.map_err(CliError::Failed)
+    path_file_result.map_err(CliError::Failed)
 }
 
 /// The events of the span as JSON objects, in order of time, and the result of writing the file of `--path`. That result is separate, so that `run` can print
@@ -114,34 +114,34 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
     if from >= to {
         return Err(format!("--from {} is not before --to {}: swap them", echo(&args.from), echo(&args.to)));
     }
-    let place = args.at.as_deref().map(parse_place).transpose()?;
+    let observer = args.at.as_deref().map(parse_place).transpose()?;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
-    let mut path_written = Ok(());
+    let mut path_file_result = Ok(());
     let is_wanted = |kind| args.kind.contains(&kind);
     if is_wanted(Kind::Solar) {
         let found = events::solar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         for eclipse in &found {
-            let mut row = solar_row(eclipse, place);
-            if let (Some(place), Some(map)) = (place, catalog.lunar_heights()) {
-                let contacts = eclipse.limb_contacts(place, ephemeris, map).map_err(|e| e.to_string())?;
+            let mut row = solar_row(eclipse, observer);
+            if let (Some(observer), Some(map)) = (observer, catalog.lunar_heights()) {
+                let contacts = eclipse.limb_contacts(observer, ephemeris, map).map_err(|e| e.to_string())?;
                 row["local"]["limb"] = limb_circumstances(&contacts, map);
             }
             rows.push((eclipse.greatest, row));
         }
         if let Some(file) = &args.path {
-            path_written = write_paths(file, &found, radii.name(), args.overwrite);
+            path_file_result = write_eclipse_paths(file, &found, radii.name(), args.overwrite);
         }
     } else if args.path.is_some() {
         return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
     }
     if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, lunar_row(e, place, events::shadow_enlargement(radii)))));
+        rows.extend(found.iter().map(|e| (e.greatest, lunar_row(e, observer, events::shadow_enlargement(radii)))));
     }
     if is_wanted(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
-        rows.extend(found.iter().map(|e| (e.greatest, transit_row(catalog, e, place))));
+        rows.extend(found.iter().map(|e| (e.greatest, transit_row(catalog, e, observer))));
     }
     if is_wanted(Kind::Moons) {
         let found = events::moon_events(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
@@ -155,7 +155,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
         row["delta_t_s"] = json!(delta_t_s);
         row["delta_t_error_s"] = json!(error_s);
     }
-    Ok((rows.into_iter().map(|(_, row)| row).collect(), path_written))
+    Ok((rows.into_iter().map(|(_, row)| row).collect(), path_file_result))
 }
 
 /// Accepted heights of a place, metres: from below the deepest sea floor (Challenger Deep, 10.9 km) to the edge of space (Karman line).
@@ -185,7 +185,8 @@ fn utc_times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
 
-fn solar_row(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
+/// `lat` and `lon` are those of the point of greatest eclipse. `observer`: the place of `--at`.
+fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "solar",
         "type": eclipse.class.name(),
@@ -202,13 +203,14 @@ fn solar_row(eclipse: &SolarEclipse, place: Option<GeodeticPosition>) -> Value {
         "saros": eclipse.saros,
         "saros_member": eclipse.saros_member,
     });
-    if let Some(place) = place {
-        add_local(&mut row, eclipse.seen_from(place).as_ref());
+    if let Some(observer) = observer {
+        add_local(&mut row, eclipse.seen_from(observer).as_ref());
     }
     row
 }
 
-/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. C2 is the last bead before totality or annularity, C3 the first one after it.
+/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. `later_s`: seconds after the same contact of the mean limb. C2 is the last
+/// bead before totality or annularity, C3 the first one after it.
 fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);
@@ -219,7 +221,8 @@ fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
-fn lunar_row(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
+/// `lat` and `lon` are those of the sub-lunar point at greatest eclipse. `observer`: the place of `--at`.
+fn lunar_row(eclipse: &LunarEclipse, observer: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
     let (penumbral_s, partial_s, total_s) =
         (eclipse.duration_s("P1", "P4"), eclipse.duration_s("U1", "U4"), eclipse.duration_s("U2", "U3"));
     let mut row = json!({
@@ -243,8 +246,8 @@ fn lunar_row(eclipse: &LunarEclipse, place: Option<GeodeticPosition>, shadow_enl
         "saros_member": eclipse.saros_member,
         "shadow": shadow_enlargement,
     });
-    if let Some(place) = place {
-        add_local(&mut row, Some(&eclipse.seen_from(place)));
+    if let Some(observer) = observer {
+        add_local(&mut row, Some(&eclipse.seen_from(observer)));
     }
     row
 }
@@ -253,7 +256,7 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
-fn transit_row(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosition>) -> Value {
+fn transit_row(catalog: &Catalog, transit: &Transit, observer: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "transit",
         "type": "transit",
@@ -269,8 +272,8 @@ fn transit_row(catalog: &Catalog, transit: &Transit, place: Option<GeodeticPosit
         "duration_s": transit.duration_s(),
         "saros": null,
     });
-    if let Some(place) = place {
-        add_local(&mut row, transit.seen_from(place).as_ref());
+    if let Some(observer) = observer {
+        add_local(&mut row, transit.seen_from(observer).as_ref());
     }
     row
 }
@@ -281,7 +284,7 @@ fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
         "type": event.class.name(),
         "body": name_of(catalog, event.moon),
         "planet": name_of(catalog, event.planet),
-        "by": event.by.map(|id| name_of(catalog, id)),
+        "by": event.by_moon.map(|id| name_of(catalog, id)),
         "greatest": event.greatest.to_utc_iso(),
         "greatest_tt": event.greatest.to_tt_iso(),
         "gamma": null,
@@ -294,8 +297,8 @@ fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
     })
 }
 
-/// Writes centre lines and limits as a GeoJSON file (RFC 7946).
-fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: bool) -> Result<(), String> {
+/// Writes the centre lines and limits of the central eclipses as a GeoJSON file (RFC 7946).
+fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: bool) -> Result<(), String> {
     let mut features = Vec::new();
     for eclipse in eclipses {
         let Some(path) = eclipse.path() else { continue };
@@ -332,11 +335,11 @@ fn write_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: b
     write_output_file("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
-/// The instant at a position along a line, by linear interpolation between the instants of its places; see [`events::CutVertex::position`].
-fn instant_at(instants: &[Instant], position: f64) -> Option<Instant> {
-    let before = *instants.get(position as usize)?;
-    let after = instants.get(position as usize + 1).unwrap_or(&before);
-    Some(before.plus_seconds(position.fract() * (after.tdb_seconds_past_j2000() - before.tdb_seconds_past_j2000())))
+/// The instant at a fractional index of a line's places ([`events::CutVertex::position`]), by linear interpolation between the `instants` of the places.
+fn instant_at(instants: &[Instant], fractional_index: f64) -> Option<Instant> {
+    let before = *instants.get(fractional_index as usize)?;
+    let after = instants.get(fractional_index as usize + 1).unwrap_or(&before);
+    Some(before.plus_seconds(fractional_index.fract() * (after.tdb_seconds_past_j2000() - before.tdb_seconds_past_j2000())))
 }
 
 /// Adds the circumstances at a place as the row's field `local`, and the times of the local contacts to the row's `contacts`.
@@ -362,6 +365,6 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         "obscuration": seen.obscuration,
         "rise": seen.rise.map(Instant::to_utc_iso),
         "set": seen.set.map(Instant::to_utc_iso),
-        "duration_s": seen.central_s,
+        "duration_s": seen.central_duration_s,
     });
 }

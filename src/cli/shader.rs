@@ -239,7 +239,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
                 return print_result(&format!("{}\n", serde_json::json!(keys)));
             }
             if *count {
-                print_to_stderr(&format!("of {} combinations of dimension values\n", key::count_before_reduction()));
+                print_to_stderr(&format!("of {} combinations of dimension values\n", key::count_combinations()));
                 return print_result(&format!("{}\n", keys.len()));
             }
             print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())

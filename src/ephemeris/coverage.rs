@@ -1,9 +1,12 @@
-//! Coverage of the theories, for messages: why a state is not available at an instant, and which fields of a catalog no theory supports.
+//! Coverage of the theories (kernels, series, mean elements, orbits of a catalog), for messages: why a state is not available at an instant, and which fields
+//! of a catalog no theory supports.
 //!
 //! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message is the one that the theories cover. No positions are computed
 //! here.
 
-use super::{Ephemeris, EphemerisError, LONGEST_CHAIN, MEAN_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, centre_is_from_moons, mean_elements};
+use super::{
+    Ephemeris, EphemerisError, MAX_CHAIN_LINKS, MEAN_ELEMENTS_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, is_centre_from_moons, mean_elements,
+};
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, message};
 use crate::time::Instant;
@@ -32,6 +35,16 @@ fn day(tdb_s: f64) -> String {
     text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
 }
 
+/// Number of links from a body with a source of its own to the solar system's barycentre, as the series have them; a kernel may have fewer.
+fn source_links(id: NaifId) -> usize {
+    let origin = |id: &i32| if is_centre_from_moons(NaifId(*id)) { Some(id / 100) } else { mean_elements::origin_of(*id) };
+    match std::iter::successors(Some(id.0), origin).count() - 1 {
+        // Only a kernel has the body, usually relative to the Sun.
+        0 => 2,
+        links => links,
+    }
+}
+
 impl Ephemeris {
     pub(super) fn name_of(&self, target: NaifId) -> String {
         let named = |id: i32| self.names.get(&NaifId(id));
@@ -47,8 +60,8 @@ impl Ephemeris {
         }
     }
 
-    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. `None` if
-    /// there is no such time.
+    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. An orbit
+    /// relative to a parent counts for every source, because it is used for every source. `None` if there is no such time.
     fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {
@@ -59,7 +72,7 @@ impl Ephemeris {
             spans.extend(series_span.map(|(a, b)| (a.max(span_s(SERIES_YEARS).0), b.min(span_s(SERIES_YEARS).1))));
         }
         if source.is_none_or(|s| s == Source::Mean) && mean_elements::origin_of(target.0).is_some() {
-            spans.push(span_s(MEAN_YEARS));
+            spans.push(span_s(MEAN_ELEMENTS_YEARS));
         }
         if self.orbits.get(&target).is_some_and(|o| o.motion != Motion::Planetary) {
             spans.push(span_s(ORBIT_YEARS));
@@ -67,7 +80,8 @@ impl Ephemeris {
         spans.into_iter().reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
-    pub(super) fn no_theory(&self, target: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
+    /// The error that `source` (`None`: any source) has no state of the target at `t`.
+    pub(super) fn error_without_theory(&self, target: NaifId, t: Instant, source: Option<Source>) -> EphemerisError {
         let body = self.name_of(target);
         let sources = match source {
             None => message!("error-of-sources"),
@@ -78,12 +92,12 @@ impl Ephemeris {
         EphemerisError(match self.coverage(target, source) {
             None => message!("error-no-place", sources = sources, body = &body),
             Some((first, last)) => {
-                let other = match source {
+                let advice = match source {
                     Some(Source::Kernel) => message!("error-longer-than-kernel"),
                     _ => message!("error-longer-kernel"),
                 };
                 let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
-                message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = other)
+                message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = advice)
             }
         })
     }
@@ -119,9 +133,9 @@ impl Ephemeris {
 
     /// The catalog field and the reason, if no theory supports the motion.
     fn unsupported_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
-        let planetary = |id: NaifId| centre_is_from_moons(id) || self.in_planetary_sources(id);
+        let has_own_source = |id: NaifId| is_centre_from_moons(id) || self.in_kernels_or_series(id);
         if *motion == Motion::Planetary {
-            return (!planetary(id)).then(|| {
+            return (!has_own_source(id)).then(|| {
                 let why = "theory = \"planetary\", and neither a kernel nor a series has body";
                 (
                     "motion",
@@ -129,13 +143,16 @@ impl Ephemeris {
                 )
             });
         }
-        if parent.is_none() && !planetary(id) {
+        if parent.is_none() && !has_own_source(id) {
             return Some(("parent", "is missing: the motion is relative to it".into()));
         }
         let mut current = id;
-        for _ in 0..LONGEST_CHAIN {
-            if planetary(current) {
-                return None;
+        for orbits in 0..MAX_CHAIN_LINKS {
+            if has_own_source(current) {
+                if orbits + source_links(current) <= MAX_CHAIN_LINKS {
+                    return None;
+                }
+                break;
             }
             match self.orbits.get(&current) {
                 // A parent without a theory is reported separately.
@@ -144,10 +161,18 @@ impl Ephemeris {
                 Some(orbit) => current = orbit.parent,
             }
         }
-        Some(("parent", "is a cycle, or a chain longer than any moon's".into()))
+        // The catalog's reader has refused cycles.
+        Some((
+            "parent",
+            format!(
+                "is too far down a chain of parents: write one from which at most {} steps lead to the solar system's barycentre",
+                MAX_CHAIN_LINKS - 1
+            ),
+        ))
     }
 
-    fn in_planetary_sources(&self, id: NaifId) -> bool {
+    /// Whether a kernel or a series has the body. The series have the same targets as the mean elements.
+    fn in_kernels_or_series(&self, id: NaifId) -> bool {
         mean_elements::origin_of(id.0).is_some() || self.kernels.iter().any(|k| k.coverage(id.0).is_some())
     }
 }

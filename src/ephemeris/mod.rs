@@ -154,7 +154,7 @@ struct Orbit {
 
 /// Largest number of links of a chain. A shipped moon needs four (moon, planet, its barycentre, Sun, solar system barycentre); a user's catalog may nest
 /// more bodies.
-const LONGEST_CHAIN: usize = 8;
+const MAX_CHAIN_LINKS: usize = 8;
 
 /// All theories behind one interface. Results never depend on earlier calls; threads may share it.
 #[derive(Debug)]
@@ -224,13 +224,13 @@ impl Ephemeris {
         });
         let Some((body_links, center_links)) = common else {
             let incomplete = if from_body.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &from_center } else { &from_body };
-            return Err(self.no_theory(incomplete.end(), t, source));
+            return Err(self.error_without_theory(incomplete.end(), t, source));
         };
         let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
         for (link, is_subtracted) in
             from_body.links(body_links).map(|link| (link, false)).chain(from_center.links(center_links).map(|link| (link, true)))
         {
-            let evaluated = self.evaluate(link, t).ok_or_else(|| self.no_theory(link.target, t, source))?;
+            let evaluated = self.evaluate(link, t).ok_or_else(|| self.error_without_theory(link.target, t, source))?;
             result.state = if is_subtracted { result.state.minus(evaluated.state) } else { result.state.plus(evaluated.state) };
             result.source = result.source.min(evaluated.source);
             result.error_km += evaluated.error_km;
@@ -286,7 +286,7 @@ impl Ephemeris {
 
     /// The links from `target` towards the solar system barycentre, as far as the theories go.
     fn chain(&self, target: NaifId, t: Instant, source: Option<Source>) -> StateChain<'_> {
-        let mut chain = StateChain { first: target, links: [None; LONGEST_CHAIN] };
+        let mut chain = StateChain { first: target, links: [None; MAX_CHAIN_LINKS] };
         let mut current = target;
         for next in &mut chain.links {
             if current == NaifId::SOLAR_SYSTEM_BARYCENTER {
@@ -317,12 +317,12 @@ impl Ephemeris {
             return link(origin, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
-            && in_years(t, MEAN_YEARS)
+            && in_years(t, MEAN_ELEMENTS_YEARS)
             && let Some(origin) = mean_elements::origin_of(target.0)
         {
             return link(origin, Theory::Mean);
         }
-        if centre_is_from_moons(target) {
+        if is_centre_from_moons(target) {
             return link(target.0 / 100, Theory::CentreFromMoons);
         }
         match self.orbits.get(&target)? {
@@ -394,12 +394,12 @@ impl Ephemeris {
 /// Saturn) and 6000 years (Uranus, Neptune).
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which mean elements are used: the span of their tables (3001 BC to AD 3000).
-const MEAN_YEARS: (f64, f64) = (-3000.0, 3001.0);
+const MEAN_ELEMENTS_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Planets whose centre is computed from the masses of their moons.
-fn centre_is_from_moons(target: NaifId) -> bool {
+fn is_centre_from_moons(target: NaifId) -> bool {
     matches!(target.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
 
@@ -436,7 +436,7 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
 /// A chain of links without a heap allocation; unused entries come last.
 struct StateChain<'a> {
     first: NaifId,
-    links: [Option<ChainLink<'a>>; LONGEST_CHAIN],
+    links: [Option<ChainLink<'a>>; MAX_CHAIN_LINKS],
 }
 
 impl<'a> StateChain<'a> {
@@ -447,12 +447,12 @@ impl<'a> StateChain<'a> {
 
     /// Each target with the number of links that lead to it.
     fn targets(&self) -> impl Iterator<Item = (usize, NaifId)> {
-        std::iter::once(self.first).chain(self.links(LONGEST_CHAIN).map(|link| link.origin)).enumerate()
+        std::iter::once(self.first).chain(self.links(MAX_CHAIN_LINKS).map(|link| link.origin)).enumerate()
     }
 
     /// The target at which the theories end.
     fn end(&self) -> NaifId {
-        self.links(LONGEST_CHAIN).last().map_or(self.first, |link| link.origin)
+        self.links(MAX_CHAIN_LINKS).last().map_or(self.first, |link| link.origin)
     }
 }
 

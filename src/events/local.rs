@@ -89,8 +89,8 @@ pub struct LocalCircumstances {
     pub rise: Option<Instant>,
     /// Setting between first and last contact.
     pub set: Option<Instant>,
-    /// Seconds from second to third contact.
-    pub central_s: Option<f64>,
+    /// Seconds from second to third contact: of totality, of annularity, or with the planet entirely on the Sun's disc.
+    pub central_duration_s: Option<f64>,
 }
 
 /// Angular radii and separation of the discs of the Sun and the Moon as seen from a place, radians.
@@ -276,7 +276,7 @@ impl<'a> Station<'a> {
             obscuration: Some(self.discs(best.unwrap_or(maximum_s)).obscuration()),
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
-            central_s: central.map(|(a, b)| b - a),
+            central_duration_s: central.map(|(a, b)| b - a),
         })
     }
 
@@ -302,7 +302,7 @@ impl<'a> Station<'a> {
             obscuration: None,
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
-            central_s: None,
+            central_duration_s: None,
         }
     }
 

@@ -78,7 +78,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 /// Whether two events are one: the same moons at the same instant.
 fn is_same(a: &MoonEvent, b: &MoonEvent) -> bool {
     let apart_s = a.greatest.tdb_seconds_past_j2000() - b.greatest.tdb_seconds_past_j2000();
-    (a.class, a.moon, a.by) == (b.class, b.moon, b.by) && apart_s.abs() < CONTACT_STEP_S
+    (a.class, a.moon, a.by_moon) == (b.class, b.moon, b.by_moon) && apart_s.abs() < CONTACT_STEP_S
 }
 
 /// Two moons around their conjunction. Times are those of light at the farther moon, in seconds from the sample of least distance; vectors are from Jupiter's
@@ -208,7 +208,7 @@ impl<'a> MutualConjunction<'a> {
         }
         sort_by_time(&mut contacts);
         let greatest = reception_of(greatest_s)?;
-        let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, by: Some(self.near.id), greatest, contacts };
+        let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, by_moon: Some(self.near.id), greatest, contacts };
         Ok((!event.contacts.is_empty()).then_some(event))
     }
 }

@@ -20,8 +20,8 @@ pub struct ShapeFrame {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factors on y and z in the unit-sphere frame. They turn a point into a direction with the longitude and latitude, planetocentric or planetographic, in
-    /// which the columns and rows of the body's map are evenly spaced.
+    /// Factors on y and z of a point in the unit-sphere frame. The direction of the product has the map's longitude and latitude: planetocentric or
+    /// planetographic, whichever is evenly spaced over the map's columns and rows.
     pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -33,8 +33,8 @@ pub enum ShapeError {
     /// A file in another unit, or of another body.
     #[error(
         "its farthest vertex is {farthest_km:.6} km from the centre; expected {} to {} times the body's {radius_km} km: is scale_km right?",
-        REACH.start(),
-        REACH.end()
+        FARTHEST_VERTEX_RANGE.start(),
+        FARTHEST_VERTEX_RANGE.end()
     )]
     Size {
         /// Distance of the farthest vertex from the centre.
@@ -54,7 +54,7 @@ pub enum ShapeError {
 }
 
 /// Allowed distance of the farthest vertex from the centre, in units of the body's largest semi-axis; outside this range the file is in another unit.
-pub(crate) const REACH: std::ops::RangeInclusive<f64> = 0.2..=4.0;
+const FARTHEST_VERTEX_RANGE: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
 /// Distance from the axis, in radii, within which a corner is at the pole.
@@ -84,7 +84,7 @@ impl std::fmt::Debug for Mesh {
     }
 }
 
-/// Models are compared by identity, because they are large and loaded once.
+/// Meshes are compared by identity, because they are large and loaded once.
 impl PartialEq for Mesh {
     fn eq(&self, other: &Self) -> bool {
         std::ptr::eq(self, other)
@@ -187,14 +187,14 @@ impl MeshBuilder {
     /// Mean number of bounding boxes of triangles that a line through the bounding box of all triangles meets. By Cauchy's formula for convex bodies it is the
     /// sum of their surface areas over that of the large box.
     fn overlap(&self) -> f64 {
-        let area = |corners: &mut dyn Iterator<Item = DVec3>| {
+        let half_box_area = |corners: &mut dyn Iterator<Item = DVec3>| {
             let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
             let side = high - low;
             side.x * side.y + side.y * side.z + side.z * side.x
         };
         let corner = |k: &u32| self.points[*k as usize].position_km;
-        let sum_of_triangles: f64 = self.indices.chunks_exact(3).map(|t| area(&mut t.iter().map(corner))).sum();
-        sum_of_triangles / area(&mut self.indices.iter().map(corner))
+        let sum_of_triangles: f64 = self.indices.chunks_exact(3).map(|t| half_box_area(&mut t.iter().map(corner))).sum();
+        sum_of_triangles / half_box_area(&mut self.indices.iter().map(corner))
     }
 
     /// Adds a triangle. `has_file_uv`: its texture coordinates are those of the file, which stay as they are.
@@ -218,13 +218,13 @@ impl Mesh {
         self.indices.len() / 3
     }
 
-    /// The height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
-    /// `radius_rad`: the Sun's angular radius.
+    /// The angle of the Sun's centre above the horizon that the shape itself forms, at each vertex, in units of `radius_rad`, the Sun's angular radius.
+    /// `towards_sun`: unit vector, body axes.
     pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         self.solid.sun_heights(towards_sun, radius_rad)
     }
 
-    /// Builds the model of a body from a file.
+    /// Builds the mesh of a body from a file.
     ///
     /// # Errors
     /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area.
@@ -233,21 +233,22 @@ impl Mesh {
         let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
         let largest_km = frame.radii_km.max_element();
         let farthest_km = used_km().map(DVec3::length).fold(0.0, f64::max);
-        if !REACH.contains(&(farthest_km / largest_km)) {
+        if !FARTHEST_VERTEX_RANGE.contains(&(farthest_km / largest_km)) {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
         }
         let position_ids = welded(&positions_km);
         let mut normals = vec![DVec3::ZERO; positions_km.len()];
         let at = |c: &Corner| positions_km[c.position as usize];
-        let area = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
+        // Normal to the triangle; its length is twice the triangle's area.
+        let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
         let triangles_with_area: Vec<&[Corner; 3]> =
-            obj.triangles.iter().filter(|t| area(t).length() > 1e-18 * largest_km * largest_km).collect();
+            obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_km * largest_km).collect();
         for t in &triangles_with_area {
-            t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area(t));
+            t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area_vector(t));
         }
         let mut builder = MeshBuilder::default();
         for t in &triangles_with_area {
-            let face_normal = area(t).normalize();
+            let face_normal = area_vector(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
             let point = |c: &Corner| {
                 let position_km = at(c);
@@ -291,11 +292,11 @@ impl Mesh {
         if overlap > MAX_OVERLAP {
             return Err(ShapeError::Overlap { overlap });
         }
-        Ok(Self::narrowed(builder, frame, !obj.colours.is_empty()))
+        Ok(Self::from_builder(builder, frame, !obj.colours.is_empty()))
     }
 
-    /// Converts the vertices to arrays of f32.
-    fn narrowed(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
+    /// Converts the builder's f64 vertices to arrays of f32.
+    fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
         let flat = |value: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.points.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
         };
@@ -333,17 +334,20 @@ mod tests {
     fn an_octahedron_shares_its_vertices_except_at_the_seam_and_the_poles() {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
-        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-        assert_eq!((model.triangles(), model.max_radius), (8, 1.0));
+        let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
+        assert_eq!((mesh.triangles(), mesh.max_radius), (8, 1.0));
         // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
-        assert_eq!(model.vertices(), 4 + 1 + 8);
-        for t in model.indices.chunks_exact(3) {
-            let u: Vec<f32> = t.iter().map(|k| vertex(&model.map_coordinates, 2, *k)[0]).collect();
+        assert_eq!(mesh.vertices(), 4 + 1 + 8);
+        for t in mesh.indices.chunks_exact(3) {
+            let u: Vec<f32> = t.iter().map(|k| vertex(&mesh.map_coordinates, 2, *k)[0]).collect();
             let (low, high) = (u.iter().copied().fold(f32::MAX, f32::min), u.iter().copied().fold(f32::MIN, f32::max));
             assert!(high - low < 0.26, "a face spans a quarter of the map: {u:?}");
             for k in t {
-                let (p, n, map) = (vertex(&model.positions, 3, *k), vertex(&model.normals, 3, *k), vertex(&model.map_coordinates, 2, *k));
-                assert!(p.iter().zip(n).all(|(p, n)| (p - n).abs() < 1e-6), "the faces around a corner lean evenly");
+                let (p, n, map) = (vertex(&mesh.positions, 3, *k), vertex(&mesh.normals, 3, *k), vertex(&mesh.map_coordinates, 2, *k));
+                assert!(
+                    p.iter().zip(n).all(|(p, n)| (p - n).abs() < 1e-6),
+                    "by symmetry, the normal at a corner points away from the centre"
+                );
                 assert!((f64::from(map[1]) - (0.5 - f64::from(p[2]).asin() / PI)).abs() < 1e-6);
                 let longitude = f64::from(p[1]).atan2(f64::from(p[0])) / TAU + 0.5;
                 assert!(p[2].abs() > 0.5 || (f64::from(map[0]) - longitude).rem_euclid(1.0) < 1e-6, "{p:?} at {map:?}");
@@ -354,16 +358,16 @@ mod tests {
     #[test]
     fn a_face_over_a_pole_is_cut_there() {
         let text = "v 0.6 0 0.8\nv -0.3 0.5 0.8\nv -0.3 -0.5 0.8\nf 1 2 3\n";
-        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
+        let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
         assert_eq!(
-            (model.triangles(), model.vertices()),
+            (mesh.triangles(), mesh.vertices()),
             (3, 3 + 1 + 3),
             "one corner is doubled at the seam, and each triangle has its own pole"
         );
-        let poles = (0..model.vertices() as u32).filter(|k| vertex(&model.positions, 3, *k)[..2] == [0.0, 0.0]);
-        assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&model.map_coordinates, 2, k)[1] == 0.0));
+        let poles = (0..mesh.vertices() as u32).filter(|k| vertex(&mesh.positions, 3, *k)[..2] == [0.0, 0.0]);
+        assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&mesh.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");
-        assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a model").triangles(), 1);
+        assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a mesh").triangles(), 1);
     }
 
     #[test]
@@ -371,8 +375,8 @@ mod tests {
         // Two faces on one edge: one twice as large as the other, a right angle between them.
         let text = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\n";
         let first = |text: &str| {
-            let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-            vertex(&model.normals, 3, model.indices[0]).to_vec()
+            let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
+            vertex(&mesh.normals, 3, mesh.indices[0]).to_vec()
         };
         let (n, length) = (first(text), 5.0_f32.sqrt());
         assert!((n[1] - 1.0 / length).abs() < 1e-6 && (n[2] - 2.0 / length).abs() < 1e-6, "{n:?}");
@@ -385,12 +389,12 @@ mod tests {
     #[test]
     fn faces_keep_their_colours_where_a_file_repeats_positions() {
         let text = "v 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 0 0 1 1 0 0\nv 0 1 0 0 0 1\nv -1 0 0 0 0 1\nv 0 0 1 0 0 1\nf 1 2 3\nf 4 5 6\n";
-        let model = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a model");
-        let colours = model.colours.as_ref().expect("colours");
-        let of_face = |face: usize| model.indices[3 * face..][..3].iter().map(|k| vertex(colours, 4, *k).to_vec()).collect::<Vec<_>>();
+        let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
+        let colours = mesh.colours.as_ref().expect("colours");
+        let of_face = |face: usize| mesh.indices[3 * face..][..3].iter().map(|k| vertex(colours, 4, *k).to_vec()).collect::<Vec<_>>();
         assert_eq!((of_face(0), of_face(1)), (vec![vec![1.0, 0.0, 0.0, 1.0]; 3], vec![vec![0.0, 0.0, 1.0, 1.0]; 3]));
-        let [edge, edge_again] = [model.indices[1], model.indices[3]].map(|k| vertex(&model.normals, 3, k).to_vec());
-        assert_eq!(edge, edge_again, "the surface is one");
+        let [edge, edge_again] = [mesh.indices[1], mesh.indices[3]].map(|k| vertex(&mesh.normals, 3, k).to_vec());
+        assert_eq!(edge, edge_again, "positions that coincide share one normal");
     }
 
     #[test]

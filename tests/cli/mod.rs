@@ -11,4 +11,5 @@ mod hostile;
 mod lunar_heights;
 mod measure;
 mod messages;
+mod position_sources;
 mod verbs;

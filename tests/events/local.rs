@@ -75,10 +75,10 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
     );
     assert!(circumstances.visible && circumstances.magnitude > 1.0 && circumstances.obscuration == Some(1.0));
     assert!((circumstances.maximum.altitude_deg - 11.25).abs() < 0.1, "{}", circumstances.maximum.altitude_deg);
-    assert!((circumstances.central_s.expect("totality") - 147.4).abs() < 1.0);
+    assert!((circumstances.central_duration_s.expect("totality") - 147.4).abs() < 1.0);
     // In Tromsø, 950 km to the south, a sliver of the Sun remains.
     let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
-    assert!(tromso.central_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
+    assert!(tromso.central_duration_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
         let e = eclipse_of(&ALMANAC, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
-        let is_central = |p: GeodeticPosition| e.seen_from(p).is_some_and(|s| s.central_s.is_some());
+        let is_central = |p: GeodeticPosition| e.seen_from(p).is_some_and(|s| s.central_duration_s.is_some());
         for (_, centre) in path.centre_line.iter().skip(5).step_by(10).take(10) {
             assert!(is_central(*centre), "{day} {centre:?}");
         }

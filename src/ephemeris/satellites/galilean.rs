@@ -60,7 +60,7 @@ impl GalileanL12 {
     fn sums(moon: &Moon, days: f64) -> Sums {
         let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4])));
         Sums {
-            size: sum(&moon.a).map(|v| v.x),
+            axis_or_motion: sum(&moon.a).map(|v| v.x),
             longitude: sum(&moon.l).map(|v| v.y),
             eccentricity: sum(&moon.z),
             inclination: sum(&moon.zeta),
@@ -69,7 +69,7 @@ impl GalileanL12 {
 
     /// The elements at `t`, which is `days_after` the instant of `sums`.
     fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
-        let semi_major_axis_au = sums.size.after(days_after);
+        let semi_major_axis_au = sums.axis_or_motion.after(days_after);
         Elements {
             semi_major_axis_au,
             mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),

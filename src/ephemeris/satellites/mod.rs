@@ -77,7 +77,7 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
 #[derive(Clone, Copy, Debug)]
 struct Sums {
     /// Semi-major axis in au (L1.2), or the relative variation of the mean motion (TASS 1.7).
-    size: Derivatives<f64>,
+    axis_or_motion: Derivatives<f64>,
     /// Radians, without the secular part of the mean longitude.
     longitude: Derivatives<f64>,
     /// e (cos ϖ, sin ϖ).

@@ -1,8 +1,8 @@
 //! TASS 1.7 of Mimas, Enceladus, Tethys, Dione, Rhea, Titan, Iapetus and Hyperion (Vienne & Duriez 1995, A&A 297, 588; Hyperion: Duriez &
 //! Vienne 1997, A&A 324, 366).
 //!
-//! Time: TT days past JD 2444240.0. Frame: Saturn's equator of the theory; the table's matrix converts it to the ecliptic of J2000, and the obliquity of
-//! VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
+//! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it. The table's matrix converts it to the ecliptic of J2000, and the
+//! obliquity of VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
 //!
 //! Each element is a sum of groups of periodic terms. The terms of a group have one angle in common, which is added to their arguments: an integer combination
 //! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series, so these groups are summed first, for all
@@ -35,7 +35,7 @@ struct Group([i32; 8], Vec<Term>);
 struct Moon {
     /// GM of Saturn and the moon, au³ per day².
     mu: f64,
-    /// Mean value of the mean motion, radians a day.
+    /// Reference value of the mean motion, radians a day. `s0[0]` and the first series are relative corrections to it.
     aam: f64,
     /// Constant parts of the mean motion (relative), longitude, e cos ϖ, e sin ϖ, sin(I/2) cos Ω, sin(I/2) sin Ω.
     s0: [f64; 6],
@@ -48,8 +48,9 @@ struct Moon {
 pub struct Tass17 {
     moons: [Moon; 8],
     icrf_from_frame: DMat3,
-    /// For each moon, the driving moons on whose variations its arguments depend; those of the others are not summed.
+    /// For each moon, the driving moons on whose variations its arguments depend; for this moon, only their variations are summed.
     driven_by: [[bool; DRIVING_MOONS]; 8],
+    /// The sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,
 }
 
@@ -91,7 +92,7 @@ impl Tass17 {
             (Derivatives::default(), &longitude[..])
         };
         Sums {
-            size: sum(motion).map(|v| v.x),
+            axis_or_motion: sum(motion).map(|v| v.x),
             longitude: own_slow.plus(sum(longitude).map(|v| v.y)),
             eccentricity: sum(eccentricity),
             inclination: sum(inclination),
@@ -101,7 +102,7 @@ impl Tass17 {
     /// The elements at `t`, which is `days_after` the instant of `sums`.
     fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
         let s0 = moon.s0;
-        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sums.size.after(days_after));
+        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sums.axis_or_motion.after(days_after));
         Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,

@@ -4,10 +4,10 @@
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Face size. A face has the fewest pixels per radian at its centre. A fisheye has the same number everywhere along its radii. Across the radii it has more:
-//! most at its rim, or 90 degrees from its axis if it shows more than that; the region beyond is ignored. A face should have as many pixels per radian at its
-//! centre as the image has anywhere. A face that would therefore exceed [`RIM_DENSITY_LIMIT_PX`] is reduced to that size, but never to fewer pixels per radian
-//! at its centre than the fisheye has along its radii.
+//! Face size. A face has the fewest pixels per radian at its centre. There, it should have as many as the image has anywhere. A fisheye has the same number
+//! everywhere along its radii. Across the radii it has more, the more the farther from its axis. The number that counts is that at its rim, or at 90 degrees
+//! from the axis if the image shows more: farther out it is ignored, because it grows without limit towards 180 degrees. If a face would therefore exceed
+//! [`MAX_RIM_MATCHED_FACE_PX`], it gets that size, or the larger one at which its centre has as many pixels per radian as the fisheye has along its radii.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -24,8 +24,8 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Largest size, in pixels, to which a face grows in order to match a fisheye's pixels per radian across the radii at the rim; see the module's documentation.
-const RIM_DENSITY_LIMIT_PX: u32 = 4096;
+/// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian across the radii; see the module's documentation.
+const MAX_RIM_MATCHED_FACE_PX: u32 = 4096;
 /// Maximum size of a face, in pixels: with its border the frame is no larger than the largest image. It is even, as the sizes of all faces are.
 const MAX_FACE_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
 /// Border of a face on each side, in pixels: the filter's radius.
@@ -61,8 +61,8 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
 /// Number of cells along each side of the grid that samples a face to find its visible part.
 const GRID_CELLS: u32 = 32;
 
-/// Bounds (left, top, right, bottom) of the part of a face within `half_fov_rad` of the image's axis, a cap of the sphere. They are fractions of the face's
-/// side from its top left corner; `None` if the face is outside the cap.
+/// Bounds (left, top, right, bottom) of the visible part of a face: of its directions at most `half_fov_rad` from the image's axis, a cap of the sphere. They
+/// are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID_CELLS);
@@ -82,9 +82,9 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
 
 /// Size of a face before rounding, in pixels (see the module's documentation). At its centre a face of 2 n pixels has n per radian.
 fn exact_size_px(image: &SphereImage) -> f64 {
-    let full_px = 2.0 * image.pixels_per_radian();
-    let radial_px = 2.0 / image.radians_per_pixel().min_element();
-    full_px.min(radial_px.max(f64::from(RIM_DENSITY_LIMIT_PX)))
+    let densest_px = 2.0 * image.pixels_per_radian();
+    let along_radii_px = 2.0 / image.radians_per_pixel().min_element();
+    densest_px.min(along_radii_px.max(f64::from(MAX_RIM_MATCHED_FACE_PX)))
 }
 
 /// Size of a face, in pixels. For an equirectangular image of 16384 by 16384 this is 10432 pixels.
@@ -95,7 +95,7 @@ fn size_px(image: &SphereImage) -> u32 {
 /// For a fisheye whose faces would be larger than [`MAX_FACE_PX`]: the least field of view, for an image of the same size, at which they fit. In degrees,
 /// rounded up to a tenth.
 fn least_fov_deg(image: &SphereImage) -> f64 {
-    // The size of such large faces follows from the pixels per radian along the radii, whose number is inversely proportional to the field of view.
+    // Such large faces match the pixels per radian along the radii (`exact_size_px`), so their size is inversely proportional to the field of view.
     let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * exact_size_px(image) / f64::from(MAX_FACE_PX);
     // The factor allows for rounding errors: without it, the faces at a result that is exactly a multiple of a tenth might need one more pixel.
     (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0

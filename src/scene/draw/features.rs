@@ -1,4 +1,4 @@
-//! The features of a draw, which determine the code of its shader: the shader key, which identifies a variant of the shader, is derived from [`DrawFeatures`] alone.
+//! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`] alone.
 //!
 //! Plain values, no uniforms: two draws with equal features run the same shader module. Not here: which combinations are valid (`shader::key`), and the
 //! choice of features for a draw (`scene::features`).
@@ -120,8 +120,9 @@ impl BodyShadow {
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples along each pixel's view ray. The name is that of an engine that sampled at vertices. In this and all other models, by day fewer samples
-    /// suffice for a ray that only rises or only falls (shaders/lib/air/sample_counts.wesl).
+    /// Five samples along each pixel's view ray. Nothing is computed per vertex: the name is that of a similar model of an older engine. In this and all other
+    /// models, the number of samples is a maximum. By day, a ray along which the height only increases or only decreases needs fewer
+    /// (shaders/lib/air/sample_counts.wesl).
     Vertex,
     /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,
@@ -197,7 +198,8 @@ pub struct Flags {
     pub vertex_colour: bool,
 }
 
-/// Number of instructions that [`PixelView::Cost`] counts for each texture read; 16 reads are shown as white.
+/// Scale of the green channel of [`PixelView::Cost`]: the number of texture reads times this. It makes reads visible beside the instructions of the red
+/// channel: 16 reads are as bright as 16384 instructions.
 pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 
 /// The quantity that a pixel shows.
@@ -209,6 +211,7 @@ pub enum PixelView {
     Normal,
     Albedo,
     Uv,
+    /// Irradiance on the surface by the Sun and by bodies that reflect its light, with shadows.
     Sunlight,
     /// Fraction of sunlight that passes the occluders.
     Eclipse,
@@ -300,10 +303,11 @@ pub struct DrawFeatures {
     /// Whether the air's light, and the sunlight of an eclipse, are interpolated in a coarse image.
     pub air_pass: AirPass,
     pub shape: Shape,
-    /// Whether the draw uses the lunar limb profile: for the Moon in front of the Sun, or for the Sun behind it.
+    /// Whether the draw uses the lunar limb profile. In the Moon's draw the profile shapes the Moon's limb, in the Sun's draw the edge of the part that the
+    /// Moon hides.
     pub limb_heights: bool,
-    /// Whether pixels at the limb show the mean light over their area: in a draw of the sky that of the air, in other draws that of a thin crescent and of the
-    /// air in front of it.
+    /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air, other draws that of a thin crescent and
+    /// of the air in front of it.
     pub thin_limb: bool,
     pub flags: Flags,
     pub view: PixelView,
@@ -334,6 +338,7 @@ impl DrawFeatures {
     /// The features of the draw that fills the coarse image of this draw's air; `None` if this draw reads no such image.
     pub fn coarse_air(&self) -> Option<Self> {
         self.air_pass.is_reader().then_some(Self {
+            // Lambert stands for any ground: the air's light does not depend on the ground's photometric model.
             surface: if self.surface == Surface::Cloud { Surface::Cloud } else { Surface::Lambert },
             lights: 1,
             eclipse: self.eclipse,

@@ -1,8 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! There are 3.2 * 10^12 combinations ([`count_before_reduction`]), so nothing here lists them all. A combination of a few dimension values *can
-//! occur* if some canonical features have it. To decide that, the combination is added to each of the [`skeletons`]: all canonical features over
-//! only those dimensions that the rules read. It can occur if one of the results is canonical.
+//! There are 3.2 * 10^12 combinations ([`count_combinations`]), so nothing here lists them all. A combination of a few dimension values *can
+//! occur* if some canonical features have it. To decide that, its values are set in each of the [`base_features`]: all canonical features over
+//! only those dimensions that the canonical rules read. It can occur if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -11,9 +11,13 @@ use crate::scene::draw::DrawFeatures;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// Number of combinations of dimension values, canonical or not.
-pub fn count_before_reduction() -> u64 {
+/// Number of all combinations of dimension values, canonical or not.
+pub fn count_combinations() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
+}
+
+fn value_count(dimension: usize) -> usize {
+    DIMENSIONS[dimension].texts.len()
 }
 
 /// `count` random combinations of dimension values, canonical or not; the same seed gives the same combinations.
@@ -32,9 +36,9 @@ pub fn random_keys(seed: u64, count: usize) -> Vec<ShaderKey> {
     random_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Dimensions on which the canonical rules of other dimensions depend, each with the number of its first values that occur in
-/// [`skeletons`]. The rules treat further values like the last of these. Exception: `coarsesunlight` of `air-pass` has rules of its own; it
-/// is found by adding it to a skeleton without an air pass.
+/// Dimensions on which the canonical rules of other dimensions depend, each with a number `n`: only its first `n` values occur in [`base_features`].
+/// The rules do not distinguish the last of these from any further values. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has
+/// rules of its own: [`complete`] finds features with it by setting it in base features without an air pass.
 const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
@@ -50,15 +54,15 @@ const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("view", 10),
 ];
 
-/// All canonical features over [`RULE_DIMENSIONS`] alone. A combination can occur if adding it to one of them gives canonical features.
-fn skeletons() -> Vec<DrawFeatures> {
+/// All canonical features over [`RULE_DIMENSIONS`] alone. A combination can occur if setting its values in one of them gives canonical features.
+fn base_features() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
-    for (name, values) in RULE_DIMENSIONS {
+    for (name, base_value_count) in RULE_DIMENSIONS {
         let Some(dimension) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
         all = all
             .into_iter()
             .flat_map(|features| {
-                (0..values).map(move |value| {
+                (0..base_value_count).map(move |value| {
                     let mut extended = features;
                     (dimension.set)(&mut extended, value);
                     extended
@@ -82,14 +86,15 @@ fn has_values(features: &DrawFeatures, values: &Combination<'_>) -> bool {
     values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
-/// Canonical features with these values, from the first skeleton at or after `start` that allows it.
-fn complete(skeletons: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
-    let (before, after) = skeletons.split_at(start);
-    after.iter().chain(before).map(|s| with(*s, values)).find(|f| canonical(f) == *f)
+/// Canonical features with these values: the first of the base features that can have them, with the values set. The search begins at index `start` and wraps
+/// around.
+fn complete(base_features: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
+    let (before, after) = base_features.split_at(start);
+    after.iter().chain(before).map(|base| with(*base, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` out of `count` dimensions, in ascending order. The combinations of values of all choices form one list, choice after choice: each
-/// choice comes with the index of its first combination in that list, and the list's length is returned, too.
+/// Every choice of `t` out of `count` dimensions, and the number of combinations of values of all choices. The combinations are numbered, choice after choice;
+/// each choice is returned with the number of its first combination.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -104,22 +109,22 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
             })
             .collect()
     }
-    let mut at = 0;
-    let indexed = list(count, t)
+    let mut next_start = 0;
+    let with_starts = list(count, t)
         .into_iter()
         .map(|c| {
-            let start = at;
-            at += c.iter().map(|d| DIMENSIONS[*d].texts.len()).product::<usize>();
+            let start = next_start;
+            next_start += c.iter().map(|d| value_count(*d)).product::<usize>();
             (c, start)
         })
         .collect();
-    (indexed, at)
+    (with_starts, next_start)
 }
 
-/// Indices of the combinations that these features contain, one for each choice.
+/// Numbers of the combinations that these features contain, one for each choice; see [`choices`].
 fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
     let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
-    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * DIMENSIONS[*d].texts.len() + values[*d]))
+    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * value_count(*d) + values[*d]))
 }
 
 /// Number of random completions to try for a combination that is not covered yet.
@@ -138,14 +143,14 @@ pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
 }
 
 fn compute_covering(t: usize) -> Vec<ShaderKey> {
-    let skeletons = skeletons();
+    let base_features = base_features();
     let mut random = Random::new(t as u64);
-    let pairs = (t > 2).then(|| possible_pairs(&skeletons));
+    let pairs = (t > 2).then(|| possible_pairs(&base_features));
     let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
     let mut covered = vec![false; count];
     let mut chosen = BTreeSet::new();
     for (choice, start) in &choices {
-        let size: usize = choice.iter().map(|d| DIMENSIONS[*d].texts.len()).product();
+        let size: usize = choice.iter().map(|d| value_count(*d)).product();
         for offset in 0..size {
             if covered[start + offset] {
                 continue;
@@ -153,18 +158,18 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
             let mut rest = offset;
             let mut values: Vec<(usize, usize)> = Vec::new();
             for d in choice.iter().rev() {
-                values.push((*d, rest % DIMENSIONS[*d].texts.len()));
-                rest /= DIMENSIONS[*d].texts.len();
+                values.push((*d, rest % value_count(*d)));
+                rest /= value_count(*d);
             }
             if pairs.as_ref().is_some_and(|possible| !possible(&values)) {
                 continue;
             }
-            let Some(features) =
-                best_completion(&skeletons, &values, &mut random, |f| combinations_of(f, &choices).filter(|p| !covered[*p]).count())
-            else {
+            let Some(features) = best_completion(&base_features, &values, &mut random, |f| {
+                combinations_of(f, &choices).filter(|number| !covered[*number]).count()
+            }) else {
                 continue;
             };
-            combinations_of(&features, &choices).for_each(|p| covered[p] = true);
+            combinations_of(&features, &choices).for_each(|number| covered[number] = true);
             chosen.insert(ShaderKey { features });
         }
     }
@@ -172,7 +177,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
 }
 
 /// Returns a test of whether every two of the given values can occur together, which is a necessary condition for larger combinations.
-fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
+fn possible_pairs(base_features: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
     for d in DIMENSIONS {
@@ -183,9 +188,9 @@ fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bo
     for (a, da) in DIMENSIONS.iter().enumerate() {
         for b in 0..a {
             for va in 0..da.texts.len() {
-                for vb in 0..DIMENSIONS[b].texts.len() {
+                for vb in 0..value_count(b) {
                     let (i, j) = (start[a] + va, start[b] + vb);
-                    let occurs = complete(skeletons, 0, &[(a, va), (b, vb)]).is_some();
+                    let occurs = complete(base_features, 0, &[(a, va), (b, vb)]).is_some();
                     (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
                 }
             }
@@ -199,22 +204,22 @@ fn possible_pairs(skeletons: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bo
 
 /// Of several random completions of a combination, the one with the greatest `count_new`.
 fn best_completion(
-    skeletons: &[DrawFeatures],
+    base_features: &[DrawFeatures],
     values: &Combination<'_>,
     random: &mut Random,
     count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = complete(skeletons, random.below(skeletons.len()), values).map(|f| (count_new(&f), f))?;
+    let mut best = complete(base_features, random.below(base_features.len()), values).map(|f| (count_new(&f), f))?;
     for _ in 0..TRIES {
-        let Some(mut features) = complete(skeletons, random.below(skeletons.len()), values) else { break };
+        let Some(mut features) = complete(base_features, random.below(base_features.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
-        // Choose among the values that the rules do not distinguish.
-        for (name, distinguished) in RULE_DIMENSIONS {
+        // Of a rule dimension's last base value and the further values, which the rules do not distinguish, choose any.
+        for (name, base_value_count) in RULE_DIMENSIONS {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
-            if (d.get)(&features) + 1 == distinguished && d.texts.len() > distinguished {
-                (d.set)(&mut features, distinguished - 1 + random.below(d.texts.len() + 1 - distinguished));
+            if (d.get)(&features) + 1 == base_value_count && d.texts.len() > base_value_count {
+                (d.set)(&mut features, base_value_count - 1 + random.below(d.texts.len() + 1 - base_value_count));
             }
         }
         let features = canonical(&with(features, values));
@@ -236,8 +241,8 @@ mod tests {
             let (choices, _) = choices(DIMENSIONS.len(), t);
             let set = covering_keys(t);
             let covered: HashSet<usize> = set.iter().flat_map(|k| combinations_of(k.features(), &choices)).collect();
-            for features in random_features(40 + t as u64, 20_000).iter().map(canonical).chain(skeletons()) {
-                assert!(combinations_of(&features, &choices).all(|p| covered.contains(&p)), "{features:?}");
+            for features in random_features(40 + t as u64, 20_000).iter().map(canonical).chain(base_features()) {
+                assert!(combinations_of(&features, &choices).all(|number| covered.contains(&number)), "{features:?}");
             }
             assert!(set.iter().all(|k| canonical(k.features()) == *k.features()));
             assert_eq!(set, compute_covering(t));
@@ -245,8 +250,8 @@ mod tests {
     }
 
     #[test]
-    fn the_nominal_size_is_the_product_of_the_dimensions() {
-        assert_eq!(count_before_reduction(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
+    fn the_number_of_combinations_is_the_product_of_the_dimensions() {
+        assert_eq!(count_combinations(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
     }
 
     #[test]

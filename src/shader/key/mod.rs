@@ -16,7 +16,7 @@ mod dimension;
 mod text;
 
 pub use canonical::{CanonicalRule, RULES, canonical, reductions};
-pub use covering::{count_before_reduction, covering_keys, random_features, random_keys};
+pub use covering::{count_combinations, covering_keys, random_features, random_keys};
 pub use dimension::{DIMENSIONS, Dimension, KeyPart, feature_names};
 pub use text::KeyTextError;
 

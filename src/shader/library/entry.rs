@@ -25,7 +25,7 @@ pub enum EntryError {
     #[error("its checksum is wrong")]
     Checksum,
     #[error("it was written by another generator, or for another module")]
-    OtherModule,
+    OtherGeneratorOrModule,
     #[error("its content does not decode")]
     Content,
     #[error("its module is not valid")]
@@ -85,7 +85,7 @@ fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
 /// The name of the module in an entry; an error if the entry is damaged or of another generator.
 pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
     let (head, _) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
-    if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherModule) }
+    if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherGeneratorOrModule) }
 }
 
 /// The name of the module in an entry of any generator.
@@ -116,7 +116,7 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     // An earlier revision may have written the module under a former name.
     let is_requested = || head.module == id.to_string() || head.module.parse::<ModuleId>().ok().as_ref() == Some(id);
     if generator.is_some_and(|g| head.generator != g) || !is_requested() {
-        return Err(EntryError::OtherModule);
+        return Err(EntryError::OtherGeneratorOrModule);
     }
     let (decoded, rest): (DecodedModule, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;
     let DecodedModule { wgsl, module, source_map, tape } = decoded;

@@ -366,7 +366,7 @@ impl ShaderLibrary {
         let name = entry::inspect(&digest, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
-            return Err(EntryError::OtherModule.to_string());
+            return Err(EntryError::OtherGeneratorOrModule.to_string());
         }
         decode(&digest, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
         let built = ShaderModule::build_with(&self.current_generator().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;

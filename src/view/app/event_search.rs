@@ -217,7 +217,7 @@ impl SkyEvent {
 
     /// Whether this is the other event, found by another search.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by)) } else { None };
+        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by_moon)) } else { None };
         let apart_s = (tdb_s(self.greatest()) - tdb_s(other.greatest())).abs();
         self.kind() == other.kind() && bodies(self) == bodies(other) && apart_s < SAME_EVENT_S
     }
@@ -252,7 +252,7 @@ impl SkyEvent {
             Self::Transit(e) => text!("event-transit", planet = name(e.planet)),
             Self::Moons(e) => {
                 let (moon, planet) = (name(e.moon), name(e.planet));
-                let by = e.by.map_or("?", name);
+                let by = e.by_moon.map_or("?", name);
                 match e.class {
                     MoonEventType::Transit => text!("event-moon-before", moon = moon, planet = planet),
                     MoonEventType::Occultation => text!("event-moon-behind", moon = moon, planet = planet),
@@ -319,7 +319,7 @@ impl SkyEvent {
             Self::Lunar(_) => from_earth(NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
             // A mutual event: `by` is the moon that occults or eclipses.
-            Self::Moons(e) if e.by.is_some() => from_earth(e.moon, diameters_deg(e.moon, MUTUAL_FOV_DIAMETERS)),
+            Self::Moons(e) if e.by_moon.is_some() => from_earth(e.moon, diameters_deg(e.moon, MUTUAL_FOV_DIAMETERS)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
                 let moon_deg = if e.class == MoonEventType::Eclipse { apart_deg(e.planet, e.moon) } else { 0.0 };
@@ -336,7 +336,7 @@ impl SkyEvent {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, 2.0 * LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
-            Self::Moons(e) if e.by.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
@@ -466,7 +466,7 @@ mod tests {
         let greatest = Instant::from_tdb_seconds_past_j2000(0.0);
         let base_view = ViewState::around(NaifId::EARTH, DVec3::X * 1e5, 6378.0, DVec3::Z, greatest);
         let view = |class, moon, by| {
-            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by, greatest, contacts: Vec::new() });
+            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by_moon: by, greatest, contacts: Vec::new() });
             event.view_from(GeodeticPosition { latitude_deg: 50.0, longitude_deg: 10.0, height_km: 0.0 }, 45.0, &base_view)
         };
         let mutual = view(MoonEventType::MutualOccultation, io, Some(NaifId(502)));

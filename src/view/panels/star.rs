@@ -16,7 +16,7 @@ const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
 /// Smallest parallax from which a distance is computed, milliarcseconds: about the standard error of Hipparcos parallaxes.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// The star's proper name and Hipparcos number, as far as it has them.
+/// The star's proper name and Hipparcos number, as far as it has them. Number 0: none.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -35,6 +35,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     let mut facts = vec![(text!("star-magnitude-v"), signed(star.v_magnitude, 2))];
     if let Some(b_v) = star.b_v {
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
+        // Rounded to 50 K, because the relation of colour index and temperature is no more accurate than a few per cent.
         facts.push((
             text!("star-temperature"),
             text!("star-temperature-value", kelvin = decimal((temperature_k(f64::from(b_v)) / 50.0).round() * 50.0, 0)),
