@@ -56,7 +56,7 @@ impl VideoOutput {
     /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Sequence { .. } => Ok(Self::ImageFiles),
+            Output::One(_) | Output::Sequence(_) => Ok(Self::ImageFiles),
             Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             Output::Animation(path, format) => {
                 check_output_path(path)?;
