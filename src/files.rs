@@ -5,6 +5,8 @@
 //! renamed to its target; temporary files that a killed process left behind are removed after a day. This module knows no file format and chooses no
 //! location.
 
+pub(crate) mod frame_number;
+
 use crate::wording::echo;
 use parking_lot::Mutex;
 use std::collections::BTreeSet;

@@ -64,6 +64,9 @@ pub(super) fn percent(table: &mut TableReader, field: &'static str) -> Option<f6
     table.optional(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
 
+/// What [`is_name`] accepts, for messages.
+pub(super) const NAME: &str = "a name in one line, without control characters";
+
 /// Whether a text is a name: not blank, and without control characters such as line breaks.
 #[expect(clippy::ptr_arg, reason = "the check of a field that is read as a `String`")]
 pub(super) fn is_name(text: &String) -> bool {

@@ -4,7 +4,7 @@
 //! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. A focal length means that of a
 //! lens without distortion, so a field stop or sensor of `size` covers 2 atan(size / (2 focal length)).
 
-use super::fields::{is_name, required_word};
+use super::fields::{NAME, is_name, required_word};
 use super::table::TableReader;
 
 /// The field of view of an instrument or eyepiece.
@@ -51,7 +51,7 @@ fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
 
 /// Reads an instrument.
 pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
-    let name = table.required("name", "a name", is_name);
+    let name = table.required("name", NAME, is_name);
     let shape = required_word(&mut table, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
     let degrees = |x: &f64| *x > 0.0 && *x <= WIDEST_DEG;
     let is_size = |x: &f64| *x > 0.0 && x.is_finite();

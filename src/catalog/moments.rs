@@ -4,6 +4,7 @@
 //! viewpoint ([`Vantage`]) have is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is computed here; tests compare the
 //! moments with the ephemeris.
 
+use super::fields::{NAME, is_name};
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
 use crate::time::Instant;
@@ -86,7 +87,7 @@ enum UnresolvedVantage {
 pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMoment> {
     let text =
         |table: &mut TableReader, field: &'static str, allowed: &str| table.required(field, allowed, |v: &String| !v.trim().is_empty());
-    let name = text(&mut table, "name", "a string");
+    let name = table.required("name", NAME, is_name);
     if let Some(name) = &name {
         table.set_message_prefix(&name.value);
     }

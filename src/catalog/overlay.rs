@@ -1,6 +1,6 @@
 //! Reading `[[overlay]]`: images blended over a body's ground.
 
-use super::fields::{each, number};
+use super::fields::{NAME, each, is_name, number};
 use super::table::{TableReader, WithLine};
 use super::{MAX_OVERLAYS, Overlay, OverlayProjection};
 
@@ -37,7 +37,7 @@ fn projection(table: &mut TableReader) -> Option<OverlayProjection> {
 /// Reads an `[[overlay]]`: the body's name and the overlay.
 pub(super) fn overlay(mut table: TableReader) -> Option<(WithLine<String>, Overlay)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
-    let name = table.required("name", "a name", |n: &String| !n.trim().is_empty());
+    let name = table.required("name", NAME, is_name);
     let file = table.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));

@@ -5,7 +5,7 @@
 //! maps one by one.
 
 use super::data_layer;
-use super::fields::{each, finite, is_name, number, percent};
+use super::fields::{NAME, each, finite, is_name, number, percent};
 use super::instrument::{Instrument, instrument};
 use super::layer_list::LayerList;
 use super::overlay;
@@ -24,7 +24,7 @@ use std::sync::OnceLock;
 
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
-    let name = table.required("name", "a name", is_name);
+    let name = table.required("name", NAME, is_name);
     let inner_km = number(&mut table, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km =
         table.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|inner| *x > inner));
@@ -47,7 +47,7 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
 
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = table.required("name", "a name", is_name);
+    let name = table.required("name", NAME, is_name);
     let scale_height_km = number(&mut table, "scale_height_km", "kilometres above 0", |x| x > 0.0);
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = table.optional("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));

@@ -2,7 +2,7 @@
 //!
 //! A field of a later file replaces the same field. Photometry, motion, rotation, clouds and mesh are replaced as a unit, maps one by one.
 
-use super::fields::{each, finite, invented, is_name, located, map, number, percent, required_word, word};
+use super::fields::{NAME, each, finite, invented, is_name, located, map, number, percent, required_word, word};
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
@@ -219,7 +219,7 @@ fn estimates(mut table: TableReader) -> Estimates {
 
 /// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
 pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = table.optional("name", "a name", is_name);
+    let name = table.optional("name", NAME, is_name);
     let source_line = table.source_line.clone();
     if let Some(name) = &name {
         table.set_message_prefix(&name.value);

@@ -306,7 +306,7 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, over
         let instants: Vec<Instant> = path.centre_line.iter().map(|(t, _)| *t).collect();
         // `instants`: one for each place, or empty if the line has no times.
         let mut add = |name: &str, places: &[GeodeticPosition], instants: &[Instant]| {
-            let lines = events::cut_at_date_line(places);
+            let lines = events::cut_at_antimeridian(places);
             if !lines.is_empty() {
                 // A time for each vertex, in the order of the coordinates.
                 let times: Vec<String> =

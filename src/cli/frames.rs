@@ -5,6 +5,7 @@
 
 use super::CliError;
 use crate::files::check_output_path;
+use crate::files::frame_number::NumberedName;
 use crate::image::{AnimationFormat, animation_format};
 use crate::session::{ExistingImage, Provenance};
 use crate::units::SECONDS_PER_DAY;
@@ -17,16 +18,13 @@ use std::path::{Path, PathBuf};
 pub(crate) enum Output {
     /// A single image.
     One(PathBuf),
-    /// A file for each frame, whose path contains the frame number with at least `min_digits` digits.
-    Sequence { before_number: String, min_digits: usize, after_number: String },
+    /// A file for each frame, whose name contains the frame number.
+    Sequence(NumberedName),
     /// A y4m stream on standard output.
     Stream,
     /// A single animation file.
     Animation(PathBuf, AnimationFormat),
 }
-
-/// Largest width of a frame number in a pattern. A `u32` has at most 10 digits; two more do no harm, and thousands would make the name too long.
-const MAX_NUMBER_DIGITS: usize = 12;
 
 impl Output {
     /// The output that `-o` names, for this number of frames; `None`: several, but it is not known yet how many.
@@ -47,25 +45,13 @@ impl Output {
         if extension.is_none_or(|e| e != "png" && e != "exr") {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
-        // Only the file's name has a frame number: a percent sign in the name of a folder is just a character.
-        let (folder, name) = text.split_at(text.rfind(std::path::is_separator).map_or(0, |at| at + 1));
-        match name.split_once('%') {
+        match NumberedName::of(text).map_err(|e| CliError::Failed(format!("-o {e}")))? {
             None if frames != Some(1) => {
                 let count = frames.map_or("several".to_owned(), |n| n.to_string());
                 invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
             }
             None => Ok(Self::One(text.into())),
-            Some((before, rest)) => {
-                let sequence = rest.split_once('d').and_then(|(width, after)| {
-                    let min_digits = match width {
-                        "" => 0,
-                        _ => width.strip_prefix('0')?.parse::<usize>().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
-                    };
-                    let (before_number, after_number) = (format!("{folder}{before}"), after.to_owned());
-                    (!after.contains('%')).then_some(Self::Sequence { before_number, min_digits, after_number })
-                });
-                sequence.map_or_else(|| invalid("write the frame number as %d or %05d, once"), Ok)
-            }
+            Some(names) => Ok(Self::Sequence(names)),
         }
     }
 
@@ -73,9 +59,7 @@ impl Output {
     pub(crate) fn path(&self, frame: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
-            Self::Sequence { before_number, min_digits, after_number } => {
-                Some(format!("{before_number}{frame:0min_digits$}{after_number}").into())
-            }
+            Self::Sequence(names) => Some(names.path(frame)),
             Self::Stream | Self::Animation(..) => None,
         }
     }

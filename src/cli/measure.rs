@@ -1,16 +1,16 @@
 //! `orrery measure`: measures speed against accuracy, and prints a table, CSV or JSON, and a plot.
 
 use super::output::{print_message, print_result, progress};
+use super::output_file::{check_may_be_written, write_output_file};
 use super::view_args::{instant, size};
 use super::{CliError, Common};
-use crate::files::{FileAccess, check_output_path, write_atomic};
+use crate::files::check_output_path;
 use crate::image::write_png;
 use crate::measure::{CHOICES, ChoiceMeasure, Effort, OptionMeasure, SUFFICIENT_LEVELS, measure_view, plot, renderer};
 use crate::scene::request::{Position, Quality, ViewRequest};
 use crate::session::Session;
 use crate::wording::echo;
 use serde_json::{Value, json};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 const AFTER_HELP: &str = "Examples:
@@ -29,7 +29,7 @@ standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
 With --body, the qualities are measured in one view, and the lowest quality is named that
 keeps 99.9 % of the pixels within 1 level of the reference.";
 
-/// The options of a view, with which `--choice` and `-o` conflict. To list only `body` is not enough: clap does not enforce `requires = "body"` if `body`
+/// The options of a view, with which `--choice`, `-o` and `--overwrite` conflict. To list only `body` is not enough: clap does not enforce `requires = "body"` if `body`
 /// conflicts with an option that is given.
 const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
 
@@ -57,6 +57,9 @@ pub(crate) struct MeasureArgs {
     /// Plot of speed against accuracy, .png or .svg; repeat for both
     #[arg(short, long, value_name = "FILE", conflicts_with_all = VIEW_OPTIONS)]
     output: Vec<PathBuf>,
+    /// Replace existing files
+    #[arg(long, requires = "output", conflicts_with_all = VIEW_OPTIONS)]
+    overwrite: bool,
     /// Print comma-separated values
     #[arg(long, conflicts_with = "json")]
     csv: bool,
@@ -69,6 +72,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     for path in &args.output {
         plot_format(path)?;
         check_output_path(path)?;
+        check_may_be_written("-o", path, args.overwrite)?;
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
@@ -100,7 +104,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     choices.extend(renderers);
     bar.finish_and_clear();
     for path in &args.output {
-        write_plot(path, &choices)?;
+        write_plot(path, &choices, args.overwrite)?;
     }
     let text = if args.json {
         format!("{}\n", json!({ "choices": rows(&choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>() }))
@@ -217,7 +221,7 @@ fn plot_format(path: &Path) -> Result<PlotFormat, CliError> {
     }
 }
 
-fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
+fn write_plot(path: &Path, choices: &[ChoiceMeasure], overwrite: bool) -> Result<(), CliError> {
     let failed = |e: plot::PlotError| CliError::Failed(e.to_string());
     let bytes = match plot_format(path)? {
         PlotFormat::Svg => plot::svg(choices).map_err(failed)?.into_bytes(),
@@ -229,5 +233,5 @@ fn write_plot(path: &Path, choices: &[ChoiceMeasure]) -> Result<(), CliError> {
             bytes
         }
     };
-    Ok(write_atomic(path, FileAccess::All, |out| out.write_all(&bytes))?)
+    write_output_file("-o", path, &bytes, overwrite)
 }

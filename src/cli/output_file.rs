@@ -1,4 +1,4 @@
-//! Writes the output file of a verb: the image of `compare -o`, the GeoJSON of `eclipse find --path`.
+//! Writes the output file of a verb: the image of `compare -o`, the plots of `measure -o`, the GeoJSON of `eclipse find --path`.
 //!
 //! In: the option that names the file, the path, the bytes. Out: the file. Always: without `--overwrite`, an existing file with other content is kept, and
 //! the error names it; a command can be repeated, because a file with the same content is no error.
@@ -11,6 +11,15 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+/// Checks that a file does not exist or may be replaced. For verbs that work for a while before they write, and never write the same bytes twice.
+pub(super) fn check_may_be_written(option: &str, path: &Path, overwrite: bool) -> Result<(), CliError> {
+    if path.exists() && !overwrite { Err(exists_error(option, path)) } else { Ok(()) }
+}
+
+fn exists_error(option: &str, path: &Path) -> CliError {
+    CliError::Failed(format!("{option} {}: this file exists; --overwrite replaces it", echo(&path.display().to_string())))
+}
+
 /// Writes the bytes. Without `overwrite`, an existing file with other content is an error.
 pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), CliError> {
     let fill = |out: &mut BufWriter<&mut File>| out.write_all(bytes);
@@ -22,10 +31,7 @@ pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwri
         // No file is there. If a folder or a device is, `write_new` fails.
         Err(_) if !path.is_file() => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
         // Also a file that is too long, or that this user may not read.
-        _ => {
-            let name = echo(&path.display().to_string());
-            Err(CliError::Failed(format!("{option} {name}: this file exists; --overwrite replaces it")))
-        }
+        _ => Err(exists_error(option, path)),
     }
 }
 

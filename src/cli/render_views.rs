@@ -51,9 +51,12 @@ impl Views {
         let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| file_error(&e))?;
         let rate = f64::from(rate);
         if tour.length_s() * rate > MAX_TOUR_FRAMES {
+            // The rate is the cause: no tour is so long that 60 frames per second would be too many.
             return Err(CliError::Failed(format!(
-                "--rate {rate}: more than {MAX_TOUR_FRAMES} frames; the tour takes {:.0} s",
-                tour.length_s()
+                "--rate {rate}: {:.0} frames, more than {MAX_TOUR_FRAMES}; this tour of {:.1} s can have --rate {:.0}",
+                (tour.length_s() * rate).ceil(),
+                tour.length_s(),
+                (MAX_TOUR_FRAMES / tour.length_s()).floor()
             )));
         }
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {

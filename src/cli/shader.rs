@@ -16,7 +16,7 @@ use crate::shader::key::{self, ShaderKey, covering_keys};
 use crate::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
-use crate::wording::echo;
+use crate::wording::{counted, echo};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -309,8 +309,8 @@ fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
     }
     let unchanged_note = if unchanged == 0 { String::new() } else { format!(", {unchanged} unchanged") };
     print_result(&format!(
-        "{} shader sources written to {}{unchanged_note}; use this folder with --shaders\n",
-        to_write.len(),
+        "{} written to {}{unchanged_note}; use this folder with --shaders\n",
+        counted(to_write.len(), "shader source"),
         shown(folder)
     ))
 }
@@ -341,7 +341,10 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
-        Ok(()) => CliError::Failed(format!("{} of {} modules are not valid", failures.len(), ids.len())),
+        Ok(()) => {
+            let verb = if failures.len() == 1 { "is" } else { "are" };
+            CliError::Failed(format!("{} of {} modules {verb} not valid", failures.len(), ids.len()))
+        }
         Err(e) => e,
     })?;
     let translated = ids.iter().filter(|(_, translated)| *translated).count();
@@ -356,6 +359,7 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     }
     match changes.len() {
         0 => print_result("all as recorded\n"),
+        1 => Err(CliError::Failed(format!("1 module differs from {shown_path}; `--update` records it there"))),
         n => Err(CliError::Failed(format!("{n} modules differ from {shown_path}; `--update` records them there"))),
     }
 }

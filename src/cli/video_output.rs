@@ -6,6 +6,7 @@
 use super::CliError;
 use super::frames::Output;
 use super::output::stdout_error;
+use super::output_file::check_may_be_written;
 use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
 use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
 use crate::render::frame::Frame;
@@ -55,17 +56,15 @@ impl VideoOutput {
     /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
     pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Sequence { .. } => Ok(Self::ImageFiles),
+            Output::One(_) | Output::Sequence(_) => Ok(Self::ImageFiles),
             Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             Output::Animation(path, format) => {
                 check_output_path(path)?;
-                let name = echo(&path.display().to_string());
-                if path.exists() && !overwrite {
-                    return Err(CliError::Failed(format!("-o {name}: this file exists; --overwrite replaces it")));
-                }
+                check_may_be_written("-o", path, overwrite)?;
                 if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_ANIMATION_PIXELS {
                     return Err(CliError::Failed(format!(
-                        "-o {name}: more than {:.0} million pixels in all; draw fewer or smaller frames, or write a stream (-o -) to an encoder",
+                        "-o {}: more than {:.0} million pixels in all; draw fewer or smaller frames, or write a stream (-o -) to an encoder",
+                        echo(&path.display().to_string()),
                         MAX_ANIMATION_PIXELS / 1e6
                     )));
                 }

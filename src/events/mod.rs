@@ -25,7 +25,7 @@ pub use local::{GeodeticPosition, LocalCircumstances, LocalContact};
 pub use lunar::{LunarEclipse, LunarType, shadow_enlargement};
 pub use moons::{MoonEvent, MoonEventType, moon_events};
 pub use mutual::mutual_events;
-pub use path::{CutVertex, EclipsePath, cut_at_date_line};
+pub use path::{CutVertex, EclipsePath, cut_at_antimeridian};
 pub use solar::{SolarEclipse, SolarType};
 pub use transit::{Transit, transits};
 

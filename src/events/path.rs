@@ -101,7 +101,7 @@ fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> G
     GeodeticPosition { latitude_deg: sin_lat.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
-/// A vertex of a line that was cut at the date line.
+/// A vertex of a line that was cut at the antimeridian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutVertex {
     /// East longitude, degrees.
@@ -112,19 +112,19 @@ pub struct CutVertex {
     pub position: f64,
 }
 
-/// A line of places, cut where it crosses the date line, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which have no place of
+/// A line of places, cut where it crosses the antimeridian, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which have no place of
 /// their own; by their `position` other properties of the places, such as times, are interpolated.
-pub fn cut_at_date_line(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
+pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
     let mut lines: Vec<Vec<CutVertex>> = vec![Vec::new()];
     let mut before: Option<CutVertex> = None;
     for (k, place) in places.iter().enumerate() {
         let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, position: k as f64 };
         if let Some(before) = before.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
             let edge_deg = 180.0_f64.copysign(before.longitude_deg);
-            // Degrees of longitude from the earlier place to the date line, and to the later place.
-            let to_date_line = (edge_deg - before.longitude_deg).abs();
+            // Degrees of longitude from the earlier place to the antimeridian, and to the later place.
+            let to_antimeridian = (edge_deg - before.longitude_deg).abs();
             let whole = 360.0 - (before.longitude_deg - vertex.longitude_deg).abs();
-            let fraction = if whole > 0.0 { to_date_line / whole } else { 0.0 };
+            let fraction = if whole > 0.0 { to_antimeridian / whole } else { 0.0 };
             let between = |from: f64, to: f64| from + (to - from) * fraction;
             let at_edge = CutVertex {
                 longitude_deg: edge_deg,
@@ -160,13 +160,13 @@ mod tests {
     }
 
     #[test]
-    fn a_line_over_the_date_line_is_cut_there() {
-        let cut = cut_at_date_line(&[place(10.0, 170.0), place(12.0, 178.0), place(14.0, -178.0), place(16.0, -170.0)]);
+    fn a_line_over_the_antimeridian_is_cut_there() {
+        let cut = cut_at_antimeridian(&[place(10.0, 170.0), place(12.0, 178.0), place(14.0, -178.0), place(16.0, -170.0)]);
         let numbers = |line: &Vec<CutVertex>| line.iter().map(|v| [v.longitude_deg, v.latitude_deg, v.position]).collect::<Vec<_>>();
         assert_eq!(
             cut.iter().map(numbers).collect::<Vec<_>>(),
             [[[170.0, 10.0, 0.0], [178.0, 12.0, 1.0], [180.0, 13.0, 1.5]], [[-180.0, 13.0, 1.5], [-178.0, 14.0, 2.0], [-170.0, 16.0, 3.0]]]
         );
-        assert_eq!(cut_at_date_line(&[place(0.0, -10.0), place(0.0, 10.0)]).len(), 1);
+        assert_eq!(cut_at_antimeridian(&[place(0.0, -10.0), place(0.0, 10.0)]).len(), 1);
     }
 }

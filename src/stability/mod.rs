@@ -270,7 +270,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "places",
         (1.0, "255ths"),
-        "a level at poles, date line, sub-solar and antisolar points, Sun on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
+        "a level at poles, antimeridian, sub-solar and antisolar points, Sun on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
         views::places,
     )
     .in_full(1.5)

@@ -172,7 +172,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
     compare_views(setup, views)
 }
 
-/// Views down, along the horizon and towards the Sun: at the poles, on the date line, at the sub-solar point and its antipode, and at the terminator.
+/// Views down, along the horizon and towards the Sun: at the poles, on the antimeridian, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = setup
         .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
@@ -185,7 +185,7 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             ("north pole", 90.0, 0.0),
             ("south pole", -90.0, 10.0),
             ("beside the pole", 89.999, 45.0),
-            ("date line", 10.0, 180.0),
+            ("antimeridian", 10.0, 180.0),
             ("map's seam", 0.0, -179.999_99),
             ("sub-solar point", latitude, longitude),
             ("antisolar point", -latitude, longitude + 180.0),

@@ -107,6 +107,35 @@ fn a_new_body_needs_all_fields() {
     );
 }
 
+/// Names are printed in lists, a line each, and in messages of one line.
+#[test]
+fn names_with_line_breaks_or_control_characters_are_refused() {
+    let overlay = |name: &str| {
+        format!(
+            "[[overlay]]\nbody = \"Moon\"\nname = {name}\nfile = \"a.png\"\nprojection = \"orthographic\"\n\
+             latitude_deg = 0.0\nlongitude_deg = 0.0\nwidth_km = 10.0\nheight_km = 10.0\n"
+        )
+    };
+    for name in [r#""two\nlines""#, r#""two\rlines""#, r#""two\tcolumns""#] {
+        let expected = format!("mine.toml:3: overlay.name = {name}: expected a name in one line, without control characters");
+        assert_eq!(problems(&overlay(name)), [expected]);
+    }
+    // The characters that the file itself has are not shown: they would break the line of the message.
+    let in_two_lines = problems(&overlay("\"\"\"two\nlines\"\"\""));
+    assert_eq!(
+        in_two_lines,
+        ["mine.toml:3: overlay.name = \"\"\"two lines\"\"\": expected a name in one line, without control characters"]
+    );
+    let escaped = problems(&overlay(r#""bell\u0007""#));
+    assert!(
+        escaped.iter().any(|line| line.contains("overlay.name = ")) && escaped.iter().all(|line| !line.contains('\u{7}')),
+        "{escaped:?}"
+    );
+    assert!(Catalog::with_files(&[("mine.toml".to_owned(), overlay("\"Größe 1\""))]).is_ok());
+    let moment = problems("[[moment]]\nname = \"two\\nlines\"\n");
+    assert!(moment[0].starts_with("mine.toml:") && moment.iter().any(|line| line.contains("expected a name in one line")), "{moment:?}");
+}
+
 /// A file's rings replace those of the embedded files, and a body's name may be written in several ways.
 #[test]
 fn rings_of_one_file_belong_together_however_the_body_is_named() {

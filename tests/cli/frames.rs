@@ -290,6 +290,9 @@ fn a_tour_is_rendered_as_a_sequence() {
         let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
         assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
     }
+    let too_many = render(&["--tour", path_text(&tour), "--size", "12x10", "--rate", "100000", "-o", path_text(&pattern)]);
+    let message = "--rate 100000: 300000 frames, more than 216000; this tour of 3.0 s can have --rate 72000";
+    assert!(too_many.status.code() == Some(1) && stderr_text(&too_many).contains(message), "{}", stderr_text(&too_many));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let refused = render(&args);
     assert!(

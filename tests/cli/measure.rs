@@ -108,6 +108,26 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     }
 }
 
+/// Said before anything is measured, hence before the unknown choice.
+#[test]
+fn an_existing_plot_is_replaced_only_with_overwrite() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plot = folder.path().join("trade.svg");
+    let shown = plot.to_str().expect("a path");
+    std::fs::write(&plot, "mine").expect("written");
+    let stderr_text = |args: &[&str]| {
+        let out = orrery(args);
+        assert_eq!(out.status.code(), Some(1), "{args:?}");
+        String::from_utf8_lossy(&out.stderr).into_owned()
+    };
+    let refused = stderr_text(&["measure", "--short", "--choice", "speed", "-o", shown]);
+    assert!(refused.contains("trade.svg: this file exists; --overwrite replaces it") && refused.lines().count() == 1, "{refused}");
+    assert!(stderr_text(&["measure", "--choice", "speed", "-o", shown, "--overwrite"]).contains("--choice speed"));
+    assert_eq!(std::fs::read_to_string(&plot).expect("kept"), "mine");
+    text(&["measure", "--short", "--choice", "ephemeris", "-o", shown, "--overwrite"]);
+    assert!(std::fs::read_to_string(&plot).expect("replaced").contains("ephemeris [arcsec]"));
+}
+
 /// A view measures the qualities alone, so that a choice beside it would have no effect.
 #[test]
 fn choices_are_refused_beside_a_view() {

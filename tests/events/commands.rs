@@ -115,9 +115,9 @@ fn a_path_replaces_another_file_only_with_overwrite() {
     assert_eq!(find(&[&APRIL_2024[..], &["--overwrite"]].concat()).status.code(), Some(2), "--overwrite needs --path");
 }
 
-/// Where a line crosses the date line, it has a vertex on each side of the cut, with the time of the crossing.
+/// Where a line crosses the antimeridian, it has a vertex on each side of the cut, with the time of the crossing.
 #[test]
-fn a_centre_line_over_the_date_line_has_a_time_for_each_vertex() {
+fn a_centre_line_over_the_antimeridian_has_a_time_for_each_vertex() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("path.geojson");
     let args = ["--from", "2012-05-20", "--to", "2012-05-22", "--kind", "solar", "--path", file.to_str().expect("a path")];

@@ -146,8 +146,28 @@ fn a_tour_error_names_its_stop_and_field() {
         let error = parse(&text).expect_err(&text);
         assert!(error.contains(message_part) && !error.contains('\n'), "{text}: {error}");
     }
-    let long = format!(r#"{{"title":"T","stops":[{}]}}"#, [r#"{"view":"orrery://view?target=Moon","hold_s":3600}"#; 2].join(","));
-    assert!(parse(&long).expect_err("too long").contains("stop 2, hold_s: the tour is longer"));
+    // A tour that is too long: the message names what takes most of the time, and both sums. The first stop has no camera path.
+    for (stops, fields, message) in [
+        (
+            2,
+            r#""hold_s":3600"#,
+            "stop 2, hold_s: up to here the tour is longer than 3600 s: 7200.0 s of hold_s and 4.0 s of travel_s in 2 stops",
+        ),
+        (
+            4,
+            r#""hold_s":1,"travel_s":1500"#,
+            "stop 4, travel_s: up to here the tour is longer than 3600 s: 4.0 s of hold_s and 4500.0 s of travel_s in 4 stops",
+        ),
+        (
+            700,
+            r#""travel_s":0"#,
+            "stop 601, hold_s: up to here the tour is longer than 3600 s: 3606.0 s of hold_s and 0.0 s of travel_s in 601 stops",
+        ),
+    ] {
+        let stop = format!(r#"{{"view":"orrery://view?target=Moon",{fields}}}"#);
+        let long = format!(r#"{{"title":"T","stops":[{}]}}"#, vec![stop; stops].join(","));
+        assert_eq!(parse(&long).expect_err("too long"), message);
+    }
     let many = format!(r#"{{"title":"T","stops":[{}]}}"#, vec![r#"{"view":"orrery://view?target=Moon","hold_s":0}"#; 1001].join(","));
     assert_eq!(parse(&many).expect_err("too many stops"), "1001 stops; a tour has at most 1000");
 }

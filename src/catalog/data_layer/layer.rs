@@ -193,7 +193,7 @@ mod tests {
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
     }
 
-    /// Lengths are those of the drawn lines: a whole parallel counts in full, a step across the date line not at all.
+    /// Lengths are those of the drawn lines: a whole parallel counts in full, a step across the antimeridian not at all.
     #[test]
     fn a_whole_parallel_is_a_turn_long() {
         assert_eq!(length_deg(&[[66.5, -180.0], [66.5, 180.0]]), 360.0);

@@ -17,7 +17,7 @@ mod layer;
 mod votable;
 mod xml;
 
-use super::fields::{is_name, word};
+use super::fields::{NAME, is_name, word};
 use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
@@ -70,7 +70,7 @@ pub fn layer_extensions() -> String {
 
 /// Reads a `[[layer]]`: the name of its body, which the caller looks up, and the layer without its content.
 pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
-    let name = table.required("name", "a name", is_name);
+    let name = table.required("name", NAME, is_name);
     let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
     let file = table.required::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
     let body = table.optional("body", "the name of a body", |_: &String| true);

@@ -12,7 +12,13 @@ if (filter) {
     }
     document.getElementById("count").textContent = `${shown} shown`;
   };
-  filter.value = decodeURIComponent(location.hash.slice(1));
+  const hash = location.hash.slice(1);
+  try {
+    filter.value = decodeURIComponent(hash);
+  } catch {
+    // A link that was typed or cut may have a percent sign that encodes nothing: it is taken as it is.
+    filter.value = hash;
+  }
   filter.addEventListener("input", () => {
     history.replaceState(null, "", `#${encodeURIComponent(filter.value)}`);
     apply();

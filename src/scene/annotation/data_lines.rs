@@ -56,7 +56,7 @@ impl Path {
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
             // A line of only two vertices, which have one latitude and are a whole turn apart, is a whole parallel, such as the equator. In other lines such
-            // a step crosses the date line.
+            // a step crosses the antimeridian.
             let is_whole_parallel = vertices.len() == 2 && to.x == from.x && (to.y - from.y).abs() > TAU - 1e-9;
             if (to.y - from.y).abs() > PI && !is_whole_parallel {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
@@ -173,7 +173,7 @@ mod tests {
         assert!(great_circle_middle.distance(on_unit_sphere(EARTH, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
     }
 
-    /// The Arctic Circle from one side of the date line to the other is a whole turn; in a longer line that is a step across the date line.
+    /// The Arctic Circle from one side of the antimeridian to the other is a whole turn; in a longer line that is a step across the antimeridian.
     #[test]
     fn a_line_of_a_whole_turn_is_a_parallel() {
         let length_deg = |vertices: &[[f64; 2]]| {

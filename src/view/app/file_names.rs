@@ -3,27 +3,11 @@
 //! In: the name that the user typed, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
 //! writes nothing: the writer uses the first name that it can create, because another program may take a free name in the meantime.
 
+use crate::files::frame_number::{FrameNumberError, NumberedName};
 use std::path::{Path, PathBuf};
 
 /// Digits of the frame number if the name has no placeholder.
 const DEFAULT_DIGITS: usize = 5;
-
-/// The name has an invalid placeholder for the frame number.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{name}: write the frame number as %d or %05d, once")]
-pub(crate) struct FrameNumberError {
-    /// The name as it was given.
-    pub name: String,
-}
-
-/// A name with a placeholder for the frame number.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct NumberedName {
-    before: String,
-    /// Minimum number of digits.
-    digits: usize,
-    after: String,
-}
 
 /// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
 fn split_extension(name: &str) -> (&str, &str) {
@@ -33,40 +17,18 @@ fn split_extension(name: &str) -> (&str, &str) {
     name.split_at(name.len() - extension_bytes)
 }
 
-impl NumberedName {
-    /// Parses the placeholder of a name, `%d` or `%05d`; `None` if there is no placeholder.
-    ///
-    /// # Errors
-    /// If the placeholder is invalid; the message explains how to write it.
-    pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
-        // Only the file's name has a frame number: a percent sign in the name of a folder is just a character.
-        let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |at| at + 1));
-        let Some((before, rest)) = file.split_once('%') else { return Ok(None) };
-        let found = rest.split_once('d').and_then(|(width, after)| {
-            let digits = if width.is_empty() { 0 } else { width.strip_prefix('0')?.parse().ok().filter(|w| *w <= 12)? };
-            (!after.contains('%')).then(|| Self { before: format!("{folder}{before}"), digits, after: after.to_owned() })
-        });
-        found.map(Some).ok_or_else(|| FrameNumberError { name: name.to_owned() })
-    }
-
-    pub(crate) fn path(&self, number: u32) -> PathBuf {
-        let Self { before, digits, after } = self;
-        format!("{before}{number:0digits$}{after}").into()
-    }
-
-    /// The names of a sequence's frames. If one of these files exists, the name gets the smallest number for which none of them exists. A name
-    /// without a placeholder gets a placeholder before its extension.
-    ///
-    /// # Errors
-    /// If the placeholder is invalid; the message explains how to write it.
-    pub(crate) fn of_sequence(name: &str, frames: u32) -> Result<Self, FrameNumberError> {
-        let (before, after) = split_extension(name);
-        let default_numbering = || Self { before: format!("{before}-"), digits: DEFAULT_DIGITS, after: after.to_owned() };
-        let first = Self::of(name)?.unwrap_or_else(default_numbering);
-        let nth_name = |n: u32| if n == 1 { first.clone() } else { Self { before: format!("{}{n}-", first.before), ..first.clone() } };
-        let is_free = |name: &Self| (0..frames).all(|k| !name.path(k).exists());
-        Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
-    }
+/// The names of a sequence's frames. If one of these files exists, the name gets the smallest number for which none of them exists. A name
+/// without a placeholder gets a placeholder before its extension.
+///
+/// # Errors
+/// If the placeholder is invalid; the message explains how to write it.
+pub(crate) fn free_sequence(name: &str, frames: u32) -> Result<NumberedName, FrameNumberError> {
+    let (before, after) = split_extension(name);
+    let default_numbering = || NumberedName { before: format!("{before}-"), min_digits: DEFAULT_DIGITS, after: after.to_owned() };
+    let first = NumberedName::of(name)?.unwrap_or_else(default_numbering);
+    let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { before: format!("{}{n}-", first.before), ..first.clone() } };
+    let is_free = |name: &NumberedName| (0..frames).all(|k| !name.path(k).exists());
+    Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
 }
 
 /// Names to try in turn: `orrery.png`, `orrery-2.png`, `orrery-3.png`...; if the name has a placeholder, its number counts up from 0 instead.
@@ -115,7 +77,7 @@ mod tests {
     fn a_sequence_gets_the_first_number_for_which_no_frame_exists() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
-        let sequence = |name: &str, frames| NumberedName::of_sequence(&at(name), frames).expect(name);
+        let sequence = |name: &str, frames| free_sequence(&at(name), frames).expect(name);
         // A name without a placeholder, such as the field's default, gets a frame number.
         assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
         assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));
@@ -128,7 +90,7 @@ mod tests {
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-2-00000.png"));
         std::fs::write(at("orrery-2-00000.png"), "").expect("a file");
         assert_eq!(sequence("orrery.png", 100).path(0).display().to_string(), at("orrery-3-00000.png"));
-        assert!(NumberedName::of_sequence("%s.png", 3).is_err());
+        assert!(free_sequence("%s.png", 3).is_err());
     }
 
     #[test]

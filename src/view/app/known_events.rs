@@ -2,7 +2,7 @@
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
 //! gaps. Of its two ends, the one closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
-//! than the length of one search, the search starts again there. Not here: the thread that searches, and the painting.
+//! than the length of one search, the search starts again there. Where the ephemeris ends within a search, shorter ones approach its end. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -18,6 +18,9 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
+/// Length below which a search is not shortened further, seconds: the part that stays unsearched at the end of the ephemeris is shorter than two days, besides
+/// the margin that the search itself needs.
+const MIN_LENGTH_S: f64 = SECONDS_PER_DAY;
 /// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
 
@@ -27,9 +30,12 @@ pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     /// Length of one search.
     step_s: f64,
+    /// Length of the next search before the searched span, and after it: halved after each search from the first one that failed because it reaches
+    /// beyond the ephemeris.
+    lengths_s: [f64; 2],
     /// Start and end of the searched span, TDB seconds past J2000.
     searched: Option<(f64, f64)>,
-    /// Whether a search before the searched span, and one after it, failed because the ephemeris does not reach further.
+    /// Whether the searches before the searched span, and those after it, have reached the end of the ephemeris.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -41,12 +47,14 @@ pub(crate) struct NextSearch {
     backward: bool,
     /// The end of the searched span from which the search starts.
     from_s: f64,
+    length_s: f64,
 }
 
 impl KnownEvents {
     /// An empty store of events. `step_days`: length of one search.
     pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
-        Self { kinds, step_s: step_days * SECONDS_PER_DAY, searched: None, is_exhausted: [false; 2], events: Vec::new() }
+        let step_s = step_days * SECONDS_PER_DAY;
+        Self { kinds, step_s, lengths_s: [step_s; 2], searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
     /// The next search for the displayed span `from_s..to_s`, TDB seconds past J2000; `None` if the span has been searched.
@@ -54,7 +62,7 @@ impl KnownEvents {
         let middle_s = 0.5 * (from_s + to_s);
         let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
         if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
-            (self.searched, self.is_exhausted) = (Some((middle_s, middle_s)), [false; 2]);
+            (self.searched, self.is_exhausted, self.lengths_s) = (Some((middle_s, middle_s)), [false; 2], [self.step_s; 2]);
             self.events.clear();
         }
         let (first_s, last_s) = self.searched?;
@@ -66,21 +74,25 @@ impl KnownEvents {
         };
         let start_s = if backward { first_s } else { last_s };
         let start = Instant::from_tdb_seconds_past_j2000(start_s);
-        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, self.step_s, backward), backward, from_s: start_s })
+        let length_s = self.lengths_s[usize::from(!backward)];
+        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, from_s: start_s, length_s })
     }
 
-    /// Stores the result of a search; `None`: outside the ephemeris. The result is dropped if the search does not extend the current span.
+    /// Stores the result of a search; `None`: at least a part of it is outside the ephemeris. The result is dropped if the search does not extend the current span.
     pub(crate) fn add(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if search.backward { first_s } else { last_s };
         if *end_s != search.from_s {
             return;
         }
-        let Some(found) = found else {
-            self.is_exhausted[usize::from(!search.backward)] = true;
-            return;
-        };
-        *end_s += if search.backward { -self.step_s } else { self.step_s };
+        let side = usize::from(!search.backward);
+        // Once a search has failed, the ephemeris ends within its length, and after each further one, within half the length of the one before.
+        if found.is_none() || search.length_s < self.step_s {
+            self.lengths_s[side] = 0.5 * search.length_s;
+            self.is_exhausted[side] = self.lengths_s[side] < MIN_LENGTH_S;
+        }
+        let Some(found) = found else { return };
+        *end_s += if search.backward { -search.length_s } else { search.length_s };
         self.events.extend(found);
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
@@ -152,8 +164,9 @@ mod tests {
         }
         searches_needed(&mut known, from_s, to_s);
         assert_eq!(known.unsearched(from_s, to_s), [None; 2]);
-        let later = known.next(50.0 * DAY_S, 150.0 * DAY_S).expect("a search");
-        known.add(&later, None);
+        while let Some(later) = known.next(50.0 * DAY_S, 150.0 * DAY_S) {
+            known.add(&later, None);
+        }
         assert_eq!(known.unsearched(50.0 * DAY_S, 150.0 * DAY_S), [None; 2], "nothing is searched beyond the ephemeris");
     }
 
@@ -183,15 +196,41 @@ mod tests {
         }
     }
 
+    /// The last search before the end of the ephemeris once failed as a whole, so that up to 500 days seemed to be without events.
+    #[test]
+    fn the_span_is_searched_up_to_the_end_of_the_ephemeris() {
+        for end_days in [-499.0, -3.0, 3.0, 499.0, 500.0, 501.0, 730.0, 1234.5] {
+            // Before the end if the ephemeris begins there, after it if it ends there.
+            let is_covered = |search: &NextSearch| {
+                let [from_s, to_s] = [search.from_s, search.from_s + search.length_s * if search.backward { -1.0 } else { 1.0 }];
+                if end_days < 0.0 { from_s.min(to_s) >= end_days * DAY_S } else { from_s.max(to_s) <= end_days * DAY_S }
+            };
+            let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
+            let mut searches = 0;
+            while let Some(next) = known.next(-2000.0 * DAY_S, 2000.0 * DAY_S) {
+                known.add(&next, is_covered(&next).then(Vec::new));
+                searches += 1;
+                assert!(searches < 30, "{end_days}: no end");
+            }
+            let (first_s, last_s) = known.searched.expect("a span");
+            let unsearched_days = if end_days < 0.0 { first_s / DAY_S - end_days } else { end_days - last_s / DAY_S };
+            assert!((0.0..2.0).contains(&unsearched_days), "{end_days}: {unsearched_days} days are left");
+        }
+    }
+
     #[test]
     fn nothing_is_searched_beyond_the_ephemeris_and_late_results_are_dropped() {
         let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
         let first = known.next(0.0, 20.0 * DAY_S).expect("a search");
         known.add(&first, None);
-        let other = known.next(0.0, 20.0 * DAY_S).expect("the other side");
-        assert!(other.backward != first.backward);
-        known.add(&other, None);
-        assert_eq!(known.next(0.0, 20.0 * DAY_S), None);
+        let mut lengths_s = vec![first.length_s];
+        while let Some(next) = known.next(0.0, 20.0 * DAY_S) {
+            known.add(&next, None);
+            lengths_s.push(next.length_s);
+        }
+        // Searches of 10, 5, 2.5 and 1.25 days on each side.
+        lengths_s.sort_by(f64::total_cmp);
+        assert_eq!(lengths_s, [1.25, 1.25, 2.5, 2.5, 5.0, 5.0, 10.0, 10.0].map(|days| days * DAY_S));
         let elsewhere = known.next(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
         known.add(&first, Some(Vec::new()));
         assert_eq!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));

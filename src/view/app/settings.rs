@@ -1,7 +1,7 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
 //! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
-//! `.broken`, or `.broken-2` and so on if that exists, and its valid fields and bookmarks are used; missing fields have their defaults; unknown fields,
+//! `.broken`, or `.broken-2` and so on if that exists (the newest few are kept), and its valid fields and bookmarks are used; missing fields have their defaults; unknown fields,
 //! and bookmarks of another version of the program, are written back unchanged (`other_version`).
 
 mod other_version;
@@ -26,6 +26,8 @@ pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
 const MIN_SCALED_SIZE: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
+/// Number of files set aside that are kept.
+const MAX_SET_ASIDE: usize = 5;
 /// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
 
@@ -216,8 +218,8 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
-    /// settings and an error line, and appends `.broken` to the file's name, so that saving does not overwrite it. Files set aside earlier are
-    /// kept, too: they may hold the user's bookmarks.
+    /// settings and an error line, and appends `.broken` to the file's name, so that saving does not overwrite it. The newest
+    /// [`MAX_SET_ASIDE`] such files are kept: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -270,21 +272,43 @@ fn aside_or_reason(path: &Path) -> String {
 
 /// Renames a file that cannot be used as settings. Returns a text that says where it is now, or as the error why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
-    let numbered = |number: u32| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(if number == 1 { ".broken".to_owned() } else { format!(".broken-{number}") });
-        PathBuf::from(name)
-    };
-    let mut number = 1;
-    // A link whose target is missing occupies its name as well.
-    while numbered(number).symlink_metadata().is_ok() {
+    let mut earlier = set_aside_numbers(path);
+    // Above all others, also where earlier ones were removed, so that the highest number is the newest file.
+    let mut number = earlier.last().map_or(1, |last| last + 1);
+    // In a folder that cannot be listed, or beside a file of the user.
+    while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
-    let aside = numbered(number);
-    match std::fs::rename(path, &aside) {
-        Ok(()) => Ok(format!("kept as {}", aside.display())),
-        Err(e) => Err(format!("it could not be set aside: {e}")),
+    let aside = set_aside_path(path, number);
+    std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
+    earlier.truncate((earlier.len() + 1).saturating_sub(MAX_SET_ASIDE));
+    for number in earlier {
+        // One that cannot be removed is tried again when the next file is set aside.
+        let _ = std::fs::remove_file(set_aside_path(path, number));
     }
+    Ok(format!("kept as {}", aside.display()))
+}
+
+/// The path of the file that was set aside with a number.
+fn set_aside_path(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(if number == 1 { ".broken".to_owned() } else { format!(".broken-{number}") });
+    PathBuf::from(name)
+}
+
+/// The numbers of the files that were set aside, ascending; empty if the folder cannot be listed. A link whose target is missing occupies its number as well.
+fn set_aside_numbers(path: &Path) -> Vec<u32> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Some(settings_name) = path.file_name().and_then(|n| n.to_str()) else { return Vec::new() };
+    let number = |name: &str| match name.strip_prefix(settings_name)?.strip_prefix(".broken")? {
+        "" => Some(1),
+        // Only as the program writes it: `settings.json.broken-02` is a file of the user.
+        rest => rest.strip_prefix('-')?.parse::<u32>().ok().filter(|n| (2..1 << 30).contains(n) && rest == format!("-{n}")),
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut numbers: Vec<u32> = entries.filter_map(|entry| number(entry.file_name().to_str()?)).collect();
+    numbers.sort_unstable();
+    numbers
 }
 
 #[cfg(test)]
@@ -399,5 +423,27 @@ mod tests {
         // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
         assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));
+    }
+
+    #[test]
+    fn only_the_newest_broken_settings_files_are_kept() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        // A file of the user, whose name the program would not write.
+        std::fs::write(folder.path().join("settings.json.broken-01"), "mine").expect("a file");
+        for number in 1..=12 {
+            std::fs::write(&path, format!("[{number}")).expect("a file");
+            let line = Settings::load(&path).1.expect("a line");
+            let suffix = if number == 1 { ".broken".to_owned() } else { format!(".broken-{number}") };
+            assert!(line.ends_with(&format!("settings.json{suffix}")), "{line}");
+        }
+        assert_eq!(set_aside_numbers(&path), [8, 9, 10, 11, 12]);
+        assert_eq!(std::fs::read_to_string(set_aside_path(&path, 12)).expect("kept"), "[12");
+        assert!(folder.path().join("settings.json.broken-01").exists());
+        // A number that the user removed is not given again, because the highest number must be the newest file.
+        std::fs::remove_file(set_aside_path(&path, 9)).expect("removed");
+        std::fs::write(&path, "[13").expect("a file");
+        assert!(Settings::load(&path).1.expect("a line").ends_with(".broken-13"));
+        assert_eq!(set_aside_numbers(&path), [8, 10, 11, 12, 13]);
     }
 }

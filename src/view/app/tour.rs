@@ -133,7 +133,8 @@ impl Tour {
             return Err(TourError::TooManyStops(file.stops.len()));
         }
         let mut stops: Vec<Stop> = Vec::new();
-        let mut length_s = 0.0;
+        // Real seconds of all stays and of all camera paths so far.
+        let (mut held_s, mut travelled_s) = (0.0, 0.0);
         for (k, stop_file) in file.stops.into_iter().enumerate() {
             let error = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
             let view_text = match stop_file.view {
@@ -164,9 +165,13 @@ impl Tour {
                 }
                 _ => stop.travel_s = 0.0,
             }
-            length_s += stop.travel_s + stop.hold_s;
-            if length_s > MAX_LENGTH_S {
-                return Err(error("hold_s", format!("the tour is longer than {MAX_LENGTH_S} s")));
+            held_s += stop.hold_s;
+            travelled_s += stop.travel_s;
+            if held_s + travelled_s > MAX_LENGTH_S {
+                // The field to which most of the length is due; both sums and the number of stops are given, because each may be the one to change.
+                let field = if travelled_s > held_s { "travel_s" } else { "hold_s" };
+                let sums = format!("{held_s:.1} s of hold_s and {travelled_s:.1} s of travel_s in {} stops", k + 1);
+                return Err(error(field, format!("up to here the tour is longer than {MAX_LENGTH_S} s: {sums}")));
             }
             stops.push(stop);
         }

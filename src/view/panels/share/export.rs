@@ -4,13 +4,14 @@
 //! one after the other, so that the export can be stopped between frames; the export continues when the panel is closed; the file of an
 //! animation is written only after its last frame.
 
+use crate::files::frame_number::NumberedName;
 use crate::files::{FileAccess, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, Quality, ViewRequest};
 use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
-use crate::view::app::file_names::{NumberedName, free_names};
+use crate::view::app::file_names::{free_names, free_sequence};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
@@ -87,7 +88,7 @@ impl Export {
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
     pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
-        let files = NumberedName::of_sequence(name, count).map_err(|e| error_text(&e))?;
+        let files = free_sequence(name, count).map_err(|e| error_text(&e))?;
         Ok(Self::of(frames, ExportOutput::Files(files), count, options))
     }
 

@@ -1,0 +1,77 @@
+//! File names with a placeholder for the frame number, such as `out-%05d.png`.
+//!
+//! In: the name that the user typed. Out: the name of each frame's file. Always: only the file's name has a placeholder; a percent sign in the name of a
+//! folder is just a character. Not here: which of these files exist.
+
+use crate::wording::echo;
+use std::path::PathBuf;
+
+/// Largest width of a frame number in a name. A `u32` has at most 10 digits; two more do no harm, and thousands would make the name too long.
+const MAX_NUMBER_DIGITS: usize = 12;
+
+/// The name has an invalid placeholder for the frame number.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{name}: write the frame number as %d or %05d, once")]
+pub(crate) struct FrameNumberError {
+    /// The name as it was given, for one line of a message.
+    name: String,
+}
+
+/// A name with a placeholder for the frame number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct NumberedName {
+    pub before: String,
+    /// Minimum number of digits.
+    pub min_digits: usize,
+    pub after: String,
+}
+
+impl NumberedName {
+    /// Parses the placeholder of a name, `%d` or `%05d`; `None` if there is no placeholder.
+    ///
+    /// # Errors
+    /// If the placeholder is invalid; the message quotes the name and explains how to write it.
+    pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
+        let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |at| at + 1));
+        let Some((before, rest)) = file.split_once('%') else { return Ok(None) };
+        let found = rest.split_once('d').and_then(|(width, after)| {
+            let min_digits = match width {
+                "" => 0,
+                _ => width.strip_prefix('0')?.parse::<usize>().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
+            };
+            (!after.contains('%')).then(|| Self { before: format!("{folder}{before}"), min_digits, after: after.to_owned() })
+        });
+        found.map(Some).ok_or_else(|| FrameNumberError { name: echo(name) })
+    }
+
+    /// The file of a frame.
+    pub(crate) fn path(&self, number: u32) -> PathBuf {
+        let Self { before, min_digits, after } = self;
+        format!("{before}{number:0min_digits$}{after}").into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_placeholder_is_read_in_the_name_of_the_file_alone() {
+        let path = |name: &str, number| NumberedName::of(name).expect(name).map(|n| n.path(number));
+        assert_eq!(path("a/out-%05d.png", 7), Some("a/out-00007.png".into()));
+        assert_eq!(path("out-%d.exr", 12), Some("out-12.exr".into()));
+        assert_eq!(path("a%d/50%/out-%03d.png", 7), Some("a%d/50%/out-007.png".into()));
+        for none in ["out.png", "50%/a%d/out.png", "a-%d/out.png", ""] {
+            assert_eq!(path(none, 7), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn an_invalid_placeholder_is_refused_with_the_way_to_write_it() {
+        for bad in ["%x.png", "a-%d-%d.png", "100%.png", "out-%5d.png", "%099d.png"] {
+            let why = NumberedName::of(bad).expect_err(bad).to_string();
+            assert!(why.contains(bad) && why.contains("%05d"), "{why}");
+        }
+        assert!(!NumberedName::of("\u{1b}%.png").expect_err("refused").to_string().contains('\u{1b}'));
+    }
+}
