@@ -8,6 +8,7 @@
 //! corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the camera,
 //! the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of bodies behind it.
 
+mod city_lights;
 mod geometry;
 mod ground;
 mod log_mean;
@@ -260,11 +261,12 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_light_weight > 0.0);
+        let night_light_weight = self.night_light_weight(p);
+        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| night_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
-            night_light_weight: self.meter.night_light_weight,
+            night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
