@@ -1,4 +1,4 @@
-//! Subjects that enter the light meter's reading or leave it: rings of a body that becomes a point, city lights around a camera on the ground.
+//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, city lights around a camera on the ground.
 
 use super::metering::assert_changes_smoothly;
 use crate::support::session::SESSION;
@@ -36,6 +36,22 @@ fn rings_of_a_point_leave_the_reading_gradually() {
         view(SATURN, "2024-04-08T12:00:00Z", Position::Offset { body: SATURN, offset_km, axes: Axes::BodyFixed })
     };
     assert_changes_smoothly("Saturn's night side", 0.3, 60, night_side);
+}
+
+/// Mars in the frame of Phobos, and Jupiter that hides Io, become points without a step: where they were a pixel wide, the exposure jumped by 0.5 and by 2.3
+/// stops. The distances are from the target, in its radii.
+#[test]
+fn bodies_beside_the_target_become_points_gradually() {
+    for (target, direction, from_radii) in
+        [(NaifId(401), DVec3::new(-0.5, 0.0, 3.0_f64.sqrt() / 2.0), 25_000.0), (NaifId(501), DVec3::X, 5_000.0)]
+    {
+        let radius_km = SESSION.catalog().body(target).expect("a moon").radii_km.x;
+        let at = |k: f64| {
+            let offset_km = direction * (from_radii * 1.02_f64.powf(k) * radius_km);
+            view(target, "2024-04-08T12:00:00Z", Position::Offset { body: target, offset_km, axes: Axes::BodyFixed })
+        };
+        assert_changes_smoothly(&format!("{target:?}"), 0.3, 50, at);
+    }
 }
 
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground, which once hid the stars. A camera that looks down,

@@ -193,10 +193,14 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
-        // The Sun is so bright that bodies of less than a pixel matter, too. A body at whose centre the camera is counts as behind it.
-        let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
-        let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
-        nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
+        // The Sun is so bright that bodies of less than a pixel matter, too. In front of others a body gains its opacity while its area grows from one pixel to
+        // two. A body at whose centre the camera is counts as behind it.
+        let opacity = |o: &PlacedBody<'_>| {
+            let area = area_px(self.meter.camera, o);
+            if p.body.id == NaifId::SUN { f64::from(area > 0.0) } else { smoothstep(area - 1.0) }
+        };
+        let nearer = self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0);
+        nearer.map(|(o, opacity)| opacity * visible_fraction_behind_body(&o.placement, towards, radius) + 1.0 - opacity).product()
     }
 
     /// Fraction of a body's light that the frame draws as a disc.
@@ -252,12 +256,17 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
-        if diameter_px < 1.0 && self.disc_share(p, diameter_px) < 1.0 && !is_target {
+        let is_point = self.disc_share(p, diameter_px) < 1.0 && !is_target;
+        let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
+        if point_weight > 0.0 {
             // A point: all of the body's light, spread over a sprite.
             let pixel_sr = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
-            tally.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
-            return (tally, 0.0);
+            let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
+            tally.add(point_weight * sprite_share, shown, foreground_radiance);
+            if point_weight >= 1.0 {
+                return (tally, 0.0);
+            }
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
@@ -283,7 +292,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let dilution = area / (area + (1.0 - self.disc_share(p, diameter_px)) / point_peak());
-                let visible_share = share * self.visible_fraction(p) * far_weight;
+                let visible_share = share * self.visible_fraction(p) * far_weight * (1.0 - point_weight);
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     tally.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
