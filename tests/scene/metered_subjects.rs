@@ -54,6 +54,22 @@ fn bodies_beside_the_target_become_points_gradually() {
     }
 }
 
+/// Mercury's night side with the lit part behind the limb is exposed for the dark: from 3 radii on, where the meter no longer looks at single rays alone, it once
+/// counted the crescent that a viewer at infinity would see, and the image was black.
+#[test]
+fn a_crescent_behind_the_limb_is_not_metered() {
+    let mercury = |distance_radii: f64| {
+        let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
+        view(NaifId(199), "2024-04-08T12:00:00Z", position)
+    };
+    for distance_radii in [2.9, 3.05, 3.1] {
+        let stops = stops(&mercury(distance_radii));
+        assert!(stops > 18.0, "{distance_radii} radii: {stops} stops");
+    }
+    let in_sight = stops(&mercury(6.0));
+    assert!(in_sight < 3.0, "{in_sight} stops");
+}
+
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground, which once hid the stars. A camera that looks down,
 /// and one in an aircraft, see the lights; between them the exposure does not jump.
 #[test]

@@ -35,7 +35,10 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{drawn_disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
+use geometry::{
+    area_px, frame_position_weight, is_beside_frame, lit_part_weight, ray_and_limb, visible_fraction_behind_body,
+    weighted_in_frame_fraction,
+};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
@@ -307,7 +310,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in luminance longitude and latitude
-    /// covers the lit and the dark part separately, so that even the thinnest crescent is sampled.
+    /// covers the lit and the dark part separately, so that even the thinnest crescent is sampled; it is that of a viewer at infinity, except for
+    /// [`lit_part_weight`].
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -323,7 +327,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let up = viewer.cross(perpendicular);
         let terminator = phase_angle - FRAC_PI_2;
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
-        for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
+        let lit_weight = lit_part_weight(phase_angle, p.distance_km / p.body.radii_km.max_element());
+        for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {
             for k in 0..columns * rows {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
@@ -331,7 +336,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(area, ground.radiance(n, n, viewer, shadow, 1.0));
+                    add(weight * area, ground.radiance(n, n, viewer, shadow, 1.0));
                 }
             }
         }
