@@ -47,7 +47,7 @@ impl Session {
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {
-            return Err(failed(path, format!("no layer of data: its name ends in none of {}", layer_extensions())));
+            return Err(failed(path, format!("not a data layer: its name does not end in any of {}", layer_extensions())));
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));

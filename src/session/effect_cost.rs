@@ -63,15 +63,15 @@ impl Session {
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
         let scale = (MAX_MEASURED_PIXELS / pixels).sqrt().min(1.0);
-        let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
-        let (width, height) = (side(request.width), side(request.height));
-        let plan_view = |composition: &Composition, with: bool| -> Result<Plan, SessionError> {
+        let scaled_side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
+        let (width, height) = (scaled_side(request.width), scaled_side(request.height));
+        let plan_view = |composition: &Composition, with_effect: bool| -> Result<Plan, SessionError> {
             let exposure = ExposureRequest::Stops(stops);
             let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
             match of_body {
-                _ if with && already_on => {}
-                Some(name) => scaled_request.effects.of_body(name).set(effect, with),
-                None => scaled_request.effects.set(effect, with),
+                _ if with_effect && already_on => {}
+                Some(name) => scaled_request.effects.of_body(name).set(effect, with_effect),
+                None => scaled_request.effects.set(effect, with_effect),
             }
             Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)
         };
@@ -86,11 +86,11 @@ impl Session {
                 light[k] = frame.hdr;
             }
         }
-        // A stereo pair or a warped image has no linear light of its own, so that of one eye, or of the image before the warp, is compared.
-        let in_linear_light = Composition { stereo: None, warp: None, ..request.composition.clone() };
-        if in_linear_light != request.composition {
-            for (light, with) in light.iter_mut().zip([false, true]) {
-                let plan = plan_view(&in_linear_light, with)?;
+        // A stereo pair or a warped image has no linear light of its own, so the light of a single eye, or of the image before the warp, is compared.
+        let without_stereo_and_warp = Composition { stereo: None, warp: None, ..request.composition.clone() };
+        if without_stereo_and_warp != request.composition {
+            for (light, with_effect) in light.iter_mut().zip([false, true]) {
+                let plan = plan_view(&without_stereo_and_warp, with_effect)?;
                 *light = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
             }
         }

@@ -54,7 +54,7 @@ pub enum SessionError {
 /// Why no cache folder is used; shaders, tables and decoded maps are then kept in memory only.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheFolderError {
-    /// The user gives no folder, and the system has none.
+    /// The user named no folder, and the system has none.
     #[error("this system has no cache folder; shaders, tables and decoded maps are kept in memory only, --cache DIR names a place")]
     None,
     /// Other users may write to the folder, and could thus change what is drawn.

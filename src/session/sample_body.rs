@@ -78,9 +78,10 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
+        // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
-        occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
-        occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
+        occluder_positions: occluders.iter().map(|[across_x, across_y, distance, _]| Vec4::new(*across_x, *across_y, *distance, 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|[.., radius]| Vec4::new(0.8, 0.6, *radius, 0.9 * radius)).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
@@ -91,9 +92,9 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     }
 }
 
-/// A thin and a thick ring with a gap between them.
+/// A thin and a thick ring with a gap between them; for any surface but a ring, their shadow.
 fn ring(surface: Surface) -> RingUniforms {
-    let ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
+    let flat_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
         outer_km,
@@ -101,7 +102,7 @@ fn ring(surface: Surface) -> RingUniforms {
         albedo: [0.8, 0.7, 0.5],
         dust: 0.0,
     };
-    let rings = [ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)];
+    let rings = [flat_ring(1.1, 1.5, 0.1), flat_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let table = match surface {
         Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, 5e-4)), 1.0, 4.0)),
@@ -174,7 +175,7 @@ fn air() -> AtmosphereUniforms {
 }
 
 fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
-    // A ring seen from its own plane would be a line.
+    // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
@@ -246,7 +247,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    let round = [
+    let image = [
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(1.0, 0.0, 0.0, 1.0),
@@ -254,7 +255,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    [band, round].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
+    [band, image].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
@@ -406,11 +407,11 @@ pub fn ms_per_megapixel_at(
         return Ok(None);
     }
     let plan = sample_body_plan(library, key, side_px, SAMPLE_HALF_SIDE_ON_DISC)?;
-    let mut best = f64::INFINITY;
+    let mut fastest_ms = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
         renderer.render(&plan, library, FrameImages::Display)?;
-        best = best.min(1e3 * start.elapsed().as_secs_f64());
+        fastest_ms = fastest_ms.min(1e3 * start.elapsed().as_secs_f64());
     }
-    Ok(Some(best * 1e6 / (f64::from(side_px) * f64::from(side_px))))
+    Ok(Some(fastest_ms * 1e6 / (f64::from(side_px) * f64::from(side_px))))
 }
