@@ -80,7 +80,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         coarse_row: 0.0,
         // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
-        occluder_positions: occluders.iter().map(|[across_x, across_y, distance, _]| Vec4::new(*across_x, *across_y, *distance, 0.0)).collect(),
+        occluder_positions: occluders.iter().map(|[x, y, distance, _]| Vec4::new(*x, *y, *distance, 0.0)).collect(),
         occluder_outlines: occluders.iter().map(|[.., radius]| Vec4::new(0.8, 0.6, *radius, 0.9 * radius)).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),

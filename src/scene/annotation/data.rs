@@ -27,7 +27,7 @@ const OPACITY: f64 = 0.9;
 /// The image height for which dot sizes are given; they scale in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
-/// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears.
+/// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears; without a time it is always visible.
 pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant) -> Option<f64> {
     let Some(time) = time else { return Some(OPACITY) };
     let age_days = (now.tdb_seconds_past_j2000() - time.tdb_seconds_past_j2000()) / SECONDS_PER_DAY;
@@ -35,7 +35,7 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
     (age_days >= 0.0 && remaining > 0.0).then_some(OPACITY * remaining)
 }
 
-/// Whether a body nearer than `distance_km` covers a direction.
+/// Whether a body nearer than `distance_km` covers this line of sight.
 fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;

@@ -13,7 +13,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
 
-/// Texts, bars and rings. A ring is a circle that marks a place, given by its centre.
+/// Texts, bars and rings. A ring is a circle that marks a position in the image, given by its centre in pixels; it has nothing to do with a planet's rings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
@@ -25,8 +25,8 @@ pub struct Margin {
 const MAX_BAR_FRACTION: f64 = 0.22;
 /// Largest height of a caption relative to the image's height.
 const MAX_CAPTION_FRACTION: f64 = 0.5;
-/// Distance between the lines of a caption, in sizes of a glyph.
-const CAPTION_LINE: f64 = 1.3;
+/// Line spacing of a caption, in glyph sizes.
+const CAPTION_LINE_SPACING: f64 = 1.3;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const DISC_PX: f64 = 20.0;
 
@@ -53,7 +53,7 @@ impl Margin {
         margin
     }
 
-    /// The margin shifted to the right.
+    /// The margin shifted to the right, as in the right half of a stereo pair.
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let shift = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_px += shift);
@@ -110,17 +110,17 @@ impl Margin {
         let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
         let size = image.size_px();
         let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
-        let Some((mut lines, rest)) = lines_of(&first, &CAPTION_BREAKS, &fits).zip(lines_of(&second, &CAPTION_BREAKS, &fits)) else {
+        let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {
             return;
         };
         lines.extend(rest);
-        if CAPTION_LINE * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
+        if CAPTION_LINE_SPACING * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
             return;
         }
         let bottom = size.y - 0.9 * glyph_px;
         let count = lines.len();
         for (k, line) in lines.into_iter().enumerate() {
-            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE * glyph_px * (count - 1 - k) as f64));
+            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
         }
     }
 
@@ -144,25 +144,28 @@ impl Margin {
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
         let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
-        let text_at = |base: f64| DVec2::new(text_left, base - 1.1 * glyph_px);
-        let rect_at = |base: f64| {
-            let of_text = metrics.rect(&text, text_at(base));
-            Rect { min: of_text.min.min(DVec2::new(left, base - tick)), max: of_text.max.max(DVec2::new(left + length, base + thickness)) }
+        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - 1.1 * glyph_px);
+        let rect_at = |bar_top: f64| {
+            let of_text = metrics.rect(&text, text_at(bar_top));
+            Rect {
+                min: of_text.min.min(DVec2::new(left, bar_top - tick)),
+                max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
+            }
         };
-        let mut base = (size.y - 0.9 * glyph_px).round();
+        let mut bar_top = (size.y - 0.9 * glyph_px).round();
         let gap = DVec2::new(metrics.glyph_width_px, 0.0);
-        if self.occupied(metrics).any(|o| o.overlaps(&rect_at(base).padded(gap))) {
+        if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
-            let top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
-            base = (top - thickness - 0.3 * glyph_px).floor();
+            let caption_top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
+            bar_top = (caption_top - thickness - 0.3 * glyph_px).floor();
         }
-        if !rect_at(base).is_in_image(size) {
+        if !rect_at(bar_top).is_in_image(size) {
             return;
         }
-        self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
-        self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
-        self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
-        let text_position = text_at(base);
+        self.bar(DVec2::new(left, bar_top), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, bar_top - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length - thickness, bar_top - tick), DVec2::new(thickness, tick));
+        let text_position = text_at(bar_top);
         self.text(text, text_position);
     }
 
@@ -170,16 +173,16 @@ impl Margin {
         let (size, glyph_px) = (image.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // A pole along the line of sight has no direction in the image.
+        // A pole almost along the line of sight has no reliable direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
-        let places = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
-        let Some(north) = places.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
+        let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
+        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
             return;
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.
         let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
-        let reach = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
-        if !reach.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&reach)) {
+        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
+        if !bounds.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&bounds)) {
             return;
         }
         self.rings.push(middle);
@@ -196,8 +199,8 @@ impl Margin {
 /// Where a line of the caption may be broken, best first: between name and time, between parts, between words.
 const CAPTION_BREAKS: [&str; 3] = ["   ", ", ", " "];
 
-/// A text in lines that fit. It is broken at the first separators if that is enough, else also at the next. `None`: a word does not fit.
-fn lines_of(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
+/// A text wrapped into lines that fit. It is broken at the first separator; a part that is still too long is broken at the next. `None`: a word does not fit.
+fn wrapped(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
     if fits(text) {
         return Some(vec![text.to_owned()]);
     }
@@ -211,7 +214,7 @@ fn lines_of(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Op
                 lines.push(joined);
             }
             None if fits(part.trim_end()) => lines.push(part.to_owned()),
-            None => lines.extend(lines_of(part.trim_end(), finer, fits)?),
+            None => lines.extend(wrapped(part.trim_end(), finer, fits)?),
         }
     }
     Some(lines.into_iter().map(|line| line.trim_end().to_owned()).collect())
