@@ -42,7 +42,7 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// With the user's shader sources: the plan's modules as they were after this number of changes of the sources.
+    /// Only if the user's shader sources are in use: the plan's modules, and the number of changes of the sources before these modules were fetched.
     snapshot: Option<(gpu::ModuleSet, u64)>,
 }
 
@@ -166,6 +166,7 @@ impl Devices {
         if self.preference == RendererPreference::Gpu {
             return Err(RendererError::NotBuilt);
         }
+        // Only a GPU's errors are reported.
         let _ = &self.notify;
         Self::draw_in_software(software, plan, library, requested)
     }

@@ -77,28 +77,28 @@ impl Session {
         };
         let plans = [plan_view(&request.composition, false)?, plan_view(&request.composition, true)?];
         let mut fastest = [Duration::MAX; 2];
-        let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
+        let mut linear_images: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
             for (k, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let (frame, _) = self.background_renderer().render(plan, self.library(), FrameImages::DisplayAndHdr)?;
                 fastest[k] = fastest[k].min(start.elapsed());
-                light[k] = frame.hdr;
+                linear_images[k] = frame.hdr;
             }
         }
         // A stereo pair or a warped image has no linear light of its own, so the light of a single eye, or of the image before the warp, is compared.
         let without_stereo_and_warp = Composition { stereo: None, warp: None, ..request.composition.clone() };
         if without_stereo_and_warp != request.composition {
-            for (light, with_effect) in light.iter_mut().zip([false, true]) {
+            for (linear_image, with_effect) in linear_images.iter_mut().zip([false, true]) {
                 let plan = plan_view(&without_stereo_and_warp, with_effect)?;
-                *light = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
+                *linear_image = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
             }
         }
         let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
         Ok(EffectCost {
             // An effect adds work, so a negative difference is noise.
             ms: (fastest[1].as_secs_f64() - fastest[0].as_secs_f64()).max(0.0) * 1e3 * pixel_ratio,
-            light: LightChange::between(&light[0], &light[1]),
+            light: LightChange::between(&linear_images[0], &linear_images[1]),
         })
     }
 }

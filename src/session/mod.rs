@@ -157,14 +157,14 @@ pub struct Session {
 /// A file that cannot be read, or a list of all invalid fields.
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
-    let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
-    let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
+    let file_error = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
+    let entries = std::fs::read_dir(folder).map_err(|e| file_error(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
     paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
-        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
+        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| file_error(&path, e))?;
         files.push((path.display().to_string(), text));
     }
     Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
@@ -178,9 +178,9 @@ pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Epheme
     let mut ephemeris = Ephemeris::embedded(catalog)?;
     if let Some(path) = kernel {
         let name = path.display().to_string();
-        let failed =
+        let file_error =
             |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --kernel takes an SPK file such as de440.bsp") };
-        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| failed(e.to_string()))?;
+        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| file_error(e.to_string()))?;
         ephemeris = ephemeris.with_kernel(&name, bytes)?;
     }
     let mut problems: Vec<_> = ephemeris.unsupported_fields(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();

@@ -54,7 +54,7 @@ const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
 /// The Sun as large as seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
-fn eclipse(key: &ShaderKey) -> EclipseUniforms {
+fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     // As for the Earth: the distance of the Sun in the Earth's radii, and the cotangent of the Sun's angular radius.
     let (sun_distance, sun_cotangent) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
@@ -93,7 +93,7 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
 }
 
 /// A thin and a thick ring with a gap between them; for any surface but a ring, their shadow.
-fn ring(surface: Surface) -> RingUniforms {
+fn ring_uniforms(surface: Surface) -> RingUniforms {
     let flat_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
@@ -129,7 +129,7 @@ fn ring(surface: Surface) -> RingUniforms {
 }
 
 /// Ring-shine that is strongest at night, and brighter on the Sun's side of the ring plane.
-fn shine() -> RingShine {
+fn sample_ring_shine() -> RingShine {
     let texel = |n: usize| {
         let (row, column) = (n / COLUMNS, n % COLUMNS);
         let level = column as f32 / COLUMNS as f32 * if row < ROWS { 0.5 } else { 0.2 };
@@ -139,14 +139,14 @@ fn shine() -> RingShine {
 }
 
 /// A limb profile of twenty hills and valleys, exaggerated to 0.03 of the radius so that they are visible.
-fn limb() -> LimbTable {
+fn sample_limb() -> LimbTable {
     let points = LIMB_COLUMNS * LIMB_ROWS;
     let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
 /// An atmosphere with Rayleigh and Mie scattering and an absorption layer. Its height is a tenth of the body's diameter, so that each part is visible.
-fn air() -> AtmosphereUniforms {
+fn air_uniforms() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
         coarse_bound: Vec2::ZERO,
@@ -174,7 +174,7 @@ fn air() -> AtmosphereUniforms {
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
 
-fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
+fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
     // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
@@ -202,8 +202,8 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
-        air: air(),
-        eclipse: eclipse(key),
+        air: air_uniforms(),
+        eclipse: eclipse_uniforms(key),
         lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
@@ -223,12 +223,12 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             albedo: 0.7,
             reflectance: 0.7,
             // Half of the air is above the clouds.
-            depth_above: air().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
+            depth_above: air_uniforms().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
             coarse_row: 0.0,
         },
         camera_in_unit_sphere: forward * -1.0e3,
-        overlays: overlays(key),
-        ring: ring(key.features().surface),
+        overlays: overlay_uniforms(key),
+        ring: ring_uniforms(key.features().surface),
         // As seen along the negative x axis: north is up, celestial east to the left.
         limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
@@ -236,7 +236,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
 }
 
 /// Overlays on the visible side: a band, and an image within it.
-fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
+fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
     let band = [
@@ -259,7 +259,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
 }
 
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
-fn map(role: MapRole) -> Result<Texture, SessionError> {
+fn sample_map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
     let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
     let byte = |x: f64| (127.5 + 127.5 * x).round().clamp(0.0, 255.0) as u8;
@@ -278,7 +278,7 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
 }
 
 /// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
-fn mesh(vertex_colour: bool) -> Vertices {
+fn sphere_mesh(vertex_colour: bool) -> Vertices {
     let (columns, rows) = MESH_SIZE;
     let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -333,19 +333,19 @@ fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
 /// # Errors
 /// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
 pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
-    let failed = |e: String| SessionError::Plan(PlanError::Module(e));
+    let plan_error = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
-    let uniforms = uniforms(key, half_side);
-    let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| failed(format!("{id}: {e}")))?;
+    let uniforms = draw_uniforms(key, half_side);
+    let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| plan_error(format!("{id}: {e}")))?;
     let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match (t.name.as_str(), &uniforms.ring.table) {
             (RING_PROFILE, Some(table)) => ring_profile(table),
-            (RING_SHINE, _) => ring_shine(&shine()),
-            (LIMB_TABLE, _) => limb_table(&limb()),
+            (RING_SHINE, _) => ring_shine(&sample_ring_shine()),
+            (LIMB_TABLE, _) => limb_table(&sample_limb()),
             (COARSE_AIR_TEXTURE, _) => coarse_air(side_px, key.features().air_pass),
-            (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is not a map of a body")))?)?),
+            (name, _) => Arc::new(sample_map(role_of(name).ok_or_else(|| plan_error(format!("{id}: `{name}` is not a map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }
@@ -356,7 +356,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         uniform_bytes,
         textures,
         samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state: sampler_state }).collect(),
-        vertices: if features.shape == Shape::Mesh { mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
+        vertices: if features.shape == Shape::Mesh { sphere_mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,

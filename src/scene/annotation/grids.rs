@@ -71,6 +71,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     // Cosine of the cap's latitude nearest to the equator, where meridians are farthest apart.
     let largest_cosine =
         if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
+    // Half the range of longitudes that the cap covers.
     let half_width_deg = {
         let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
         let sine = radius.sin() / latitude.cos().max(1e-12);
@@ -78,11 +79,12 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     };
     let mut lines = Vec::new();
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
-        let is_new = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
+        let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
             // A parallel at a pole would be a point.
-            let parallels = indices(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
+            let parallels =
+                indices(latitudes[0], latitudes[1]).filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
         if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
@@ -91,7 +93,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
             } else {
                 indices(cap.longitude_deg - half_width_deg, cap.longitude_deg + half_width_deg)
             };
-            let meridians = range.filter(|n| is_new(*n));
+            let meridians = range.filter(|n| is_in_no_coarser_grid(*n));
             lines.extend(meridians.map(|n| GridLine {
                 kind: GridLineKind::Meridian,
                 coordinate_deg: (n as f64 * step_deg).rem_euclid(360.0),

@@ -60,13 +60,15 @@ impl LabelSide {
     }
 }
 
+/// Diameter in pixels above which a disc is more important than any smaller body except the Sun and the selected body.
+const LARGE_DISC_PX: f64 = 24.0;
 /// Sort key of a body's label, the most important first: its class, then its magnitude. A body of unknown magnitude counts as fainter than any other.
 fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
         () if body.id == selected => 0,
         () if body.id == NaifId::SUN => 1,
-        () if body.appearance == Appearance::Disc && body.diameter_px > 24.0 => 2,
+        () if body.appearance == Appearance::Disc && body.diameter_px > LARGE_DISC_PX => 2,
         () if orbits_sun => 3,
         () => 4,
     };

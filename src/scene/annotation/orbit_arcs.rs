@@ -159,8 +159,8 @@ struct ArcSubdivision<'a> {
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s. It decreases from the body backwards along the whole orbit. `ahead`: the arc is ahead of the body. Right
-    /// ahead of the body the opacity is lowest, so it jumps at the body.
+    /// Opacity at s. It decreases from the body backwards along the whole orbit. `ahead`: the arc is ahead of the body. The
+    /// opacity just ahead of the body is the lowest, so it jumps at the body.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
         let remaining = if !self.conic.is_closed() {
