@@ -86,8 +86,8 @@ impl Devices {
 
     /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
-        let own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
-        own_threads.as_ref().unwrap_or(&self.software)
+        let with_own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
+        with_own_threads.as_ref().unwrap_or(&self.software)
     }
 
     fn draw_in_software(

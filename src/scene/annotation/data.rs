@@ -48,7 +48,7 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
 pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
-    let mut all = Vec::new();
+    let mut dots = Vec::new();
     for layer in catalog.data_layers() {
         let body = layer.body.map(|id| placed.iter().find(|b| b.id == id));
         if matches!(body, Some(None)) {
@@ -75,15 +75,15 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
-            let max_px = image.size_px() + radius_px;
+            let max_centre_px = image.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any()
-                || centre_px.cmpgt(max_px).any()
+                || centre_px.cmpgt(max_centre_px).any()
                 || is_hidden(&placed, line_of_sight, distance_km)
             {
                 continue;
             }
-            all.push(Dot { centre_px, radius_px, colour: point.colour.unwrap_or(layer.colour), opacity });
+            dots.push(Dot { centre_px, radius_px, colour: point.colour.unwrap_or(layer.colour), opacity });
         }
     }
-    all
+    dots
 }

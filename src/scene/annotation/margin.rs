@@ -131,10 +131,10 @@ impl Margin {
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
         let (text, angle_rad) = match target.filter(|t| disc_px(t) >= DISC_PX) {
             Some(t) => {
-                let km = round_below(max_rad * t.distance_km);
+                let km = round_number_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km)
             }
-            None => angle_below(max_rad),
+            None => round_angle_below(max_rad),
         };
         let text = language.number(&text);
         let length = (angle_rad * pixels_per_radian).round();
@@ -221,7 +221,7 @@ fn wrapped(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Opt
 }
 
 /// The largest number of the form 1, 2 or 5 times a power of ten that is not above `max`.
-fn round_below(max: f64) -> f64 {
+fn round_number_below(max: f64) -> f64 {
     let power = 10_f64.powf(max.max(1e-300).log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= max * (1.0 + 1e-12)).unwrap_or(power)
 }
@@ -252,14 +252,14 @@ fn significant(number: f64) -> String {
 }
 
 /// The largest round angle not above `max_rad`: its text, and its value in radians.
-fn angle_below(max_rad: f64) -> (String, f64) {
+fn round_angle_below(max_rad: f64) -> (String, f64) {
     let round = |value: f64, steps: &[f64]| steps.iter().rev().copied().find(|s| *s <= value).unwrap_or(steps[0]);
     let deg = max_rad.to_degrees();
     let (value, unit, per_deg) = match deg {
         _ if deg >= 1.0 => (round(deg, &[1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0]), "°", 1.0),
         _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "'", 60.0),
         _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "\"", 3600.0),
-        _ => (round_below(3600.0 * deg), "\"", 3600.0),
+        _ => (round_number_below(3600.0 * deg), "\"", 3600.0),
     };
     (format!("{}{unit}", significant(value)), (value / per_deg).to_radians())
 }
@@ -306,17 +306,17 @@ mod tests {
     fn lengths_are_round_and_fit() {
         for k in -60..60 {
             let max = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
-            let round = round_below(max);
+            let round = round_number_below(max);
             assert!(round <= max && round > max / 2.6, "{round} below {max}");
-            let (text, angle) = angle_below(max.min(3.0) * 1e-3);
+            let (text, angle) = round_angle_below(max.min(3.0) * 1e-3);
             assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
         for (km, text) in texts {
             assert_eq!(length_text(km), text);
         }
-        assert_eq!(angle_below(0.2).0, "10°");
-        assert_eq!(angle_below(0.001).0, "2'");
-        assert_eq!(angle_below(1e-5).0, "2\"");
+        assert_eq!(round_angle_below(0.2).0, "10°");
+        assert_eq!(round_angle_below(0.001).0, "2'");
+        assert_eq!(round_angle_below(1e-5).0, "2\"");
     }
 }
