@@ -1,7 +1,7 @@
 //! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
 //! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: the animation loops forever at the
-//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames last a hundredth longer to keep the
+//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames are shown a hundredth longer, to keep the
 //! mean rate. Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF in pixels, and largest denominator of an animated PNG's delays: both are stored in 16 bits.
+/// Largest side of a GIF in pixels, and largest rate of an animated PNG, the denominator of its delays: both are stored in 16 bits.
 const MAX_U16: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
@@ -70,7 +70,7 @@ fn failed(e: impl std::fmt::Display) -> ImageError {
 }
 
 impl<W: Write> AnimationWriter<W> {
-    /// Starts a file of `frames` frames, `rate` per second.
+    /// Starts a file of `frames` frames, at `rate` frames per second.
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
@@ -88,11 +88,12 @@ impl<W: Write> AnimationWriter<W> {
                 Encoder::Apng(Box::new(encoder.write_header().map_err(failed)?))
             }
             AnimationFormat::Gif => {
-                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
+                let side_u16 =
+                    |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
                 if !(1..=100).contains(&rate) {
                     return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
                 }
-                let mut encoder = gif::Encoder::new(out, side(width)?, side(height)?, &[]).map_err(failed)?;
+                let mut encoder = gif::Encoder::new(out, side_u16(width)?, side_u16(height)?, &[]).map_err(failed)?;
                 encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
                 Encoder::Gif(Box::new(encoder))
             }

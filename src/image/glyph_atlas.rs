@@ -1,9 +1,9 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
-//! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: cells do not touch. A
-//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. A pen position is a corner of a pixel, but the ring is
-//! drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a pixel from the point. The font is Ubuntu Light, as in the window.
+//! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: at least one empty texel lies between
+//! the rectangles of two glyphs (cells). A character missing in the font becomes the font's replacement glyph. Not here: the position of text. A pen position
+//! is the top left corner of a pixel, and the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a pixel from the point. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The cell of one glyph in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
-    /// Left and top texel.
+    /// Column and row of the top left texel.
     pub at: [u32; 2],
     /// Width and height; nothing is drawn if either is 0.
     pub size: [u32; 2],
@@ -51,8 +51,8 @@ struct GlyphBitmap {
     coverage: Vec<f32>,
 }
 
-/// The coverage of a character's glyph.
-fn rasterised(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
+/// Coverage and metrics of a character's glyph.
+fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     let scaled = font.as_scaled(font.pt_to_px_scale(size_px * POINTS_PER_PX).unwrap_or(size_px.into()));
     let id = font.glyph_id(character);
     let advance = scaled.h_advance(id);
@@ -77,11 +77,16 @@ const POINTS_PER_PX: f32 = 0.75;
 fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     let half_side = (radius_px + 0.5 * stroke_px + 1.0).ceil() as i32;
     let side = (2 * half_side + 1) as u32;
-    let of_texel = |k: u32| {
+    let coverage_of_texel = |k: u32| {
         let (x, y) = ((k % side) as f32 - half_side as f32, (k / side) as f32 - half_side as f32);
         (0.5 * stroke_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
-    GlyphBitmap { size: [side, side], bearing: [-half_side, -half_side], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
+    GlyphBitmap {
+        size: [side, side],
+        bearing: [-half_side, -half_side],
+        advance: 0.0,
+        coverage: (0..side * side).map(coverage_of_texel).collect(),
+    }
 }
 
 /// Side of the filled square, in units of the font size.
@@ -100,7 +105,7 @@ impl GlyphAtlas {
         // The marker and then the square follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
-            .filter_map(|c| Some((Some(c), rasterised(font.as_ref()?, c, size_px))))
+            .filter_map(|c| Some((Some(c), rasterise(font.as_ref()?, c, size_px))))
             .chain([
                 (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
                 (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
@@ -133,7 +138,7 @@ impl GlyphAtlas {
         let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
         let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, bitmap), at)| (*c, glyph(bitmap, *at))).collect();
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
-        let x_height = font.as_ref().map_or(0.0, |f| -(rasterised(f, 'x', size_px).bearing[1] as f32));
+        let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),

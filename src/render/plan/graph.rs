@@ -1,6 +1,6 @@
 //! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
-//! In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
+//! A resource is a named colour target. In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
 //! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
 //! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
 //! to the final image; a violation is a [`GraphError`]. The renderers execute passes only; the plan contains no resource names that they must
@@ -108,7 +108,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
 /// Compiles the steps to a plan whose last pass creates `image`.
 ///
 /// # Errors
-/// A violation of the rules in the module documentation.
+/// See [`GraphError`].
 pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, GraphError> {
     let mut creators: BTreeMap<&'static str, (&PassStep, &TargetDescriptor)> = BTreeMap::new();
     for step in steps {
@@ -131,7 +131,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
         return Err(GraphError::NoImage(image));
     }
     let order = topological_order(&by_resource, image)?;
-    // A cycle that the final image does not depend on is reported as unconnected.
+    // The order has only resources that the image depends on. So a cycle among others is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
@@ -161,7 +161,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
     Ok(Plan { passes: passes.collect() })
 }
 
-/// A text that lists passes, steps and draws in drawing order.
+/// Lists passes, steps and draws in drawing order, as text.
 pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
