@@ -69,6 +69,7 @@ impl DisplayImage {
             }
         }
         let value_count: u64 = level_counts.iter().sum();
+        // The mean of a power of the differences.
         let moment =
             |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / value_count as f64;
         let mean_square = moment(2);

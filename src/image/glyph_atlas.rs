@@ -1,9 +1,12 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
-//! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: at least one empty texel lies between
-//! the rectangles of two glyphs (cells). A character missing in the font becomes the font's replacement glyph. Not here: the position of text. A pen position
-//! is the top left corner of a pixel, and the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a pixel from the point. The font is Ubuntu Light, as in the window.
+//! a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always: at least one
+//! empty texel lies between the rectangles of two glyphs (cells). A character missing in the font becomes the font's replacement glyph. Not here: the
+//! position of text.
+//!
+//! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
+//! pixel from the point. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -29,8 +32,8 @@ pub struct GlyphAtlas {
     /// The coverage of all glyphs.
     pub texture: SharedTexture,
     /// The glyph of each character.
-    cells: BTreeMap<char, Glyph>,
-    /// A ring, the marker of small bodies.
+    by_character: BTreeMap<char, Glyph>,
+    /// The ring.
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
@@ -143,17 +146,17 @@ impl GlyphAtlas {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
-            cells: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
+            by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
     }
 
     /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
-        text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
+        text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, glyph| {
             let at = *pen;
-            *pen += cell.advance;
-            Some((at, *cell))
+            *pen += glyph.advance;
+            Some((at, *glyph))
         })
     }
 }
@@ -171,7 +174,7 @@ mod tests {
     #[test]
     fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
-        let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
+        let mut all: Vec<Glyph> = glyphs.by_character.values().copied().collect();
         all.extend([glyphs.marker, glyphs.solid_square]);
         let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
@@ -180,8 +183,8 @@ mod tests {
         let total: f64 = glyphs.texture.levels[0].bytes().chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
         let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
-        assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);
-        assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
+        assert!(glyphs.by_character[&' '].advance > 2.0 && glyphs.by_character[&' '].size[0] == 0);
+        assert!(covered(&glyphs, &glyphs.by_character[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
     }
 
     #[test]

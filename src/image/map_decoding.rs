@@ -22,8 +22,9 @@ impl MapDecoding {
     }
 }
 
-/// The texel values of a clear sky (opacity 0) and of a closed cloud deck (opacity 1), between which opacity rises by `smoothstep`. A coarser texel of such a map has the mean opacity of its finer texels: the
-/// opacity of their mean value would be smaller, and a body's light would depend on the size of its image.
+/// The texel values of a clear sky (opacity 0) and of a closed cloud deck (opacity 1), between which opacity rises by `smoothstep`. A coarser
+/// texel of such a map has the mean opacity of its finer texels: the opacity of their mean value would differ, so a body's light would depend on the size of
+/// its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpacityTexels {
     /// Both as the bits of f32 values, so that decodings can be compared and hashed.

@@ -187,7 +187,7 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Applies the pole filter to the finest level.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
+fn filter_finest_level(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
     let colour = codec.decode_table();
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
     let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(threads.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
@@ -201,7 +201,7 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, po
 }
 
 /// Applies the pole filter to a coarser level, in floats.
-fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
+fn filter_coarser_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
     let pole_filter = PoleRowFilter::of(poles, width, height, true);
     let rows = linear.par_chunks_mut(width).enumerate().with_min_len(threads.min_rows());
     rows.for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
@@ -222,17 +222,17 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDec
         Level::new(w as u32, h as u32, bytes)
     };
     let (mut w, mut h) = (width as usize, height as usize);
-    smooth_finest(w, h, &mut rgba, &codec, poles, threads);
+    filter_finest_level(w, h, &mut rgba, &codec, poles, threads);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
         let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, threads);
         (w, h) = (nw, nh);
-        smooth_level(w, h, &mut linear, poles, threads);
+        filter_coarser_level(w, h, &mut linear, poles, threads);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
             let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), threads);
             (w, h, linear) = (nw, nh, next);
-            smooth_level(w, h, &mut linear, poles, threads);
+            filter_coarser_level(w, h, &mut linear, poles, threads);
             levels.push(pack(w, h, &linear));
         }
     }

@@ -127,8 +127,8 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) 
 /// Width and height that the header of a PNG states. The memory limit needs them before the decoder reports them, because the decoder reads
 /// colour profiles first.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
-    let number = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
-    Some((number(16)?, number(20)?))
+    let u32_at = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
+    Some((u32_at(16)?, u32_at(20)?))
 }
 
 /// Decodes an image of any of these formats, with the file's own bit depth.

@@ -1,8 +1,8 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents: an EXR's values are in cd/m². Always: the texture is 8-bit sRGB, which every device can
-//! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
+//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
+//! be in cd/m². Always: the texture is 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
 //! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowThreads;

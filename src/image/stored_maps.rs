@@ -1,8 +1,8 @@
 //! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer
 //! than drawing a frame.
 //!
-//! In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
-//! texture, which is then stored. Always: the levels are those that the decoder gives; a damaged entry is decoded again and replaced; a folder
+//! A stored map is an entry of the folder ([`map_entry`]). In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
+//! texture, which is then stored. Always: the levels are those that the decoder returns; a damaged entry is decoded again and replaced; a folder
 //! that cannot be written only costs time; the entries together have at most [`DISK_BUDGET_BYTES`]: those of other versions of the program are
 //! removed first, then the oldest.
 

@@ -7,7 +7,7 @@ use super::ImageError;
 use super::integrity::{seal_exr, unsealed_attribute};
 use std::io::{Cursor, Write};
 
-fn failed(e: impl std::fmt::Display) -> ImageError {
+fn write_error(e: impl std::fmt::Display) -> ImageError {
     ImageError::Write(e.to_string())
 }
 
@@ -28,11 +28,11 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     // `Fast` takes a twentieth of the default's time (measured), for files that are 4 to 24 % larger.
     encoder.set_compression(png::Compression::Fast);
     for (key, value) in text {
-        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(failed)?;
+        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(write_error)?;
     }
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(bytemuck::cast_slice(display)).map_err(failed)?;
-    writer.finish().map_err(failed)
+    let mut writer = encoder.write_header().map_err(write_error)?;
+    writer.write_image_data(bytemuck::cast_slice(display)).map_err(write_error)?;
+    writer.finish().map_err(write_error)
 }
 
 /// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: a text that
@@ -61,10 +61,10 @@ pub fn write_exr(
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).map_err(failed)?;
+    image.write().to_buffered(&mut bytes).map_err(write_error)?;
     let mut bytes = bytes.into_inner();
     seal_exr(&mut bytes);
-    out.write_all(&bytes).map_err(failed)
+    out.write_all(&bytes).map_err(write_error)
 }
 
 #[cfg(test)]

@@ -87,8 +87,8 @@ fn step_name(draw: &Draw) -> &'static str {
 
 /// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
-/// 2. Opaque bodies, translucent layers (rings, atmospheres beyond the limb, clouds) and the corona, from far to near: an antialiased limb is blended over the object behind it,
-///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
+/// 2. Opaque bodies, translucent layers (rings, atmospheres beyond the limb, clouds) and the corona, from far to near: an antialiased limb is blended over the
+///    object behind it, which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
 ///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. Bloom and the tone map.

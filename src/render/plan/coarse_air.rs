@@ -2,9 +2,9 @@
 //! evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the occluders to its ground. A second pass marks
 //! the texels around which interpolation is accurate enough.
 //!
-//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at the
-//! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range of
-//! rows as wide as the image, because bodies overlap on the screen. Not here: which draws read the image (scene).
+//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at
+//! the corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range
+//! of rows as wide as the image, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
 use super::extent::MarkedImage;
@@ -107,12 +107,12 @@ pub(super) fn steps(
     format: ColourFormat,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let subimages = subimages_before(draws, draws.len());
-    if subimages == 0 {
+    let subimage_count = subimages_before(draws, draws.len());
+    if subimage_count == 0 {
         return Ok(Vec::new());
     }
     let [width, subimage_height] = coarse_air_size(screen);
-    let height = subimages * subimage_height;
+    let height = subimage_count * subimage_height;
     let mut samples = Vec::new();
     let mut marks = Vec::new();
     for (k, draw) in draws.iter().enumerate() {

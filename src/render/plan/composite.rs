@@ -144,14 +144,14 @@ fn plan_faces(
         hdr_passes.push(combined.passes.len() - 1);
     }
     let draw = sphere_draw(faces, provider, taps(sampling))?;
-    let module = draw.module.clone();
+    let resampling_module = draw.module.clone();
     let single_sample = SamplingQuality { samples: 1, ..sampling };
-    let mut image = graph::compile(&steps_with_faces(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
+    let whole_plan = graph::compile(&steps_with_faces(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
     // A face without a frame is not visible in the image, so any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
     let passes_before = combined.passes.len();
-    append(&mut combined, std::mem::take(&mut image.passes));
-    for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
+    append(&mut combined, whole_plan.passes);
+    for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == resampling_module) {
         let textures =
             (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = textures.collect();

@@ -46,14 +46,14 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.size_px);
     let shadow_px = shadow_offset_px(layer.size_px);
-    let mut all = Vec::new();
+    let mut quads = Vec::new();
     for label in layer.labels.iter().rev() {
         let is_selected = label.body == layer.selected;
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
         if label.radius_px < MARKER_RADIUS * layer.size_px {
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
-            all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
+            quads.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
         // A body that fills the image is not named.
         if let Some(side) = label.name_side
@@ -62,21 +62,22 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
-            all.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
+            quads.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
-    all
+    quads
 }
 
 /// A text over its own shadow. `left_px`: the left end of the text, at half the height of its lower-case letters; `shadow_px`: the shadow's offset in x and y.
 fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
     let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
-    let mut all = Vec::new();
+    let mut quads = Vec::new();
     for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], SHADOW_OPACITY * opacity), (0.0, text_colour, opacity)] {
         let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);
-        all.extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
+        quads
+            .extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
     }
-    all
+    quads
 }
 
 /// Labels of lines.
@@ -104,9 +105,9 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 }
 
 /// Caption, scale bar and compass, and the names of surface features with their ring-shaped markers, all drawn in the same way.
-fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = shadow_offset_px(labels.size_px);
-    let margin = &labels.margin;
+fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
+    let shadow_px = shadow_offset_px(layer.size_px);
+    let margin = &layer.margin;
     let ring_marker =
         |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
@@ -142,18 +143,18 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         return Ok(Vec::new());
     };
     let glyphs = provider.glyphs(size_px);
-    let mut all = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
+    let mut quads = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
     let mut draws = Vec::new();
     if let Some(labels) = labels {
-        all.extend(body_labels(labels, &glyphs, scene.camera.height));
-        all.extend(margin_labels(labels, &glyphs));
+        quads.extend(body_labels(labels, &glyphs, scene.camera.height));
+        quads.extend(margin_labels(labels, &glyphs));
         draws = dots(scene, &labels.dots, provider)?;
     }
-    if all.is_empty() {
+    if quads.is_empty() {
         return Ok(draws);
     }
     let (vertices, instances) =
-        instanced_rectangles::<GlyphQuad>(&all, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
+        instanced_rectangles::<GlyphQuad>(&quads, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
     let draw = simple_draw("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
     let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });

@@ -75,12 +75,12 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
             _ => None,
         })
     };
-    let mut all = Vec::new();
+    let mut bindings = Vec::new();
     for texture in &layout.textures {
         let binding_of = |image| TextureBinding { binding: texture.binding, source: TextureSource::Image(image) };
-        all.extend(image_of(&texture.name)?.map(binding_of));
+        bindings.extend(image_of(&texture.name)?.map(binding_of));
     }
-    Ok(all)
+    Ok(bindings)
 }
 
 /// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the antimeridian; other overlays are clamped.
