@@ -27,7 +27,7 @@ const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines with which a cone is drawn.
+/// Number of generators with which a cone is drawn.
 const CONE_GENERATORS: u32 = 8;
 /// Number of sections across the axis with which a cone is drawn.
 const CONE_SECTIONS: u32 = 4;

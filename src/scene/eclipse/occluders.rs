@@ -121,7 +121,8 @@ pub fn limb_darkening(body: &Body) -> (DVec3, DVec3) {
     }
 }
 
-/// Ratio of the radiance at the centre of the Sun's disc to the disc's mean radiance, in the channel where it is largest; see catalogs/README.md for the coefficients.
+/// Ratio of the radiance at the centre of the Sun's disc to the disc's mean radiance, in the channel where it is largest; catalogs/README.md
+/// explains the coefficients.
 fn centre_to_mean_radiance(sun: &Body) -> f64 {
     let (u1, u2) = limb_darkening(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
@@ -327,8 +328,9 @@ impl<'a> Occluder<'a> {
     }
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if it is unknown (rings, or points far above the ground). Tests
-    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-camera point. `MARGIN` covers the gaps between these points. Points and horizon
-    /// are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by more than the margin.
+    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-camera point. `MARGIN` covers
+    /// the gaps between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by more
+    /// than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;

@@ -18,8 +18,8 @@ const HEIGHTS_PER_LAYER: usize = 4;
 /// Meteor. Soc. 80, 2261).
 const CLOUD_TOPS_KM_AND_COVER: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)];
 /// Extinction of the haze in the free troposphere and the lower stratosphere, per km and channel, extrapolated down to the ground. The catalog's
-/// aerosol covers only the mixed layer. The haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967),
-/// with the wavelength to the power -1.3.
+/// aerosol covers only the mixed layer. The haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of
+/// SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967); it varies as the wavelength to the power -1.3.
 const HAZE_PER_KM: [f64; 3] = [3.5e-3, 4.0e-3, 5.0e-3];
 const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
 /// Length along a ray beyond which clouds are statistically independent; about that of a weather front.

@@ -3,8 +3,8 @@
 //! In: the axis from the receiver to the Sun and the occluder's outline projected along it, as in the shader (shaders/lib/eclipse/occluders.wesl). Out:
 //! generators of the cones (the straight lines of which a cone consists), and the edges of umbra and penumbra on the ground, as points of the unit sphere.
 //! Always: positions are in the receiver's body axes and equatorial radii; the cones touch the Sun's sphere and the occluder's outline, so that the shader's
-//! fraction of sunlight is 1 outside the penumbra and 0 in the umbra of an opaque occluder. Not modelled: light refracted by the occluder's air, and self-intersections of the umbra of an
-//! elongated body.
+//! fraction of sunlight is 1 outside the penumbra and 0 in the umbra of an opaque occluder. Not modelled: light refracted by the occluder's air, and
+//! self-intersections of the umbra of an elongated body.
 
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, outline};
 use glam::{DMat3, DVec2, DVec3};

@@ -2,8 +2,8 @@
 //!
 //! In: a receiver and its occluder at one time. Out: lines on the ground for one passage, that is, one crossing of the shadow over the receiver: the passage whose
 //! middle is nearest to that time. A limit is the envelope of the umbra's edges at all instants: the points where the edge is parallel to its own motion over the
-//! rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path` computes the limits of the Moon's shadow on the Earth by another method, from
-//! the moment of deepest eclipse at each place.
+//! rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path`
+//! computes the limits of the Moon's shadow on the Earth by another method, from the moment of deepest eclipse at each place.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;

@@ -1,7 +1,8 @@
 //! Where an occluder's shadow lies near its receiver, and whether it meets the image.
 //!
 //! In: an occluder, the extent of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of the
-//! receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so a shadow in the image is never judged to be outside.
+//! receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so
+//! a shadow in the image is never judged to be outside.
 
 use crate::scene::camera::{Camera, Placement};
 use glam::{DVec2, DVec3};
@@ -70,7 +71,7 @@ impl ShadowRegion {
         let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
         if shape == ReceiverShape::EquatorialPlane {
             // A cross section extends along the plane's normal by its radius times the cosine of the Sun's altitude over the plane. One factor is that of
-            // `radius_at`, the other a margin for rounding.
+            // `radius_at`, the other an additional margin.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
