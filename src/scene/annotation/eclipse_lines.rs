@@ -27,7 +27,7 @@ const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines with which a cone is drawn.
+/// Number of generators with which a cone is drawn.
 const CONE_GENERATORS: u32 = 8;
 /// Number of cross sections with which a cone is drawn.
 const CONE_SECTIONS: u32 = 4;
@@ -56,7 +56,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
         for (kind, colour, opacity) in
             [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY)]
         {
-            let lines = cone.outline(kind);
+            let lines = cone.edge_on_ground(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
             if !lines.is_empty() {
                 descriptions.push(match kind {
@@ -93,12 +93,12 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generating line at an angle.
+    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generator at an angle.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
-            let line = cone.line_at(kind, angle);
-            line.from + line.along * (fraction * length(angle))
+            let line = cone.generator_at(kind, angle);
+            line.from + line.direction * (fraction * length(angle))
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
@@ -132,7 +132,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
-                let line = cone.line_at(kind, angle);
+                let line = cone.generator_at(kind, angle);
                 cone.ground_point(line)
                     .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.from))
             };
