@@ -8,7 +8,7 @@ use crate::scene::camera::{Camera, Placement};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Number of decades by which weights fall from half-way between middle and edge of the frame to the edge, so that a body that enters the frame gains weight
 /// gradually.
@@ -70,18 +70,22 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
     (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
 }
 
-/// Number of decades by which the weight of a crescent falls before the crescent sets behind the limb.
+/// Number of decades by which the weight of a crescent falls after the crescent has set behind the limb.
 const SETTING_DECADES: f64 = 9.0;
 
-/// Weight of the lit part of a sphere: 1, but near 0 if the lit part lies behind the limb, which for a near viewer covers more than half of the sphere.
+/// Largest angle below the limb over which the weight falls.
+const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
+
+/// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
+/// behind it, the weight falls to nearly 0. It falls gradually because the Sun sets there at the same moment, without the twilight of an atmosphere.
 /// `distance_radii`: from the viewer to the sphere's centre.
 pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
-    // Widths on the disc that a viewer at infinity sees, in its radii: of the lit part, and of the rim that this viewer does not see.
-    let lit_width = 2.0 * (0.5 * phase_angle).cos().powi(2);
-    let inverse_sq = distance_radii.max(1.0).powi(-2);
-    let hidden_width = inverse_sq / (1.0 + (1.0 - inverse_sq).sqrt());
-    let visible_part = if lit_width > hidden_width { 1.0 - hidden_width / lit_width } else { 0.0 };
-    10.0_f64.powf(-SETTING_DECADES * (1.0 - smoothstep(2.0 * visible_part)))
+    // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
+    let limb = distance_radii.max(1.0).recip().acos();
+    let below_limb = phase_angle - FRAC_PI_2 - limb;
+    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb.
+    let range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
+    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / range))
 }
 
 /// Area between a circle of radius 1 and a chord that spans twice this angle at the centre.
@@ -165,19 +169,19 @@ mod tests {
     use crate::random::Random;
     use glam::DMat3;
 
-    /// A crescent that a near viewer cannot see has no weight; a half-lit disc, and the thinnest crescent from far away, have all of it.
+    /// A crescent in sight has all of its weight, one that has set behind the limb of a near viewer has almost none.
     #[test]
     fn a_crescent_behind_the_limb_has_no_weight() {
         let weight = |phase_deg: f64, distance_radii: f64| lit_part_weight(phase_deg.to_radians(), distance_radii);
-        for (phase_deg, distance_radii) in [(0.0, 3.0), (90.0, 3.0), (130.0, 3.0), (176.0, 221.0), (179.9, 1e9)] {
+        for (phase_deg, distance_radii) in [(0.0, 3.0), (90.0, 3.0), (160.5, 3.0), (176.0, 221.0), (179.7, 221.0), (179.9, 1e9)] {
             assert_eq!(weight(phase_deg, distance_radii), 1.0, "phase {phase_deg}, {distance_radii} radii");
         }
-        // The terminator is on the limb where the cosine of 180 degrees less the phase is that of the limb's angle: at 163.66 degrees from 3.55 radii.
-        for (phase_deg, distance_radii) in [(163.66, 3.5), (180.0, 1e9), (179.9, 221.0)] {
+        // The limb is 70.5 degrees from the sub-observer point at 3 radii, 85.2 degrees at 12 radii and 89.74 degrees at 221 radii.
+        for (phase_deg, distance_radii) in [(163.1, 3.0), (177.8, 12.0), (179.95, 221.0), (180.0, 1e9)] {
             assert!(weight(phase_deg, distance_radii) < 1.1e-9, "phase {phase_deg}, {distance_radii} radii");
         }
-        let decades = (300..800).map(|k| weight(163.66, 0.01 * f64::from(k)).log10()).collect::<Vec<f64>>();
-        assert!(decades.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 0.15), "{decades:?}");
+        let decades = (0..200).map(|k| weight(175.0 + 0.02 * f64::from(k), 12.0).log10()).collect::<Vec<f64>>();
+        assert!(decades.windows(2).all(|w| w[1] <= w[0] && w[0] - w[1] < 0.15), "{decades:?}");
     }
 
     /// Bodies around frames of all sizes, round and elongated: one that counts as beside the frame blocks no ray. Most of those that block none are found.
