@@ -258,7 +258,7 @@ impl<'a> Station<'a> {
     }
 
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
-    pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
+    pub(crate) fn solar_circumstances(&self, near_s: f64) -> Option<LocalCircumstances> {
         let MeanContacts { maximum_s, outer: (first, last), inner, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
@@ -285,7 +285,7 @@ impl<'a> Station<'a> {
 
     /// Circumstances at the place of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
     /// `magnitude` and `penumbral_magnitude`: those of [`LocalCircumstances`], as functions of time.
-    pub(crate) fn lunar(
+    pub(crate) fn lunar_circumstances(
         &self,
         contacts: &[(&'static str, f64)],
         greatest_s: f64,

@@ -196,6 +196,6 @@ impl LunarEclipse {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
+        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Syzygy {
 
 impl Syzygy {
     /// The last syzygy whose mean instant is not after `t`. The nonlinear terms of the mean instant are ignored, which is an error of half a day in 3000 BC.
-    pub(crate) fn before(phase: Phase, t: Instant) -> Self {
+    pub(crate) fn at_or_before(phase: Phase, t: Instant) -> Self {
         let offset = if phase == Phase::New { 0.0 } else { 0.5 };
         let lunation = ((t.jd_tt() - LUNATION_0_JD_TT) / SYNODIC_MONTH_DAYS - offset).floor() as i64;
         Self { phase, lunation }
@@ -94,7 +94,7 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
-            let mut syzygy = Syzygy::before(phase, Instant::parse(day_before).expect("a day"));
+            let mut syzygy = Syzygy::at_or_before(phase, Instant::parse(day_before).expect("a day"));
             if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 syzygy = syzygy.next();
             }

@@ -118,7 +118,7 @@ fn eclipses_at_phase<E>(
     let mut starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
     const MARGIN_S: f64 = 86_400.0;
-    let mut syzygy = Syzygy::before(phase, span.start.plus_seconds(-MARGIN_S));
+    let mut syzygy = Syzygy::at_or_before(phase, span.start.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {

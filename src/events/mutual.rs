@@ -163,8 +163,8 @@ impl<'a> MutualConjunction<'a> {
         offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
-    /// When the farther moon, which is at least partly inside the region at `inside_s`, has last touched it from outside before (`direction` -1), or first does so
-    /// afterwards (1).
+    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At `inside_s`
+    /// a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let outside = |s: f64| self.distance_outside_km(s, region);
         let mut inside = inside_s;

@@ -19,7 +19,7 @@ const EARTH_ROTATION_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 ///
 /// # Errors
 /// The ephemeris does not cover `t`.
-pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
+pub(super) fn apparent_position_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
     let offset_km = ephemeris.light_time_position(body, earth.pos_km, t)?.0 - earth.pos_km;
     let distance_km = offset_km.length();
@@ -77,7 +77,7 @@ impl EarthSky {
     /// # Errors
     /// The ephemeris does not cover the span.
     pub(crate) fn around(ephemeris: &Ephemeris, near_body: NaifId, middle: Instant, half_span_s: f64) -> Result<Self, EphemerisError> {
-        let fit = |body| FittedPosition::over(half_span_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+        let fit = |body| FittedPosition::over(half_span_s, |s| apparent_position_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,

@@ -6,7 +6,7 @@
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::numeric::{time_of_minimum, zero_crossing};
-use super::sky::{BodyRadii, EarthSky, seen_from_earth_km};
+use super::sky::{BodyRadii, EarthSky, apparent_position_km};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::time::Instant;
@@ -48,7 +48,7 @@ impl Transit {
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
-        Station::new(&self.conjunction.sky, self.conjunction.radii, place).solar(self.greatest_s)
+        Station::new(&self.conjunction.sky, self.conjunction.radii, place).solar_circumstances(self.greatest_s)
     }
 }
 
@@ -66,7 +66,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let radii = BodyRadii { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_radii };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
-            let (sun_km, planet_km) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
+            let (sun_km, planet_km) = (apparent_position_km(ephemeris, NaifId::SUN, t)?, apparent_position_km(ephemeris, planet, t)?);
             Ok(if planet_km.length() < sun_km.length() { angle_rad(sun_km, planet_km) } else { std::f64::consts::PI })
         };
         let steps = ((to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000()) / STEP_S).ceil() as i64 + 1;

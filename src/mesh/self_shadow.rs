@@ -1,11 +1,11 @@
 //! Self-shadowing of a mesh: at each vertex, the height of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
-//! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole disc is
-//! visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the vertex's normal
-//! and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
+//! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole
+//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the
+//! vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is more.
-//! It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
+//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
+//! more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
 //! vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more distant than a
 //! triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
 
@@ -195,8 +195,8 @@ impl RayCastMesh {
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
-        let limit = MAX_HEIGHT_RAD / radius_rad;
-        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-limit, limit) as f32;
+        let max_height = MAX_HEIGHT_RAD / radius_rad;
+        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-max_height, max_height) as f32;
         (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }

@@ -126,7 +126,7 @@ const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
 /// planet radii.
-fn deepest(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
+fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
     let mut best = (from, f64::INFINITY);
     const STEP_S: f64 = 120.0;
@@ -165,7 +165,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
-        let (time, axis_distance_radii) = deepest(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
+        let (time, axis_distance_radii) = deepest_in_shadow(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
         // Skip a moon that does not pass deep enough through the shadow.
         if axis_distance_radii > 0.8 {
             continue;

@@ -232,7 +232,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "simple",
         (2.0, "255ths"),
-        "bytes of finished images may differ by one by rounding; two in the refracted limb, whose faintest light is drawn since half a level counts; three there on a GPU",
+        "display bytes may differ by one through rounding; by two in the refracted limb, where light of half a level is drawn; by three there on a GPU",
         views::simple,
     )
     .on_gpu(4.0),
@@ -255,7 +255,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "grazing",
         (1.0, "255ths"),
-        "a level, rays along the horizon, fields of view from 0.3 degrees: 0.6 on Saturn's rings, whose plane such a ray meets at a place of few digits",
+        "a level, rays along the horizon, fields of view from 0.3 degrees: 0.6 on Saturn's rings, since f32 gives few digits of the point where such a ray meets their plane",
         views::grazing,
     )
     .on_gpu(2.0),
@@ -302,27 +302,37 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "shadows",
         (5e-5, "of sunlight"),
-        "f32 keeps five digits of the Sun's disc; 1 where an umbra is not 0 or full light not 1",
+        "f32 keeps five digits of the Sun's disc; the result is 1 if an umbra is not exactly 0, or full light not exactly 1",
         light::shadows,
     ),
     sweep("umbra-exposure", (0.0, "255ths"), "an umbra is black at any exposure from -20 to +25 stops", light::umbra_exposure),
     sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against light time by bisection", places::light_time),
     sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", images::depth),
-    sweep("motion", (2.0, "255ths"), "a step of less than a pixel moves light by less than a pixel", moving::motion),
+    sweep(
+        "motion",
+        (2.0, "255ths"),
+        "camera and bodies move by less than a pixel a step, so that light moves by less than a pixel",
+        moving::motion,
+    ),
     sweep("exposure", (1.0, "stops a step"), "automatic exposure through eclipses; 99 where an image is black", moving::exposure),
     sweep(
         "scale",
         (4.0, "255ths, mean"),
-        "eight times the pixels on a side, reduced; 3.0 on the Earth in 64 pixels",
+        "against a downsampled image with eight times the pixels on a side; 3.0 on the Earth in 64 pixels",
         images::scale,
     ),
     sweep(
         "needs-display",
         (0.0, "% of views"),
-        "some pixel differs by more than a level from the frame with every effect in none of 3000 views",
+        "in none of 3000 views does a pixel differ by more than a level from the frame with every effect",
         omitted_effects::display,
     ),
-    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", omitted_effects::linear),
+    sweep(
+        "needs-linear",
+        (0.0, "% of views"),
+        "in none of 3000 views does a pixel differ by more than 2e-3 of its radiance from the frame with every effect",
+        omitted_effects::linear,
+    ),
 ];
 
 /// Runs one sweep.

@@ -28,13 +28,13 @@ const MAX_CHANGE_FRACTION: f64 = 0.5;
 fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
-    let around = |values: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
+    let neighbourhood = |values: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
         (-radius..=radius)
             .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
             .map(|(dx, dy)| values[((y + dy) * w + x + dx) as usize])
             .collect()
     };
-    let mean = |values: &[f64], x: i64, y: i64| around(values, x, y, 1).iter().sum::<f64>() / 9.0;
+    let mean = |values: &[f64], x: i64, y: i64| neighbourhood(values, x, y, 1).iter().sum::<f64>() / 9.0;
     let level = |luminance: f64| 255.0 * linear_to_srgb((luminance * first.exposure_factor).clamp(0.0, 1.0));
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
@@ -43,7 +43,7 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
         if !old.is_finite() || !new.is_finite() {
             return (f64::INFINITY, [x, y]);
         }
-        let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = neighbourhood(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
         let unexplained = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
         let levels = level(old.max(new)) - level(old.max(new) - unexplained.max(0.0));
         if levels > worst.0 {

@@ -27,8 +27,9 @@ const DISPLAY_BOUND: f64 = 1.0;
 /// Bound of the sweep for linear light, relative to the pixel's radiance: a thousandth for each omitted effect, with two effects at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its radiance; no body of the shipped
-/// catalogs has overlays; the corona of a Sun of less than a pixel or two is limited by size, not by light.
+/// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
+/// radiance; no body of the shipped catalogs has overlays; the corona is left out because of its size, if the Sun is smaller than a pixel or two, and not because
+/// it is faint.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 /// A view, and what identifies it.
