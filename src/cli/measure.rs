@@ -200,7 +200,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             );
             text += &format!("{}\n", line.trim_end());
         }
-        for (quality, option) in choice.broken_defaults() {
+        for (quality, option) in choice.inadmissible_defaults() {
             text += &format!("  by rule, {} should use {option}\n", quality.name());
         }
     }

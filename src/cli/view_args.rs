@@ -36,7 +36,7 @@ pub(crate) struct ViewArgs {
     /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub distance_radii: Option<f64>,
-    /// Planetographic latitude and east longitude: with --from a place to stand on, otherwise a place of the target to look down at
+    /// Planetographic latitude and east longitude: with --from a place to stand on, otherwise the place of the target that the camera is above
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
     pub at: Option<String>,
     /// Height above the surface at --at in km [default: 0.0017, eye level; above the target: from --distance-radii]
@@ -209,15 +209,25 @@ impl ViewArgs {
             (Some((latitude_deg, longitude_deg)), None) => {
                 let radii_km = catalog.body(target).map_or(glam::DVec3::ONE, |b| b.radii_km);
                 let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let radius_km = radii_km.max_element();
+                let name = catalog.body(target).map_or("the target", |b| b.name.as_str());
                 let height_km = match (self.height_km, self.distance_radii) {
                     (Some(height_km), _) => height_km,
-                    // The distance is exact on the equator. Elsewhere the ground of an oblate body is nearer to the centre, and so is the camera.
-                    (None, distance_radii) => (distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII) - 1.0) * radii_km.x,
+                    (None, distance_radii) => {
+                        let distance_radii = distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII);
+                        let distance_km = distance_radii * radius_km;
+                        if distance_km <= ground_km.length() {
+                            return Err(CliError::Failed(format!(
+                                "--distance-radii {distance_radii:?}: the camera is inside {name}, whose ground there is {:.4} radii from its centre",
+                                ground_km.length() / radius_km
+                            )));
+                        }
+                        height_at_distance_km(ground_km, normal, distance_km)
+                    }
                 };
                 if height_km <= 0.0 {
                     return Err(CliError::Failed(format!(
-                        "a camera {height_km:?} km above the surface is inside {}: give a greater height",
-                        catalog.body(target).map_or("the target", |b| b.name.as_str())
+                        "a camera {height_km:?} km above the surface is inside {name}: give a greater height"
                     )));
                 }
                 let offset_km = ground_km + normal * height_km;
@@ -227,6 +237,15 @@ impl ViewArgs {
             (None, towards) => Position::Over { towards, distance_radii: self.distance_radii },
         })
     }
+}
+
+/// Height above a place of the ground at which its vertical is `distance_km` from the body's centre. `normal`: the vertical, a unit vector.
+fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_km: f64) -> f64 {
+    // The vertical of an oblate or triaxial body misses the centre by `beside`; its foot is `along` before the ground.
+    let along = ground_km.dot(normal);
+    let beside = (ground_km - normal * along).length();
+    // The square of a large distance would overflow.
+    (distance_km - beside).sqrt() * (distance_km + beside).sqrt() - along
 }
 
 /// Default distance from the target's centre, in equatorial radii, of a camera above a place of the target.
@@ -287,6 +306,41 @@ mod tests {
             tilted_with_north_up > 40,
             "with the target's north up only {tilted_with_north_up} horizons are tilted, so the views do not test the roll"
         );
+    }
+
+    /// As `--help` says, `--distance-radii` is the distance from the centre, also above places of oblate and triaxial bodies, and the place is below the camera.
+    #[test]
+    fn the_distance_above_a_place_is_from_the_centre() {
+        let catalog = Catalog::embedded();
+        for (target, at, distance_radii) in [
+            ("saturn", "60,0", 3.0),
+            ("saturn", "-90,0", 0.95),
+            ("saturn", "0,200", 1.0001),
+            ("earth", "45,10", 1e7),
+            ("phobos", "30,40", 1.0001),
+            ("hyperion", "-50,100", 2.0),
+            ("moon", "0,0", 3.0),
+        ] {
+            let (latitude_deg, longitude_deg) = place_on_ground(at).expect(at);
+            let mut args = ViewArgs { at: Some(at.to_owned()), distance_radii: Some(distance_radii), ..ViewArgs::default() };
+            let body = catalog.body_or_barycenter(target).expect(target);
+            let radii_km = catalog.body(body).expect(target).radii_km;
+            let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+            let offset_km = |args: &ViewArgs| match args.position(&catalog, body, None) {
+                Ok(Position::Offset { offset_km, .. }) => offset_km,
+                other => panic!("{target} {at}: {other:?}"),
+            };
+            let offset = offset_km(&args);
+            let found = offset.length() / radii_km.max_element();
+            assert!((found / distance_radii - 1.0).abs() < 1e-12, "{target} {at}: {found} radii, not {distance_radii}");
+            let sideways = normal.cross(offset - ground_km).length();
+            assert!(sideways < 1e-9 * offset.length(), "{target} {at}: {sideways} km beside the place");
+            args.distance_radii = None;
+            let default = offset_km(&args).length() / radii_km.max_element();
+            assert!((default - DEFAULT_DISTANCE_OVER_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default}");
+            args.distance_radii = Some(ground_km.length() / radii_km.max_element() - 1e-6);
+            assert!(args.position(&catalog, body, None).is_err_and(|e| e.to_string().contains("--distance-radii")), "{target} {at}");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
 //! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: the animation loops forever at the
-//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames last a hundredth longer to keep the
+//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames are shown a hundredth longer, to keep the
 //! mean rate. Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF in pixels, and largest denominator of an animated PNG's delays: both are stored in 16 bits.
+/// Largest side of a GIF in pixels, and largest rate of an animated PNG, the denominator of its delays: both are stored in 16 bits.
 const MAX_U16: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
@@ -65,12 +65,12 @@ pub struct AnimationWriter<W: Write> {
     frames_written: u32,
 }
 
-fn failed(e: impl std::fmt::Display) -> ImageError {
+fn write_error(e: impl std::fmt::Display) -> ImageError {
     ImageError::Write(e.to_string())
 }
 
 impl<W: Write> AnimationWriter<W> {
-    /// Starts a file of `frames` frames, `rate` per second.
+    /// Starts a file of `frames` frames, at `rate` frames per second.
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
@@ -82,18 +82,19 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_depth(png::BitDepth::Eight);
                 encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
                 encoder.set_compression(png::Compression::Fast);
-                encoder.set_animated(frames, 0).map_err(failed)?;
+                encoder.set_animated(frames, 0).map_err(write_error)?;
                 let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
-                encoder.set_frame_delay(1, rate).map_err(failed)?;
-                Encoder::Apng(Box::new(encoder.write_header().map_err(failed)?))
+                encoder.set_frame_delay(1, rate).map_err(write_error)?;
+                Encoder::Apng(Box::new(encoder.write_header().map_err(write_error)?))
             }
             AnimationFormat::Gif => {
-                let side = |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
+                let side_u16 =
+                    |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
                 if !(1..=100).contains(&rate) {
                     return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
                 }
-                let mut encoder = gif::Encoder::new(out, side(width)?, side(height)?, &[]).map_err(failed)?;
-                encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
+                let mut encoder = gif::Encoder::new(out, side_u16(width)?, side_u16(height)?, &[]).map_err(write_error)?;
+                encoder.set_repeat(gif::Repeat::Infinite).map_err(write_error)?;
                 Encoder::Gif(Box::new(encoder))
             }
         };
@@ -113,12 +114,12 @@ impl<W: Write> AnimationWriter<W> {
         let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
         let delay_hundredths = start_hundredths(self.frames_written + 1) - start_hundredths(self.frames_written);
         match &mut self.encoder {
-            Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(failed)?,
+            Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(write_error)?,
             Encoder::Gif(writer) => {
                 // Width and height were checked against 65535 at the start.
                 let mut frame = gif::Frame::from_rgb_speed(width as u16, height as u16, &rgb, PALETTE_SEARCH_SPEED);
                 frame.delay = delay_hundredths as u16;
-                writer.write_frame(&frame).map_err(failed)?;
+                writer.write_frame(&frame).map_err(write_error)?;
             }
         }
         self.frames_written += 1;
@@ -131,8 +132,8 @@ impl<W: Write> AnimationWriter<W> {
     /// Fewer frames than announced at the start, or an error of the writer.
     pub(crate) fn finish(self) -> Result<(), ImageError> {
         match self.encoder {
-            Encoder::Apng(writer) => writer.finish().map_err(failed),
-            Encoder::Gif(writer) => writer.into_inner().map(drop).map_err(failed),
+            Encoder::Apng(writer) => writer.finish().map_err(write_error),
+            Encoder::Gif(writer) => writer.into_inner().map(drop).map_err(write_error),
         }
     }
 }

@@ -69,6 +69,7 @@ impl DisplayImage {
             }
         }
         let value_count: u64 = level_counts.iter().sum();
+        // The mean of a power of the differences.
         let moment =
             |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / value_count as f64;
         let mean_square = moment(2);
@@ -81,15 +82,15 @@ impl DisplayImage {
         })
     }
 
-    /// The fraction of pixels whose red, green and blue differ by at most the levels in `bound`.
+    /// The fraction of pixels whose red, green and blue differ by at most the values of the same pixel in `tolerances`.
     ///
     /// # Errors
     /// Different sizes, or an image without all of its pixels.
-    pub(crate) fn fraction_within(&self, other: &Self, bound: &Self) -> Result<f64, ImageError> {
+    pub(crate) fn fraction_within(&self, other: &Self, tolerances: &Self) -> Result<f64, ImageError> {
         self.check_same_size(other)?;
-        self.check_same_size(bound)?;
-        let is_within = |((p, q), b): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= b[c]);
-        let within = self.rgba.iter().zip(&other.rgba).zip(&bound.rgba).filter(is_within).count();
+        self.check_same_size(tolerances)?;
+        let is_within = |((p, q), max): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= max[c]);
+        let within = self.rgba.iter().zip(&other.rgba).zip(&tolerances.rgba).filter(is_within).count();
         Ok(within as f64 / self.rgba.len() as f64)
     }
 
@@ -109,7 +110,7 @@ impl DisplayImage {
     }
 }
 
-/// The smallest level that at least `min_count` values do not exceed.
+/// The smallest difference, in display levels, that at least `min_count` values do not exceed. `level_counts`: number of values by their difference.
 fn level_not_exceeded(level_counts: &[u64; 256], min_count: u64) -> u8 {
     let mut counted = 0;
     for (level, n) in (0..=u8::MAX).zip(level_counts) {
@@ -184,7 +185,7 @@ mod tests {
         truncated.rgba.pop();
         for (a, b) in [(&whole, &truncated), (&truncated, &whole)] {
             let error = a.difference_image(b).expect_err("length").to_string();
-            assert_eq!(error, "3x1 texels do not fit 8 bytes");
+            assert_eq!(error, "8 bytes are not an image of 3x1 texels");
         }
     }
 }

@@ -23,6 +23,6 @@ pub(super) struct EncodedMap {
 impl EncodedMap {
     /// The decoded map with its mip levels. `threads`: which threads compute its mip levels; the result is the same.
     pub(super) fn decode(&self, threads: RowThreads) -> Result<Texture, ImageError> {
-        Texture::decode_filtered(&self.name, &self.bytes, self.decoding, self.max_megapixels, threads)
+        Texture::decode_map(&self.name, &self.bytes, self.decoding, self.max_megapixels, threads)
     }
 }

@@ -1,9 +1,12 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
-//! a [`Glyph`] for each character, one for the ring that marks small bodies, and one for a filled square. Always: cells do not touch. A
-//! character missing in the font becomes the font's replacement glyph. Not here: the position of text. A pen position is a corner of a pixel, but the ring is
-//! drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a pixel from the point. The font is Ubuntu Light, as in the window.
+//! a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always: at least one
+//! empty texel lies between the rectangles of two glyphs (cells). A character missing in the font becomes the font's replacement glyph. Not here: the
+//! position of text.
+//!
+//! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
+//! pixel from the point. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -13,7 +16,7 @@ use std::sync::Arc;
 /// The cell of one glyph in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
-    /// Left and top texel.
+    /// Column and row of the top left texel.
     pub at: [u32; 2],
     /// Width and height; nothing is drawn if either is 0.
     pub size: [u32; 2],
@@ -29,8 +32,8 @@ pub struct GlyphAtlas {
     /// The coverage of all glyphs.
     pub texture: SharedTexture,
     /// The glyph of each character.
-    cells: BTreeMap<char, Glyph>,
-    /// A ring, the marker of small bodies.
+    by_character: BTreeMap<char, Glyph>,
+    /// The ring.
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
@@ -51,8 +54,8 @@ struct GlyphBitmap {
     coverage: Vec<f32>,
 }
 
-/// The coverage of a character's glyph.
-fn rasterised(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
+/// Coverage and metrics of a character's glyph.
+fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     let scaled = font.as_scaled(font.pt_to_px_scale(size_px * POINTS_PER_PX).unwrap_or(size_px.into()));
     let id = font.glyph_id(character);
     let advance = scaled.h_advance(id);
@@ -77,11 +80,16 @@ const POINTS_PER_PX: f32 = 0.75;
 fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     let half_side = (radius_px + 0.5 * stroke_px + 1.0).ceil() as i32;
     let side = (2 * half_side + 1) as u32;
-    let of_texel = |k: u32| {
+    let coverage_of_texel = |k: u32| {
         let (x, y) = ((k % side) as f32 - half_side as f32, (k / side) as f32 - half_side as f32);
         (0.5 * stroke_px + 0.5 - (x.hypot(y) - radius_px).abs()).clamp(0.0, 1.0)
     };
-    GlyphBitmap { size: [side, side], bearing: [-half_side, -half_side], advance: 0.0, coverage: (0..side * side).map(of_texel).collect() }
+    GlyphBitmap {
+        size: [side, side],
+        bearing: [-half_side, -half_side],
+        advance: 0.0,
+        coverage: (0..side * side).map(coverage_of_texel).collect(),
+    }
 }
 
 /// Side of the filled square, in units of the font size.
@@ -100,7 +108,7 @@ impl GlyphAtlas {
         // The marker and then the square follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
-            .filter_map(|c| Some((Some(c), rasterised(font.as_ref()?, c, size_px))))
+            .filter_map(|c| Some((Some(c), rasterise(font.as_ref()?, c, size_px))))
             .chain([
                 (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
                 (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
@@ -133,22 +141,22 @@ impl GlyphAtlas {
         let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
         let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, bitmap), at)| (*c, glyph(bitmap, *at))).collect();
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
-        let x_height = font.as_ref().map_or(0.0, |f| -(rasterised(f, 'x', size_px).bearing[1] as f32));
+        let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
-            cells: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
+            by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
             baseline_offset: (0.5 * x_height).round(),
         }
     }
 
     /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
-        text.chars().filter_map(|c| self.cells.get(&c)).scan(0.0, |pen, cell| {
+        text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, glyph| {
             let at = *pen;
-            *pen += cell.advance;
-            Some((at, *cell))
+            *pen += glyph.advance;
+            Some((at, *glyph))
         })
     }
 }
@@ -166,7 +174,7 @@ mod tests {
     #[test]
     fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
-        let mut all: Vec<Glyph> = glyphs.cells.values().copied().collect();
+        let mut all: Vec<Glyph> = glyphs.by_character.values().copied().collect();
         all.extend([glyphs.marker, glyphs.solid_square]);
         let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
@@ -175,8 +183,8 @@ mod tests {
         let total: f64 = glyphs.texture.levels[0].bytes().chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
         let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
-        assert!(glyphs.cells[&' '].advance > 2.0 && glyphs.cells[&' '].size[0] == 0);
-        assert!(covered(&glyphs, &glyphs.cells[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
+        assert!(glyphs.by_character[&' '].advance > 2.0 && glyphs.by_character[&' '].size[0] == 0);
+        assert!(covered(&glyphs, &glyphs.by_character[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
     }
 
     #[test]

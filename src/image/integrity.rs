@@ -1,7 +1,8 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
 //! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: any changed or missing byte is detected. A PNG has
-//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file, in front of the text. Not here: the meaning of the text.
+//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of
+//! the file in an attribute, in front of the text: the EXR is then *sealed*. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
@@ -16,7 +17,7 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(why.to_string())
 }
 
-/// Number of bytes at the start of a file that contain the texts of any image written here.
+/// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote lie within this many bytes from the start of the file.
 pub const HEAD_LEN: usize = 1 << 16;
 
 /// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be damaged.
@@ -37,19 +38,19 @@ pub fn verify_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), Image
     let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
     let (w, h) = reader.info().size();
     if (w, h) != (width, height) {
-        return Err(damaged(format!("{w}x{h} pixels")));
+        return Err(damaged(format!("it has {w}x{h} pixels instead of {width}x{height}")));
     }
     let mut pixels = vec![0; reader.output_buffer_size().ok_or_else(|| damaged("too large"))?];
     reader.next_frame(&mut pixels).map_err(damaged)?;
     reader.finish().map_err(damaged)
 }
 
-/// Name and value of the attribute, with zeros in place of the digest.
+/// Name and value of the attribute, with zero digits in place of the digest, which [`seal_exr`] fills in.
 pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
     (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
 }
 
-/// Offset of the digest, and the text after it.
+/// Offset of the digest in a sealed EXR, and the text after it.
 fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
@@ -59,8 +60,8 @@ fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     Some((at + 4, std::str::from_utf8(text).ok()?))
 }
 
-/// Digest of the file with zeros in place of the digest at this offset.
-fn digest_without(bytes: &[u8], at: usize) -> String {
+/// Digest of the file, computed with zero digits in place of the digest at this offset.
+fn digest_with_zeros(bytes: &[u8], at: usize) -> String {
     let mut hash = Sha256::new();
     hash.update(&bytes[..at]);
     hash.update([b'0'; DIGEST_LEN]);
@@ -71,7 +72,7 @@ fn digest_without(bytes: &[u8], at: usize) -> String {
 /// Fills in the digest of an EXR.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
     if let Some((at, _)) = sealed_text(bytes) {
-        let digest = digest_without(bytes, at);
+        let digest = digest_with_zeros(bytes, at);
         bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
 }
@@ -84,7 +85,7 @@ pub fn exr_head_text(head: &[u8]) -> Option<String> {
 /// Checks that these are the bytes of an intact sealed EXR.
 pub fn verify_exr(bytes: &[u8]) -> Result<(), ImageError> {
     match sealed_text(bytes) {
-        Some((at, _)) if digest_without(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
+        Some((at, _)) if digest_with_zeros(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }
 }

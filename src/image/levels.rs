@@ -1,4 +1,4 @@
-//! Display levels of linear light, and how far apart two linear images are on a display.
+//! Display levels (not mip levels) of linear light, and the differences of two linear images on a display.
 //!
 //! In: linear light and the exposure factor that converts it to display light, where 1 is white. Out: levels from 0 to 255, not rounded, so
 //! that errors below a level can be distinguished. Always: light above white counts as white; a pixel that is finite in only one of two
@@ -22,7 +22,7 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
 
 /// For each pixel, the greatest difference of any channel, in display levels.
 pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
-    let apart = |(p, q): (&[f32; 4], &[f32; 4])| {
+    let difference = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
         if is_finite(p) != is_finite(q) {
             return 255.0;
@@ -30,7 +30,7 @@ pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> V
         let channel = |c: usize| (display_level(p[c], a.exposure_factor) - display_level(q[c], b.exposure_factor)).abs();
         (0..3).map(channel).fold(0.0, f64::max)
     };
-    a.light.iter().zip(b.light).map(apart).collect()
+    a.light.iter().zip(b.light).map(difference).collect()
 }
 
 #[cfg(test)]
@@ -56,8 +56,8 @@ mod tests {
     fn levels_follow_the_display_encoding_and_end_at_white() {
         let exposed = |light, exposure_factor| ExposedPixels { light, exposure_factor };
         let (black, bright) = ([[0.0, 0.0, 0.0, 1.0]; 2], [[0.0, 0.0, 0.0, 1.0], [0.0, 3.0, 0.0, 1.0]]);
-        let apart = level_differences(exposed(&black, 1.0), exposed(&bright, 1.0));
-        assert!(apart[0] == 0.0 && (apart[1] - 255.0).abs() < 1e-9, "{apart:?}");
+        let differences = level_differences(exposed(&black, 1.0), exposed(&bright, 1.0));
+        assert!(differences[0] == 0.0 && (differences[1] - 255.0).abs() < 1e-9, "{differences:?}");
         assert_eq!(level_differences(exposed(&black, 1.0), exposed(&bright, 0.0)), [0.0, 0.0]);
         // IEC 61966-2-1: a linear 0.5 is 187.5 of 255.
         assert!((display_level(0.5, 1.0) - 187.5).abs() < 0.05 && (display_level(0.25, 2.0) - 187.5).abs() < 0.05);

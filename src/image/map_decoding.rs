@@ -11,22 +11,23 @@ pub struct MapDecoding {
     pub format: TexelFormat,
     /// How rows near the poles are filtered.
     pub poles: PoleFilter,
-    /// For a map whose texels shaders turn into opacities. `None`: a coarser texel has the mean value of its finer texels.
+    /// For a map whose texels shaders convert to opacities: how they do. `None`: a coarser texel has the mean value of its finer texels.
     pub opacity: Option<OpacityTexels>,
 }
 
 impl MapDecoding {
-    /// A map that is decoded as it is.
+    /// Without a pole filter; coarser levels have the mean values of the finest.
     pub const fn plain(format: TexelFormat) -> Self {
         Self { format, poles: PoleFilter::None, opacity: None }
     }
 }
 
-/// The texel values between which opacity rises from 0 to 1 by `smoothstep`. A coarser texel of such a map has the mean opacity of its finer texels: the
-/// opacity of their mean value would be smaller, and a body's light would depend on the size of its image.
+/// The texel values of a clear sky (opacity 0) and of a closed cloud deck (opacity 1), between which opacity rises by `smoothstep`. A coarser
+/// texel of such a map has the mean opacity of its finer texels: the opacity of their mean value would differ, so a body's light would depend on the size of
+/// its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpacityTexels {
-    /// The bits of f32 values, so that decodings can be compared and hashed.
+    /// Both as the bits of f32 values, so that decodings can be compared and hashed.
     clear_bits: u32,
     closed_bits: u32,
 }
@@ -44,6 +45,7 @@ impl OpacityTexels {
         t * t * (3.0 - 2.0 * t)
     }
 
+    /// The texel values for clear sky and for a closed deck.
     pub(super) fn range(self) -> [f32; 2] {
         [self.clear_bits, self.closed_bits].map(f32::from_bits)
     }

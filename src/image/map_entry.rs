@@ -1,7 +1,7 @@
 //! The file format of a stored map: a header with a checksum, then the mip levels, each with its own checksum, so that one can be read
 //! without the others.
 //!
-//! In: a mip chain, or the bytes of a file. Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
+//! In: a mip chain, or the bytes of a file (an entry). Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
 //! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
 //! one channel if it is also grey.
 //!
@@ -22,20 +22,21 @@ pub(super) type Key = [u8; 16];
 /// The first bytes of an entry: its kind and the version of this format.
 const MAGIC: &[u8; 8] = b"ORRMAP02";
 const CHECKSUM_BYTES: usize = 16;
-/// Bytes of a level in the header: number of channels, checksum.
-const LEVEL_BYTES: usize = 1 + CHECKSUM_BYTES;
+/// Bytes of the header for each level: number of channels, checksum.
+const LEVEL_RECORD_BYTES: usize = 1 + CHECKSUM_BYTES;
 /// Magic, key and size.
 const PREFIX_BYTES: usize = 8 + 16 + 8;
-/// A side has at most 2^32 - 1 texels.
+/// Levels of the longest chain: a side of up to 2^32 - 1 texels can be halved 31 times.
 const MAX_LEVELS: usize = 32;
 /// Length of the longest header.
 pub(super) const MAX_HEADER_BYTES: usize = header_bytes(MAX_LEVELS);
 
+/// Length of the header of a chain of this many levels.
 const fn header_bytes(levels: usize) -> usize {
-    PREFIX_BYTES + levels * LEVEL_BYTES + CHECKSUM_BYTES
+    PREFIX_BYTES + levels * LEVEL_RECORD_BYTES + CHECKSUM_BYTES
 }
 
-/// Sizes of all levels, finest first.
+/// Sizes of all levels of a complete chain, finest first.
 fn chain_sizes((width, height): (u32, u32)) -> Vec<(u32, u32)> {
     let halved = |&(w, h): &(u32, u32)| (w > 1 || h > 1).then_some(((w / 2).max(1), (h / 2).max(1)));
     std::iter::successors(Some((width, height)), halved).collect()
@@ -49,9 +50,9 @@ fn texel_count((width, height): (u32, u32)) -> u64 {
     u64::from(width) * u64::from(height)
 }
 
-/// The header of a file.
+/// The header of an entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Entry {
+pub(super) struct EntryHeader {
     pub key: Key,
     /// Width and height of level 0.
     pub size: (u32, u32),
@@ -59,24 +60,24 @@ pub(super) struct Entry {
     levels: Vec<(u8, [u8; CHECKSUM_BYTES])>,
 }
 
-impl Entry {
+impl EntryHeader {
     /// Reads the header from the first bytes of a file; `None` if it is damaged or does not agree with the file's length.
-    pub(super) fn from_header(bytes: &[u8], file_bytes: u64) -> Option<Self> {
+    pub(super) fn parse(bytes: &[u8], file_bytes: u64) -> Option<Self> {
         let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
         let (width, rest) = rest.split_first_chunk()?;
         let (height, rest) = rest.split_first_chunk()?;
         let size = (u32::from_le_bytes(*width), u32::from_le_bytes(*height));
         let sizes = chain_sizes(size);
-        let (levels, rest) = rest.as_chunks::<LEVEL_BYTES>().0.split_at_checked(sizes.len()).map(|(levels, _)| (levels, rest))?;
+        let (levels, rest) = rest.as_chunks::<LEVEL_RECORD_BYTES>().0.split_at_checked(sizes.len()).map(|(levels, _)| (levels, rest))?;
         let checksummed_bytes = header_bytes(sizes.len()) - CHECKSUM_BYTES;
-        let sum = rest.get(levels.as_flattened().len()..)?.first_chunk::<CHECKSUM_BYTES>()?;
-        if texel_count(size) == 0 || checksum(&bytes[..checksummed_bytes]) != *sum {
+        let header_checksum = rest.get(levels.as_flattened().len()..)?.first_chunk::<CHECKSUM_BYTES>()?;
+        if texel_count(size) == 0 || checksum(&bytes[..checksummed_bytes]) != *header_checksum {
             return None;
         }
-        let level = |[channels, sum @ ..]: &[u8; LEVEL_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *sum));
-        let entry = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
-        let (last_level_start, byte_count) = entry.byte_range(sizes.len() - 1);
-        (last_level_start.checked_add(byte_count as u64) == Some(file_bytes)).then_some(entry)
+        let level = |[channels, checksum @ ..]: &[u8; LEVEL_RECORD_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *checksum));
+        let header = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
+        let (last_level_start, byte_count) = header.byte_range(sizes.len() - 1);
+        (last_level_start.checked_add(byte_count as u64) == Some(file_bytes)).then_some(header)
     }
 
     pub(super) fn sizes(&self) -> Vec<(u32, u32)> {
@@ -93,8 +94,8 @@ impl Entry {
 
     /// The texels of a level, four bytes each; `None` if the packed texels are damaged.
     pub(super) fn unpack(&self, level: usize, packed: &[u8]) -> Option<Vec<u8>> {
-        let (channels, sum) = self.levels.get(level)?;
-        if packed.len() != self.byte_range(level).1 || checksum(packed) != *sum {
+        let (channels, level_checksum) = self.levels.get(level)?;
+        if packed.len() != self.byte_range(level).1 || checksum(packed) != *level_checksum {
             return None;
         }
         if *channels == 4 {
@@ -110,7 +111,7 @@ impl Entry {
     }
 }
 
-/// Number of channels to store, from which the others follow: 1 (grey and opaque), 3 (opaque) or 4.
+/// Number of channels from which all four follow: 1 (grey and opaque), 3 (opaque) or 4.
 fn stored_channels(rgba: &[u8]) -> u8 {
     let texels = rgba.as_chunks::<4>().0;
     if !texels.iter().all(|t| t[3] == u8::MAX) {
@@ -148,19 +149,19 @@ pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
         file.push(*channels);
         file.extend_from_slice(&checksum(texels));
     }
-    let sum = checksum(&file);
-    file.extend_from_slice(&sum);
+    let header_checksum = checksum(&file);
+    file.extend_from_slice(&header_checksum);
     packed.iter().for_each(|(_, texels)| file.extend_from_slice(texels));
     Some(file)
 }
 
 /// The key of a file; `None` if any part of it is damaged.
 pub(super) fn key_if_intact(file: &[u8]) -> Option<Key> {
-    let entry = Entry::from_header(file, file.len() as u64)?;
+    let header = EntryHeader::parse(file, file.len() as u64)?;
     let is_intact = |level: usize| {
-        let (start, byte_count) = entry.byte_range(level);
+        let (start, byte_count) = header.byte_range(level);
         let packed = usize::try_from(start).ok().and_then(|start| file.get(start..)?.get(..byte_count));
-        packed.is_some_and(|packed| entry.unpack(level, packed).is_some())
+        packed.is_some_and(|packed| header.unpack(level, packed).is_some())
     };
-    (0..entry.levels.len()).all(is_intact).then_some(entry.key)
+    (0..header.levels.len()).all(is_intact).then_some(header.key)
 }

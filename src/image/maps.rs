@@ -1,9 +1,9 @@
 //! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
 //!
-//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`BUDGET_BYTES`], those
+//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], those
 //! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
-//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], a folder on disk, a map is decoded in one run of the program;
-//! later runs read only the levels that they need.
+//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], decoded maps are also kept in a folder on disk: later runs
+//! of the program do not decode them again, and read only the levels that they need.
 
 use super::encoded_map::EncodedMap;
 use super::map_decoding::MapDecoding;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
-const BUDGET_BYTES: usize = 64 << 20;
+const MEMORY_BUDGET_BYTES: usize = 64 << 20;
 /// A map that was used within this time is not dropped: the next frame will probably use it again.
 const MIN_IDLE: Duration = Duration::from_secs(5);
 
@@ -52,17 +52,17 @@ fn bytes_in_memory(texture: &Texture) -> usize {
     texture.levels.iter().map(Level::bytes_in_memory).sum()
 }
 
-/// Drops maps that were not used for [`MIN_IDLE`], the least recently used first, until the rest fits into the budget.
+/// Drops maps that were not used for [`MIN_IDLE`], the least recently used first, until the others fit into the budget.
 fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) {
     let mut total: usize = decoded.values().map(|map| bytes_in_memory(&map.texture)).sum();
-    if total <= BUDGET_BYTES {
+    if total <= MEMORY_BUDGET_BYTES {
         return;
     }
     let idle_since = |map: &CachedMap| map.last_used.filter(|used| now.saturating_duration_since(*used) >= MIN_IDLE);
     let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, map)| Some((idle_since(map)?, key.clone()))).collect();
     oldest.sort_by_key(|(used, _)| *used);
     for (_, key) in oldest {
-        if total <= BUDGET_BYTES {
+        if total <= MEMORY_BUDGET_BYTES {
             break;
         }
         total -= decoded.remove(&key).map_or(0, |map| bytes_in_memory(&map.texture));
@@ -80,7 +80,7 @@ pub struct MapStore {
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
-    /// The maps that earlier runs decoded.
+    /// Decoded maps on disk.
     stored: Option<Arc<StoredMaps>>,
 }
 
@@ -114,12 +114,12 @@ impl MapStore {
         if MAPS.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
     }
 
-    /// The texels of the file. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and specular maps [`TexelFormat::Rgba8Unorm`].
+    /// The map with its mip chain, decoded without filters. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and specular maps [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
         self.get_decoded(name, MapDecoding::plain(format))
     }
 
-    /// The map with its mip chain, filtered for drawing.
+    /// The map with its mip chain, decoded as given.
     pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
         {
@@ -157,7 +157,7 @@ impl MapStore {
         self.premultiplied.lock().insert(name.to_owned(), Arc::new(texture));
     }
 
-    /// Decodes in parallel the maps that are not in memory yet. Errors are reported to later callers that request the map.
+    /// Decodes in parallel the maps that are not in memory yet. An error is ignored here: the next request for the map returns it.
     pub fn prefetch(&self, requested: &[(&str, MapDecoding)]) {
         let missing: Vec<&(&str, MapDecoding)> = {
             let decoded = self.decoded.lock();
@@ -166,6 +166,7 @@ impl MapStore {
         missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
+    /// The file of a map, from the user's folder or embedded.
     pub(super) fn encoded(&self, name: &str, decoding: MapDecoding) -> Result<EncodedMap, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
@@ -180,7 +181,7 @@ impl MapStore {
                 Ok(EncodedMap { name: name.to_owned(), bytes: bytes.into(), decoding, max_megapixels: DEFAULT_MAX_MEGAPIXELS })
             }
             MapOrigin::Missing => {
-                let searched = self.folder.as_ref().map_or(String::new(), |f| format!(" nor in {}", f.display()));
+                let searched = self.folder.as_ref().map_or(String::new(), |f| format!(", nor is it in {}", f.display()));
                 Err(ImageError::Missing { name: name.to_owned(), searched })
             }
         }

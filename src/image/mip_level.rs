@@ -9,8 +9,8 @@ use std::sync::{Arc, OnceLock};
 
 /// What supplies the texels of a mip chain, level by level.
 pub(super) trait LevelSource: Debug + Send + Sync {
-    /// The texels of a level. Must not use rayon: while a thread waits for rayon, it may run another task that needs the same level, and would
-    /// wait for itself.
+    /// The texels of a level. An implementation must not use rayon: a thread that waits for rayon may run another task meanwhile. If that task needs
+    /// the same level, the thread waits for itself.
     fn read(&self, level: usize) -> Vec<u8>;
 }
 
@@ -62,7 +62,7 @@ impl Level {
         }
     }
 
-    /// As [`Self::bytes`], without a copy.
+    /// The bytes of all texels, moved out of the level.
     pub(super) fn into_bytes(mut self) -> Vec<u8> {
         self.bytes();
         match &mut self.texels {
@@ -101,12 +101,12 @@ mod tests {
 
     /// Returns `length` bytes and counts the reads.
     #[derive(Debug)]
-    struct Counting {
+    struct CountingSource {
         length: usize,
         reads: AtomicUsize,
     }
 
-    impl LevelSource for Counting {
+    impl LevelSource for CountingSource {
         fn read(&self, level: usize) -> Vec<u8> {
             self.reads.fetch_add(1, Ordering::SeqCst);
             vec![level as u8; self.length]
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn a_level_is_read_once_and_has_the_length_of_its_size() {
         for length in [0, 31, 32, 100] {
-            let source = Arc::new(Counting { length, reads: AtomicUsize::new(0) });
+            let source = Arc::new(CountingSource { length, reads: AtomicUsize::new(0) });
             let level = Level::on_demand((4, 2), source.clone(), 3);
             assert_eq!((level.byte_count(), level.bytes_in_memory()), (32, 0));
             assert_eq!(source.reads.load(Ordering::SeqCst), 0, "the size is known without reading");

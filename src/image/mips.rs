@@ -15,9 +15,9 @@ use std::sync::LazyLock;
 /// Which threads compute the rows of a level. The result is the same either way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum RowThreads {
-    /// On all threads.
+    /// The threads of the rayon pool.
     All,
-    /// On the calling thread alone, which runs no other rayon task meanwhile.
+    /// The calling thread alone, which runs no other rayon task meanwhile.
     CallingOnly,
 }
 
@@ -31,22 +31,23 @@ impl RowThreads {
     }
 }
 
-/// Linear values of sRGB bytes, and of linear bytes.
+/// Linear values of sRGB-encoded bytes, and of linear bytes.
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
-/// Steps of the sRGB encoding table. The slope at black is 12.92, so a step is at most 0.051 of an 8-bit level.
-const STEPS: usize = 65_536;
-static ENCODE: LazyLock<Vec<u8>> =
-    LazyLock::new(|| (0..=STEPS).map(|i| (linear_to_srgb(i as f64 / STEPS as f64) * 255.0).round() as u8).collect());
+/// Steps of the sRGB encoding table. The slope of the encoding at black is 12.92, so a step is at most 12.92 x 255 / 65536 = 0.051 of an 8-bit level.
+const SRGB_STEPS: usize = 65_536;
+static SRGB_BYTES: LazyLock<Vec<u8>> =
+    LazyLock::new(|| (0..=SRGB_STEPS).map(|i| (linear_to_srgb(i as f64 / SRGB_STEPS as f64) * 255.0).round() as u8).collect());
 
-/// Linear value of each byte of a colour channel.
+/// The linear values of a colour channel's bytes.
 pub(super) fn decode_table(format: TexelFormat) -> &'static [f32; 256] {
     if format == TexelFormat::Rgba8Srgb { &SRGB } else { &UNORM }
 }
 
+/// The byte of a linear value.
 fn encode(v: f32, srgb: bool) -> u8 {
-    if srgb { ENCODE[(v.clamp(0.0, 1.0) * STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
+    if srgb { SRGB_BYTES[(v.clamp(0.0, 1.0) * SRGB_STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
 /// Steps of the table that encodes opacities.
@@ -89,8 +90,8 @@ impl Codec {
     }
 }
 
-/// For texel `i` of `count` along one side: the first of the `sources` source texels that it covers, and the weights of that one and its two
-/// successors (sum 1).
+/// Texel `i` of the `count` texels along one side of a level covers up to three of the `sources` texels of the finer level. Returns the first of them, and
+/// the weights of it and the next two, whose sum is 1.
 fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
     let (start, end) = (i as f64 * sources as f64 / count as f64, (i + 1) as f64 * sources as f64 / count as f64);
     let first = start as usize;
@@ -98,7 +99,7 @@ fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
     (first, [weight(0), weight(1), weight(2)])
 }
 
-/// The rows of a level, as linear RGBA floats.
+/// The texels of a level, which are read row by row as linear RGBA floats.
 #[derive(Clone, Copy)]
 enum Rows<'a> {
     /// Bytes, and the table that decodes their colour channels; alpha is always linear.
@@ -137,12 +138,12 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The source texels of each texel are added from left to right.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right.
 /// `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {
-        // Each texel has exactly two source texels.
+        // Each texel covers exactly two finer texels.
         let weight = 0.5 * wy;
         for (sum, [a, b]) in sums.iter_mut().zip(row.as_chunks::<2>().0) {
             for c in 0..4 {
@@ -186,7 +187,7 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 }
 
 /// Applies the pole filter to the finest level.
-fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
+fn filter_finest_level(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
     let colour = codec.decode_table();
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
     let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(threads.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
@@ -200,7 +201,7 @@ fn smooth_finest(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, po
 }
 
 /// Applies the pole filter to a coarser level, in floats.
-fn smooth_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
+fn filter_coarser_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
     let pole_filter = PoleRowFilter::of(poles, width, height, true);
     let rows = linear.par_chunks_mut(width).enumerate().with_min_len(threads.min_rows());
     rows.for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
@@ -221,17 +222,17 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDec
         Level::new(w as u32, h as u32, bytes)
     };
     let (mut w, mut h) = (width as usize, height as usize);
-    smooth_finest(w, h, &mut rgba, &codec, poles, threads);
+    filter_finest_level(w, h, &mut rgba, &codec, poles, threads);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
         let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, threads);
         (w, h) = (nw, nh);
-        smooth_level(w, h, &mut linear, poles, threads);
+        filter_coarser_level(w, h, &mut linear, poles, threads);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
             let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), threads);
             (w, h, linear) = (nw, nh, next);
-            smooth_level(w, h, &mut linear, poles, threads);
+            filter_coarser_level(w, h, &mut linear, poles, threads);
             levels.push(pack(w, h, &linear));
         }
     }
@@ -264,7 +265,7 @@ mod tests {
         );
     }
 
-    /// Half of the sky closed, half clear: half of the light is blocked at every level. The mean value, 0.5, would block 0.73 of it.
+    /// Half of the sky is overcast, half clear: half of the light is blocked at every level. A texel of the mean value, 0.5, would block 0.73 of it.
     #[test]
     fn coarser_texels_of_a_map_of_opacities_have_the_mean_opacity() {
         let texels = OpacityTexels::new(0.03, 0.75);

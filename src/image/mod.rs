@@ -1,7 +1,8 @@
 //! Images in memory: textures with their mip chains, finished frames as PNG, EXR and y4m, and the difference of two images.
 //!
 //! In: encoded map files (embedded or from a folder), or the rows of a frame. Out: [`Texture`]s with full mip chains computed in linear light, or
-//! encoded files. A texture always has all levels down to 1x1. Nothing here depends on what an image shows.
+//! encoded files. The texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here
+//! depends on what an image shows.
 
 use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
@@ -45,8 +46,8 @@ pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
 pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
 /// Longest side of a map. A map of 64 megapixels in one row would need 2.5 GB for its mip levels.
 const MAX_MAP_SIDE: u32 = 1 << 16;
-/// Memory that a decoder may use apart from the pixels, bytes: for compressed colour profiles and text, of which a file of one megabyte can
-/// contain one gigabyte.
+/// Memory that a decoder may use apart from the pixels, bytes: for compressed colour profiles and texts. The limit is needed because a file of one
+/// megabyte can expand to a gigabyte of them.
 const DECODER_BYTES: u64 = 16 << 20;
 /// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
@@ -72,7 +73,7 @@ impl TexelFormat {
     }
 }
 
-/// A texture with its full mip chain, level 0 first.
+/// A texture: its mip levels, level 0 first. Glyph atlases, tables and the textures of the window have level 0 alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     pub format: TexelFormat,
@@ -84,14 +85,14 @@ pub type SharedTexture = Arc<Texture>;
 /// Why an image could not be read or written: one line, with the name.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    #[error("no map named {name}: neither embedded{searched}; put it into a folder and name that with --textures")]
+    #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
     Missing { name: String, searched: String },
     #[error("{name}: not an image that can be read: {reason}")]
     Unreadable { name: String, reason: String },
     #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
     /// A buffer does not have the length of an image of this size.
-    #[error("{width}x{height} texels do not fit {given} bytes")]
+    #[error("{given} bytes are not an image of {width}x{height} texels")]
     WrongLength { width: u32, height: u32, given: usize },
     #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     DifferentSizes { a: (u32, u32), b: (u32, u32) },
@@ -106,7 +107,7 @@ fn megapixels(width: u32, height: u32) -> u64 {
     (u64::from(width) * u64::from(height)).div_ceil(1_000_000)
 }
 
-/// Whether an image of this size may be decoded.
+/// Refuses an image that is too large to be decoded.
 fn check_size(name: &str, (width, height): (u32, u32), max_megapixels: u32, max_side: u32) -> Result<(), ImageError> {
     if megapixels(width, height) > u64::from(max_megapixels) {
         return Err(ImageError::TooLarge { name: name.to_owned(), width, height, max_megapixels });
@@ -126,8 +127,8 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) 
 /// Width and height that the header of a PNG states. The memory limit needs them before the decoder reports them, because the decoder reads
 /// colour profiles first.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
-    let number = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
-    Some((number(16)?, number(20)?))
+    let u32_at = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
+    Some((u32_at(16)?, u32_at(20)?))
 }
 
 /// Decodes an image of any of these formats, with the file's own bit depth.
@@ -159,6 +160,7 @@ impl Texture {
         Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowThreads::All)
     }
 
+    /// As [`Self::from_rgba8`], with the decoding of a map.
     fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Result<Self, ImageError> {
         let format = decoding.format;
         let needed = u64::from(width) * u64::from(height) * 4;
@@ -170,17 +172,11 @@ impl Texture {
 
     /// A texture from an encoded JPEG or PNG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], format: TexelFormat) -> Result<Self, ImageError> {
-        Self::decode_filtered(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowThreads::All)
+        Self::decode_map(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowThreads::All)
     }
 
-    /// As [`Self::decode`], with the decoding and the limits of a map.
-    fn decode_filtered(
-        name: &str,
-        encoded: &[u8],
-        decoding: MapDecoding,
-        max_megapixels: u32,
-        threads: RowThreads,
-    ) -> Result<Self, ImageError> {
+    /// As [`Self::decode`], with the decoding of a map and a limit on its size.
+    fn decode_map(name: &str, encoded: &[u8], decoding: MapDecoding, max_megapixels: u32, threads: RowThreads) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();
         Self::with_decoding(width, height, rgba.into_raw(), decoding, threads)

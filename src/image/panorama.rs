@@ -1,8 +1,8 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. Always: the texture is 8-bit sRGB, which every device can
-//! filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
+//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
+//! be in cd/m². Always: the texture is 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
 //! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
 
 use super::mips::RowThreads;
@@ -21,7 +21,7 @@ const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFor
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
-const MAX_WIDTH: usize = 8192;
+const MAX_WIDTH_FROM_CUBE: usize = 8192;
 /// Fraction of an EXR's pixels that may be brighter than the texture's value 1.
 const CLIPPED_FRACTION: f64 = 1e-4;
 
@@ -30,7 +30,7 @@ const CLIPPED_FRACTION: f64 = 1e-4;
 pub struct Panorama {
     /// The equirectangular image.
     pub texture: Texture,
-    /// Luminance that the texel value 1 represents, cd/m², for a linear file; `None`: the file has no unit.
+    /// Luminance that the texel value 1 represents, cd/m²; `None` unless the file holds linear floats: 8-bit values have no unit.
     pub unit_cd_m2: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
 /// Reads a panorama.
 ///
 /// # Errors
-/// A message of one line that names the file and why it cannot be read.
+/// One line with the file's name and the reason why it cannot be read.
 pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panorama, ImageError> {
     let read = |path: &Path| {
         let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e.to_string()))?;
@@ -57,7 +57,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
                 format!("{width}x{height} pixels are not a whole sky: an equirectangular panorama is twice as wide as high"),
             ));
         }
-        return if is_linear(&image) { linear_panorama(path, Linear::of(image)) } else { srgb_panorama(path, image) };
+        return if is_linear(&image) { linear_panorama(path, LinearImage::of(image)) } else { srgb_panorama(path, image) };
     }
     let faces = FACES.map(|face| face_path(path, face));
     let mut decoded = Vec::new();
@@ -79,8 +79,8 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         }
         decoded.push(image);
     }
-    let faces: Vec<Linear> = decoded.into_iter().map(Linear::of).collect();
-    linear_panorama(path, Linear::from_cube(&faces))
+    let faces: Vec<LinearImage> = decoded.into_iter().map(LinearImage::of).collect();
+    linear_panorama(path, LinearImage::from_cube(&faces))
 }
 
 /// Path of a face of the cube.
@@ -92,21 +92,22 @@ fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     existing.ok_or_else(|| unreadable(path, format!("no {face}.png, .jpg or .exr in it; a cube map has the faces {}", FACES.join(", "))))
 }
 
+/// Whether the file held linear floats, as an EXR does.
 fn is_linear(image: &DynamicImage) -> bool {
     matches!(image, DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_))
 }
 
 /// An image in linear light.
-struct Linear {
+struct LinearImage {
     width: usize,
     height: usize,
     /// Red, green and blue of each texel: flat, as the decoder returns them, so that a large file is not copied.
     values: Vec<f32>,
-    /// Whether the file was linear.
+    /// Whether the file held linear floats.
     was_linear: bool,
 }
 
-impl Linear {
+impl LinearImage {
     fn of(image: DynamicImage) -> Self {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let was_linear = is_linear(&image);
@@ -134,10 +135,10 @@ impl Linear {
         row(y).lerp(row(y1), p.y.fract() as f32)
     }
 
-    /// The equirectangular image of six faces.
+    /// Resamples six faces to an equirectangular image.
     fn from_cube(faces: &[Self]) -> Self {
         let side = faces[0].width;
-        let width = (4 * side).min(MAX_WIDTH);
+        let width = (4 * side).min(MAX_WIDTH_FROM_CUBE);
         let height = width / 2;
         let texel = |k: usize| {
             let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
@@ -168,8 +169,8 @@ fn cube_face(d: DVec3) -> (usize, DVec2) {
 }
 
 /// The panorama of an image in linear light. The texture's value 1 is exceeded by [`CLIPPED_FRACTION`] of the pixels of an EXR.
-fn linear_panorama(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
-    // The value of the image that becomes 1.
+fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageError> {
+    // The value of the image that becomes the texel value 1.
     let unit = if image.was_linear {
         let mut brightest: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
         let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
@@ -183,17 +184,18 @@ fn linear_panorama(path: &Path, image: Linear) -> Result<Panorama, ImageError> {
     let bytes: Vec<u8> = texels.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect();
     let (size, unit_cd_m2) = ((image.width as u32, image.height as u32), image.was_linear.then_some(f64::from(unit)));
     drop(image);
-    panorama(path, size, bytes, unit_cd_m2)
+    with_mips(path, size, bytes, unit_cd_m2)
 }
 
 /// The panorama of an image in sRGB, whose bytes are kept: decoding to linear light and back would take twice the memory and time.
 fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
-    panorama(path, rgba.dimensions(), rgba.into_raw(), None)
+    with_mips(path, rgba.dimensions(), rgba.into_raw(), None)
 }
 
-fn panorama(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
+/// The panorama of encoded texels, with its mip chain.
+fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
     let decoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
     let texture = Texture::with_decoding(width, height, rgba, decoding, RowThreads::All);
     Ok(Panorama { texture: texture.map_err(|e| unreadable(path, e.to_string()))?, unit_cd_m2 })
@@ -238,10 +240,10 @@ mod tests {
         let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
         let face = |axis: fn(f64, f64) -> DVec3| {
             let values = (0..side * side).flat_map(|k| paint(axis(middle(k % side), middle(k / side))).to_array()).collect();
-            Linear { width: side, height: side, values, was_linear: false }
+            LinearImage { width: side, height: side, values, was_linear: false }
         };
-        let faces: Vec<Linear> = axes.map(face).into();
-        let sky = Linear::from_cube(&faces);
+        let faces: Vec<LinearImage> = axes.map(face).into();
+        let sky = LinearImage::from_cube(&faces);
         assert_eq!((sky.width, sky.height), (256, 128));
         for (x, y, d) in [
             (128, 64, DVec3::Z),

@@ -1,4 +1,4 @@
-//! A filter for rows near the poles of an equirectangular map: as coarse in longitude as the map is in latitude.
+//! A filter for rows near the poles of an equirectangular map: it makes their detail as coarse in longitude as in latitude.
 //!
 //! A texel row at latitude phi is cos phi times as long as the equator's but has as many texels. Fine structure in such rows (grain, JPEG
 //! blocks, brush strokes, slopes along the rows) is narrow in longitude and long in latitude: on the sphere it forms a star of streaks around
@@ -8,7 +8,7 @@
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
 //! The finest spot that the map can hold (sigma 0.6 texels in both directions, the scale at which the maps in textures/ become isotropic) is then at
 //! most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows within 45 degrees of the equator keep
-//! their texels. In the rows at the poles half of the first harmonic is left and little of the higher ones. Detail below that scale is lost;
+//! their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones. Detail below that scale is lost;
 //! streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
@@ -57,12 +57,14 @@ pub(super) struct PoleRowFilter {
 }
 
 impl PoleRowFilter {
+    /// The filter of a level of this size.
     pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, finer_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
         let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
         Self { poles, height, finer_is_filtered, columns: if poles == PoleFilter::Normals { columns.collect() } else { Vec::new() } }
     }
 
+    /// Sigma of a row in texels; 0 if the filter keeps the row.
     fn sigma(&self, row: usize) -> f64 {
         if self.poles == PoleFilter::None { 0.0 } else { sigma_texels(latitude(row, self.height), self.finer_is_filtered) }
     }
@@ -78,21 +80,21 @@ impl PoleRowFilter {
         if sigma <= 0.0 || texels.is_empty() {
             return;
         }
-        // The frame at the pole: slopes to the north point to the north pole, but away from the south pole.
-        let north = if 2 * row < self.height { -1.0 } else { 1.0 };
+        // In the frame at the pole, a slope to the north points towards the north pole, but away from the south pole.
+        let north_sign = if 2 * row < self.height { -1.0 } else { 1.0 };
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
-            let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north);
+            let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north_sign);
             (t[0], t[1]) = (n * cosine - e * sine, e * cosine + n * sine);
         }
         gaussian(texels, sigma, sums);
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
             let (x, y) = (t[0], t[1]);
-            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north);
+            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north_sign);
         }
     }
 }
 
-/// Prefix sums of a row's texels.
+/// Scratch memory: prefix sums of a row's texels.
 pub(super) type PrefixSums = Vec<[f64; 4]>;
 
 /// A circular Gaussian, approximated by three box filters of equal length, whose variances add up to sigma²; the mean of the entire circle if

@@ -1,13 +1,13 @@
 //! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer
 //! than drawing a frame.
 //!
-//! In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
-//! texture, which is then stored. Always: the levels are those that the decoder gives; a damaged entry is decoded again and replaced; a folder
-//! that cannot be written only costs time; the entries together have at most [`BUDGET_BYTES`]: those of other versions of the program are
+//! A stored map is an entry of the folder ([`map_entry`]). In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
+//! texture, which is then stored. Always: the levels are those that the decoder returns; a damaged entry is decoded again and replaced; a folder
+//! that cannot be written only costs time; the entries together have at most [`DISK_BUDGET_BYTES`]: those of other versions of the program are
 //! removed first, then the oldest.
 
 use super::encoded_map::EncodedMap;
-use super::map_entry::{self, Entry, Key};
+use super::map_entry::{self, EntryHeader, Key};
 use super::mip_level::{Level, LevelSource};
 use super::mips::RowThreads;
 use super::{ImageError, MAX_MAP_SIDE, PoleFilter, TexelFormat, Texture, check_size};
@@ -19,13 +19,13 @@ use std::time::SystemTime;
 use twox_hash::XxHash3_128;
 
 /// Limit on the bytes of all entries together. The embedded maps take less than half of it.
-pub(crate) const BUDGET_BYTES: u64 = 256 << 20;
+pub(crate) const DISK_BUDGET_BYTES: u64 = 256 << 20;
 /// Limit on the bytes of one entry. A larger map (in colour, from 17 megapixels on) is not stored, but decoded in each run.
 const MAX_ENTRY_BYTES: u64 = 64 << 20;
 /// The extension of entries.
 const EXTENSION: &str = "levels";
 
-/// The source files whose code determines the levels.
+/// The source files whose code determines the levels. A change to any of them, even of a comment, makes another version of the program.
 const SOURCES: [&str; 7] = [
     include_str!("map_entry.rs"),
     include_str!("encoded_map.rs"),
@@ -37,17 +37,16 @@ const SOURCES: [&str; 7] = [
 ];
 /// The libraries that decode images, whose versions are in the lock file.
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
-/// Cargo's lock file.
-const LOCK: &str = include_str!("../../Cargo.lock");
+const CARGO_LOCK: &str = include_str!("../../Cargo.lock");
 
 /// The entry of a library in the lock file, with version and checksum.
 fn locked_package(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
-    LOCK.split("\n\n").find(|block| block.contains(&line))
+    CARGO_LOCK.split("\n\n").find(|block| block.contains(&line))
 }
 
 /// Digest of the code that determines the levels.
-static CODE: LazyLock<Key> = LazyLock::new(|| code_digest(&SOURCES));
+static CODE_DIGEST: LazyLock<Key> = LazyLock::new(|| code_digest(&SOURCES));
 
 fn code_digest(sources: &[&str]) -> Key {
     let mut hash = XxHash3_128::new();
@@ -76,7 +75,7 @@ fn key_of(map: &EncodedMap) -> Key {
         PoleFilter::Normals => 2,
     };
     let mut hash = XxHash3_128::new();
-    hash.write(&*CODE);
+    hash.write(&*CODE_DIGEST);
     hash.write(&[format, poles]);
     for bound in map.decoding.opacity.iter().flat_map(|texels| texels.range()) {
         hash.write(&bound.to_bits().to_le_bytes());
@@ -112,38 +111,38 @@ struct EntryFile {
 pub struct StoredMaps {
     folder: PathBuf,
     budget_bytes: u64,
-    /// After the first failure no further entry is written.
+    /// Whether an entry could not be written: then no further one is.
     write_failed: AtomicBool,
 }
 
 impl StoredMaps {
     /// `cache`: the folder that contains `orrery/`. It need not exist.
     pub fn new(cache: &Path) -> Self {
-        Self { folder: cache.join("orrery").join("maps"), budget_bytes: BUDGET_BYTES, write_failed: AtomicBool::new(false) }
+        Self { folder: cache.join("orrery").join("maps"), budget_bytes: DISK_BUDGET_BYTES, write_failed: AtomicBool::new(false) }
     }
 
-    /// The prefix of the names of this version's entries.
-    fn version() -> String {
-        hex(&CODE[..8])
+    /// The start of the file names of this version's entries.
+    fn version_prefix() -> String {
+        hex(&CODE_DIGEST[..8])
     }
 
     fn path(&self, key: &Key) -> PathBuf {
-        self.folder.join(format!("{}-{}.{EXTENSION}", Self::version(), hex(key)))
+        self.folder.join(format!("{}-{}.{EXTENSION}", Self::version_prefix(), hex(key)))
     }
 
     /// The texture of a map, from its entry if there is one.
     pub(super) fn texture(self: &Arc<Self>, map: EncodedMap) -> Result<Texture, ImageError> {
         let key = key_of(&map);
-        let header = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
-        let entry = header.and_then(|(header, file_bytes)| Entry::from_header(&header, file_bytes));
-        let Some(entry) = entry.filter(|entry| entry.key == key) else {
+        let start = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
+        let header = start.and_then(|(bytes, file_bytes)| EntryHeader::parse(&bytes, file_bytes));
+        let Some(header) = header.filter(|header| header.key == key) else {
             let texture = map.decode(RowThreads::All)?;
             self.write(&key, &texture.levels);
             return Ok(texture);
         };
-        check_size(&map.name, entry.size, map.max_megapixels, MAX_MAP_SIDE)?;
-        let (format, sizes) = (map.decoding.format, entry.sizes());
-        let stored = Arc::new(StoredMap { store: Arc::clone(self), map, entry, decoded: OnceLock::new() });
+        check_size(&map.name, header.size, map.max_megapixels, MAX_MAP_SIDE)?;
+        let (format, sizes) = (map.decoding.format, header.sizes());
+        let stored = Arc::new(StoredMap { store: Arc::clone(self), map, header, decoded: OnceLock::new() });
         let level = |(k, size)| Level::on_demand(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);
         Ok(Texture { format, levels: sizes.into_iter().enumerate().map(level).collect() })
     }
@@ -165,7 +164,7 @@ impl StoredMaps {
         self.make_room(&path);
     }
 
-    /// Removes entries until the rest fits into the budget. The entry `kept` stays.
+    /// Removes entries, those of other versions first, then the oldest, until the rest fits into the budget. The entry `kept` stays.
     fn make_room(&self, kept: &Path) {
         let mut entries = self.entries();
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
@@ -180,20 +179,21 @@ impl StoredMaps {
         }
     }
 
-    fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
+    /// Paths of everything in the folder.
+    fn paths(&self) -> impl Iterator<Item = PathBuf> + use<> {
         std::fs::read_dir(&self.folder).ok().into_iter().flatten().flatten().map(|entry| entry.path())
     }
 
-    /// Everything with the extension of an entry, except folders; includes pipes and links.
+    /// Everything in the folder with the extension of an entry, including pipes and links, but no folders.
     fn entries(&self) -> Vec<EntryFile> {
-        let version = Self::version();
+        let prefix = Self::version_prefix();
         let entry = |path: PathBuf| {
             let metadata = path.symlink_metadata().ok().filter(|m| !m.is_dir())?;
-            let is_own = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&version));
+            let is_own = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix));
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             Some(EntryFile { path, is_own, bytes: metadata.len(), modified })
         };
-        self.files().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry).collect()
+        self.paths().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry).collect()
     }
 
     /// Counts the entries.
@@ -229,7 +229,7 @@ impl StoredMaps {
     /// Removes the entries of all versions, and temporary files of crashed writers. Returns the number of files removed.
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
-        for file in self.files().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
+        for file in self.paths().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
             removed += u64::from(remove_if_present(&file)?);
         }
         // A folder that contains other files is kept.
@@ -243,7 +243,7 @@ impl StoredMaps {
 struct StoredMap {
     store: Arc<StoredMaps>,
     map: EncodedMap,
-    entry: Entry,
+    header: EntryHeader,
     /// The levels as decoded again, after a level could not be read.
     decoded: OnceLock<Vec<Level>>,
 }
@@ -251,16 +251,16 @@ struct StoredMap {
 impl LevelSource for StoredMap {
     fn read(&self, level: usize) -> Vec<u8> {
         if self.decoded.get().is_none() {
-            let (start, byte_count) = self.entry.byte_range(level);
-            let read = read_part(&self.store.path(&self.entry.key), start, byte_count).ok();
-            if let Some(texels) = read.and_then(|(packed, _)| self.entry.unpack(level, &packed)) {
+            let (start, byte_count) = self.header.byte_range(level);
+            let read = read_part(&self.store.path(&self.header.key), start, byte_count).ok();
+            if let Some(texels) = read.and_then(|(packed, _)| self.header.unpack(level, &packed)) {
                 return texels;
             }
         }
         let decoded = self.decoded.get_or_init(|| {
             // An entry exists only for a file that can be decoded.
             let levels = self.map.decode(RowThreads::CallingOnly).map_or(Vec::new(), |texture| texture.levels);
-            self.store.write(&self.entry.key, &levels);
+            self.store.write(&self.header.key, &levels);
             levels
         });
         decoded.get(level).map_or(Vec::new(), |level| level.bytes().to_vec())

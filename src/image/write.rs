@@ -7,36 +7,36 @@ use super::ImageError;
 use super::integrity::{seal_exr, unsealed_attribute};
 use std::io::{Cursor, Write};
 
-fn failed(e: impl std::fmt::Display) -> ImageError {
+fn write_error(e: impl std::fmt::Display) -> ImageError {
     ImageError::Write(e.to_string())
 }
 
-fn check_pixel_count(width: u32, height: u32, given: usize) -> Result<(), ImageError> {
-    if width == 0 || height == 0 || u64::from(width) * u64::from(height) != given as u64 {
-        return Err(ImageError::WrongLength { width, height, given: given.saturating_mul(4) });
+fn check_pixel_count<T>(width: u32, height: u32, pixels: &[T]) -> Result<(), ImageError> {
+    if width == 0 || height == 0 || u64::from(width) * u64::from(height) != pixels.len() as u64 {
+        return Err(ImageError::WrongLength { width, height, given: size_of_val(pixels) });
     }
     Ok(())
 }
 
 /// Writes sRGB display bytes as an RGBA PNG; `text` becomes iTXt chunks in the order given.
 pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], text: &[(&str, &str)]) -> Result<(), ImageError> {
-    check_pixel_count(width, height, display.len())?;
+    check_pixel_count(width, height, display)?;
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    // It takes a twentieth of the default's time, for files that are 4 to 24 % larger.
+    // `Fast` takes a twentieth of the default's time (measured), for files that are 4 to 24 % larger.
     encoder.set_compression(png::Compression::Fast);
     for (key, value) in text {
-        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(failed)?;
+        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(write_error)?;
     }
-    let mut writer = encoder.write_header().map_err(failed)?;
-    writer.write_image_data(bytemuck::cast_slice(display)).map_err(failed)?;
-    writer.finish().map_err(failed)
+    let mut writer = encoder.write_header().map_err(write_error)?;
+    writer.write_image_data(bytemuck::cast_slice(display)).map_err(write_error)?;
+    writer.finish().map_err(write_error)
 }
 
-/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: text for
-/// [`super::exr_head_text`]; with it, [`super::verify_exr`] can check the file.
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: a text that
+/// [`super::exr_head_text`] returns; only with it can [`super::verify_exr`] check the file.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -46,7 +46,7 @@ pub fn write_exr(
     sealed: Option<&str>,
 ) -> Result<(), ImageError> {
     use exr::prelude::{AttributeValue, Image, SpecificChannels, Text, Vec2, WritableImage};
-    check_pixel_count(width, height, hdr.len())?;
+    check_pixel_count(width, height, hdr)?;
     let (w, h) = (width as usize, height as usize);
     let pixel = |position: Vec2<usize>| {
         let [r, g, b, a] = hdr[position.y() * w + position.x()];
@@ -61,10 +61,10 @@ pub fn write_exr(
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
-    image.write().to_buffered(&mut bytes).map_err(failed)?;
+    image.write().to_buffered(&mut bytes).map_err(write_error)?;
     let mut bytes = bytes.into_inner();
     seal_exr(&mut bytes);
-    out.write_all(&bytes).map_err(failed)
+    out.write_all(&bytes).map_err(write_error)
 }
 
 #[cfg(test)]
@@ -97,6 +97,8 @@ mod tests {
         let mut again = Cursor::new(Vec::new());
         write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
+        let error = write_exr(Vec::new(), 3, 3, &pixels, "metres", None).unwrap_err().to_string();
+        assert_eq!(error, "96 bytes are not an image of 3x3 texels");
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));
     }

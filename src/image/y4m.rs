@@ -15,19 +15,20 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
 const FRAME_HEADER: &[u8] = b"FRAME\n";
 /// Pixels that are converted together.
 const BLOCK_PIXELS: usize = 128;
-/// Bits of the fraction in fixed point: every sum is between 0 and 256, so it fits in 31 bits.
+/// Number of fraction bits of the fixed-point numbers. Every sum is between 0 and 256, so it fits in 31 bits.
 const FRACTION_BITS: u32 = 23;
 
-const fn fixed(value: f64) -> i32 {
+/// A value in fixed point, rounded.
+const fn to_fixed_point(value: f64) -> i32 {
     let scaled = value * (1 << FRACTION_BITS) as f64;
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Factors of red, green and blue, then the offset, which includes half a level for rounding.
+/// Luma: factors of red, green and blue, then the offset, which includes half a level for rounding.
 const LUMA: [i32; 4] = {
     let [r, g, b] = LUMINANCE_WEIGHTS;
     let scale = 219.0 / 255.0;
-    [fixed(scale * r), fixed(scale * g), fixed(scale * b), fixed(16.5)]
+    [to_fixed_point(scale * r), to_fixed_point(scale * g), to_fixed_point(scale * b), to_fixed_point(16.5)]
 };
 
 /// Factors and offset of a chroma component: channel `own` (0 or 2) minus luma, divided by `range`. The factors add up to exactly zero, so
@@ -36,15 +37,15 @@ const fn chroma(own: usize, range: f64) -> [i32; 4] {
     let scale = 224.0 / 255.0 / range;
     let other = 2 - own;
     let mut factors = [0; 4];
-    factors[own] = fixed(scale * (1.0 - LUMINANCE_WEIGHTS[own]));
-    factors[other] = fixed(-scale * LUMINANCE_WEIGHTS[other]);
+    factors[own] = to_fixed_point(scale * (1.0 - LUMINANCE_WEIGHTS[own]));
+    factors[other] = to_fixed_point(-scale * LUMINANCE_WEIGHTS[other]);
     factors[1] = -factors[0] - factors[2];
-    factors[3] = fixed(128.5);
+    factors[3] = to_fixed_point(128.5);
     factors
 }
 
-/// Y, Cb and Cr. BT.709 divides B - Y by 1.8556 and R - Y by 1.5748.
-const PLANES: [[i32; 4]; 3] = [LUMA, chroma(2, 1.8556), chroma(0, 1.5748)];
+/// Factors and offsets of Y, Cb and Cr. BT.709 divides B - Y by 1.8556 and R - Y by 1.5748.
+const PLANE_FACTORS: [[i32; 4]; 3] = [LUMA, chroma(2, 1.8556), chroma(0, 1.5748)];
 
 /// One component (Y, Cb or Cr) of a pixel. `word`: the pixel's bytes red, green, blue and alpha, red in the lowest.
 #[inline(always)]
@@ -67,7 +68,7 @@ impl Content {
     fn of(pixels: &[[u8; 4]; BLOCK_PIXELS]) -> Self {
         const RGB: u32 = 0xff_ffff;
         let [first, last] = [pixels[0], pixels[BLOCK_PIXELS - 1]].map(u32::from_le_bytes);
-        // The last pixel alone excludes one colour for most blocks.
+        // For most blocks, the first and the last pixel already differ.
         if (first ^ last) & RGB == 0 && pixels.iter().fold(0, |bits, p| bits | (u32::from_le_bytes(*p) ^ first)) & RGB == 0 {
             return Self::OneColour;
         }
@@ -77,9 +78,10 @@ impl Content {
     }
 }
 
+/// Converts a block without instructions of a particular processor.
 fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3]) {
     let is_one_colour = Content::of(pixels) == Content::OneColour;
-    for (plane, factors) in planes.into_iter().zip(PLANES) {
+    for (plane, factors) in planes.into_iter().zip(PLANE_FACTORS) {
         if is_one_colour {
             plane.fill(level(factors, u32::from_le_bytes(pixels[0])));
             continue;
@@ -93,7 +95,7 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
 /// The same integer arithmetic for 32 pixels at a time.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{BLOCK_PIXELS, Content, FRACTION_BITS, LUMA, PLANES, level};
+    use super::{BLOCK_PIXELS, Content, FRACTION_BITS, LUMA, PLANE_FACTORS, level};
     use std::arch::x86_64::{
         __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_mullo_epi32, _mm256_packus_epi16, _mm256_packus_epi32,
         _mm256_permutevar8x32_epi32, _mm256_set1_epi32, _mm256_setr_epi32, _mm256_srli_epi32,
@@ -123,7 +125,7 @@ mod avx2 {
         *to = unsafe { transmute::<__m256i, [u8; 32]>(packed) };
     }
 
-    /// Luma of grey pixels: the three products are one.
+    /// Luma of grey pixels: one product with the sum of the three factors.
     #[inline]
     #[target_feature(enable = "avx2")]
     fn convert_grey(pixels: &[[u8; 4]; BLOCK_PIXELS], y: &mut [u8; BLOCK_PIXELS]) {
@@ -145,14 +147,15 @@ mod avx2 {
     pub(super) fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], [y, cb, cr]: [&mut [u8; BLOCK_PIXELS]; 3]) {
         match Content::of(pixels) {
             Content::OneColour => {
-                let [of_y, of_cb, of_cr] = PLANES.map(|factors| level(factors, u32::from_le_bytes(pixels[0])));
-                (*y, *cb, *cr) = ([of_y; BLOCK_PIXELS], [of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
+                let [y_level, cb_level, cr_level] = PLANE_FACTORS.map(|factors| level(factors, u32::from_le_bytes(pixels[0])));
+                (*y, *cb, *cr) = ([y_level; BLOCK_PIXELS], [cb_level; BLOCK_PIXELS], [cr_level; BLOCK_PIXELS]);
                 return;
             }
             Content::Grey => {
                 convert_grey(pixels, y);
-                let [of_cb, of_cr] = [1, 2].map(|plane: usize| level(PLANES[plane], 0));
-                (*cb, *cr) = ([of_cb; BLOCK_PIXELS], [of_cr; BLOCK_PIXELS]);
+                // As for black.
+                let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], 0));
+                (*cb, *cr) = ([cb_level; BLOCK_PIXELS], [cr_level; BLOCK_PIXELS]);
                 return;
             }
             Content::Any => {}
@@ -169,7 +172,7 @@ mod avx2 {
                 ]
             };
             let channels = [channels(words[0]), channels(words[1]), channels(words[2]), channels(words[3])];
-            for (plane, factors) in [&mut *y, &mut *cb, &mut *cr].into_iter().zip(PLANES) {
+            for (plane, factors) in [&mut *y, &mut *cb, &mut *cr].into_iter().zip(PLANE_FACTORS) {
                 let levels = [
                     levels(factors, channels[0]),
                     levels(factors, channels[1]),
@@ -203,7 +206,7 @@ pub fn y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
     for (((pixels, y), cb), cr) in blocks.iter().zip(ys).zip(cbs).zip(crs) {
         convert(pixels, [y, cb, cr]);
     }
-    for (plane, factors) in [y, cb, cr].into_iter().zip(PLANES) {
+    for (plane, factors) in [y, cb, cr].into_iter().zip(PLANE_FACTORS) {
         for (to, p) in plane.iter_mut().zip(rest) {
             *to = level(factors, u32::from_le_bytes(*p));
         }

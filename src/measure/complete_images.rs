@@ -9,7 +9,7 @@ use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
 use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
 
-/// Scenes with discs, rings, atmospheres, maps and limbs, without features whose size is in pixels.
+/// Names of standard scenes that together contain discs, rings, atmospheres, maps and limbs.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
 
 /// The precision of a quality's software renderer.
@@ -17,7 +17,7 @@ pub(super) fn precision_of(quality: Quality) -> Precision {
     if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
-/// `--quality`: everything that the option sets, over the standard scenes.
+/// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. Measured in [`SCENES`].
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let mut views = Vec::new();
@@ -41,11 +41,11 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, precision_of(quality))));
         candidates.push(Candidate { name: quality.name().to_owned(), error: worst, default_of: vec![quality], workload });
     }
-    let about = "the Earth in an eclipse, Saturn, the Moon's limb, the worst of them; against the reference quality";
+    let about = "the Earth in an eclipse, Saturn, the Moon's limb: the worst of them; against the reference quality";
     measure_choice("quality", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// No stars (`--layers -stars`) against the star catalog; the error is that of the image's summed green light.
+/// Without stars (`--layers -stars`) or with the star catalog. The error is that of the image's summed green light.
 pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let side = effort.side_px();
@@ -58,8 +58,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let reference = green_sum(&renderers.draw_linear(&view(true)?, Precision::F64)?);
     let mut candidates = Vec::new();
-    for (has_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
-        let planned_view = view(has_stars)?;
+    for (with_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
+        let planned_view = view(with_stars)?;
         let error = 100.0 * (green_sum(&renderers.draw_linear(&planned_view, Precision::F32)?) - reference).abs()
             / reference.max(f64::MIN_POSITIVE);
         let renderers = &renderers;
@@ -73,14 +73,14 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// The software renderer against a GPU; `None` if the session does not use one. CPU time is measured, which for a hardware GPU is only the
-/// work that remains for the CPU.
+/// The software renderer against a GPU; `None` if the session does not use one. CPU time is measured, so the time of a hardware GPU is only that of
+/// the work left to the CPU.
 ///
 /// # Errors
 /// The reason why the view cannot be drawn.
 pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<ChoiceMeasure>, SessionError> {
-    let (choices, preference) = session.renderers();
-    if preference == RendererPreference::Software || !choices.contains(&RendererPreference::Gpu) {
+    let (available, preference) = session.renderers();
+    if preference == RendererPreference::Software || !available.contains(&RendererPreference::Gpu) {
         return Ok(None);
     }
     let renderers = PrecisionRenderers::new(session)?;
@@ -92,18 +92,18 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     }
     let view = renderers.plan_view(&request, sampling)?;
     let reference = renderers.draw_linear(&view, Precision::F64)?;
-    let on_gpu = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
-    let in_software = renderers.draw_linear(&view, Precision::F32)?;
+    let gpu_image = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
+    let software_image = renderers.draw_linear(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
-            error: p999(level_differences(&on_gpu, &reference)),
+            error: p999(level_differences(&gpu_image, &reference)),
             default_of: vec![],
             workload: Box::new(|| session.draw(&request, sampling, FrameImages::Display).map(drop)),
         },
         Candidate {
             name: "software".to_owned(),
-            error: p999(level_differences(&in_software, &reference)),
+            error: p999(level_differences(&software_image, &reference)),
             default_of: vec![],
             workload: Box::new(|| renderers.draw(&view, Precision::F32)),
         },

@@ -1,8 +1,8 @@
-//! Cost and error of drawing. Each choice (a setting with several options) of a model of light, a shape, sampling, resolution or precision is measured in views
+//! Cost and error of drawing. The choices (settings with several options) are models of light, shape, sampling, resolution and precision. Each is measured in views
 //! in which it matters.
 //!
 //! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same
-//! exposures. Which model a quality uses is read from the scene that the program builds at that quality; its precision and resolution are stated here.
+//! exposures. Which model a quality uses is read from the scene that the program builds at that quality; which precision and resolution it uses is stated here.
 
 use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
@@ -59,7 +59,7 @@ pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest
 }
 
 /// The qualities at which the scene of this view contains a draw that satisfies `condition`.
-fn qualities(
+fn qualities_with_draw(
     renderers: &PrecisionRenderers<'_>,
     request: &ViewRequest,
     condition: impl Fn(&Draw) -> bool,
@@ -74,15 +74,15 @@ fn qualities(
     Ok(found)
 }
 
-/// Difference from the reference in percent of each pixel's own radiance: the 99.9th percentile over pixels and channels. A faint pixel counts as much as a
+/// Difference from the reference in percent of the reference pixel's radiance: the 99.9th percentile over pixels and channels. A faint pixel counts as much as a
 /// bright one, because the exposure may be chosen for it.
-fn percent_of_own_light(image: &LinearImage, reference: &LinearImage) -> f64 {
+fn p999_percent_of_pixel_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let channels = image.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (f64::from(p[c]), f64::from(q[c]))));
     p999(channels.filter(|(_, q)| *q > 0.0).map(|(p, q)| 100.0 * (p - q).abs() / q).collect())
 }
 
 /// Sum of absolute differences from the reference, in percent of the reference's summed light.
-fn summed_percent_of_light(image: &LinearImage, reference: &LinearImage) -> f64 {
+fn summed_difference_percent(image: &LinearImage, reference: &LinearImage) -> f64 {
     let sum = |value_at: &dyn Fn(usize, usize) -> f32| {
         (0..reference.light.len()).map(|k| (0..3).map(|c| f64::from(value_at(k, c))).sum::<f64>()).sum::<f64>()
     };
@@ -113,10 +113,10 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     let mut candidates = Vec::new();
     for model in EclipseModel::CHOICES {
         let request_of_model = with_model(model)?;
-        let default_of = qualities(&renderers, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
+        let default_of = qualities_with_draw(&renderers, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
         let measured =
             candidate(&renderers, model.name(), renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
-                percent_of_own_light(p, &reference)
+                p999_percent_of_pixel_light(p, &reference)
             })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
         let final_image = renderers.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
@@ -125,7 +125,7 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     }
     measure_choice(
         "eclipse",
-        "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra; of each pixel's own",
+        "sunlight on the Moon, 2022-11-08T09:45, half of it in the umbra; in percent of each pixel's own light",
         ErrorUnit::PercentOfLight,
         effort.rounds(),
         candidates,
@@ -133,7 +133,11 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
 }
 
 /// The planned view with `change` applied to all draws of its scene.
-fn with_draws(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, change: impl Fn(&mut Draw)) -> Result<PlannedView, SessionError> {
+fn plan_with_changed_draws(
+    renderers: &PrecisionRenderers<'_>,
+    request: &ViewRequest,
+    change: impl Fn(&mut Draw),
+) -> Result<PlannedView, SessionError> {
     let mut scene = renderers.plan_view(request, SINGLE_SAMPLE)?.scene;
     scene.draws.iter_mut().for_each(change);
     let plan = plan::plan(&scene, renderers.session, SINGLE_SAMPLE)?;
@@ -145,7 +149,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
     let plan_of = |model: RingShadow| {
-        with_draws(&renderers, &request, |d| {
+        plan_with_changed_draws(&renderers, &request, |d| {
             if d.features.ring_shadow != RingShadow::None {
                 d.features.ring_shadow = model;
             }
@@ -154,7 +158,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let reference = renderers.draw_linear(&plan_of(RingShadow::Penumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(RingShadow::PointSun, "point-sun"), (RingShadow::Penumbra, "penumbra")] {
-        let default_of = qualities(&renderers, &request, |d| d.features.ring_shadow == model)?;
+        let default_of = qualities_with_draw(&renderers, &request, |d| d.features.ring_shadow == model)?;
         candidates
             .push(candidate(&renderers, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
@@ -173,7 +177,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     // From the direction of Uranus the shadow is visible beside the globe.
     let request = renderers.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort))?;
     let plan_of = |model: BodyShadow| {
-        with_draws(&renderers, &request, |d| {
+        plan_with_changed_draws(&renderers, &request, |d| {
             if d.features.body_shadow != BodyShadow::None {
                 d.features.body_shadow = model;
             }
@@ -182,7 +186,7 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let reference = renderers.draw_linear(&plan_of(BodyShadow::EllipsoidPenumbra)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (model, name) in [(BodyShadow::Sphere, "sphere"), (BodyShadow::EllipsoidPenumbra, "ellipsoid-penumbra")] {
-        let default_of = qualities(&renderers, &request, |d| d.features.body_shadow == model)?;
+        let default_of = qualities_with_draw(&renderers, &request, |d| d.features.body_shadow == model)?;
         candidates
             .push(candidate(&renderers, name, plan_of(model)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
@@ -231,6 +235,7 @@ pub(super) fn near_air_model(session: &Session, effort: Effort) -> Result<Choice
     air_choice(&renderers, "air-near", about, &[limb, sky], effort)
 }
 
+/// Measures the models of atmospheric scattering in `views`; the error of a model is the worst of them.
 fn air_choice(
     renderers: &PrecisionRenderers<'_>,
     name: &'static str,
@@ -247,12 +252,12 @@ fn air_choice(
     }
     let mut candidates = Vec::new();
     for model in AtmosphereModel::CHOICES {
-        let default_of = qualities(renderers, &views[0], |d| d.features.air.model == model)?;
+        let default_of = qualities_with_draw(renderers, &views[0], |d| d.features.air.model == model)?;
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
             let view = plan_of(request, model)?;
-            worst = worst.max(summed_percent_of_light(&renderers.draw_linear(&view, Precision::F32)?, reference));
+            worst = worst.max(summed_difference_percent(&renderers.draw_linear(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, Precision::F32)));
@@ -261,7 +266,7 @@ fn air_choice(
     measure_choice(name, about, ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// Shading with the normals of a sphere or of the ellipsoid; the outline is the ellipsoid's in both.
+/// Shading with the normals of a sphere or of the ellipsoid; the outline is that of the ellipsoid either way.
 pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let request = view_from_direction(SATURN, RINGS_OPEN_JD_TDB, URANUS, 4.0, effort);
@@ -274,7 +279,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let reference = renderers.draw_linear(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (shape, name) in [(Shape::Sphere, "sphere"), (Shape::Ellipsoid, "ellipsoid")] {
-        let default_of = qualities(&renderers, &request, |d| d.body == SATURN && d.features.shape == shape)?;
+        let default_of = qualities_with_draw(&renderers, &request, |d| d.body == SATURN && d.features.shape == shape)?;
         candidates
             .push(candidate(&renderers, name, plan_of(shape)?, Precision::F32, default_of, |p| p999(level_differences(p, &reference)))?);
     }
@@ -287,7 +292,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     )
 }
 
-/// Options that differ in sampling: timed in f32; their errors are those of images in f64, which exclude rounding.
+/// Options that differ in sampling. They are timed in f32, but their errors are those of images in f64, which have no rounding errors of f32.
 fn sampling_candidates<'a>(
     renderers: &'a PrecisionRenderers<'_>,
     request: &ViewRequest,
@@ -304,18 +309,18 @@ fn sampling_candidates<'a>(
     Ok(candidates)
 }
 
-/// The qualities whose sampling satisfies a condition.
-fn qualities_sampling(matches_sampling: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
-    Quality::ALL.into_iter().filter(|q| matches_sampling(SamplingQuality::of(*q))).collect()
+/// The qualities whose sampling satisfies `condition`.
+fn qualities_with_sampling(condition: impl Fn(SamplingQuality) -> bool) -> Vec<Quality> {
+    Quality::ALL.into_iter().filter(|q| condition(SamplingQuality::of(*q))).collect()
 }
 
-/// Anisotropy: taps along the footprint of a pixel on a map.
+/// Taps along the footprint of a pixel on a map (anisotropic filtering).
 pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(standard_request("moon-limb", effort)?)?;
     let options = [1_u8, 2, 4, 8, 16].map(|anisotropy| {
         let sampling = SamplingQuality { samples: 4, anisotropy };
-        (anisotropy.to_string(), sampling, qualities_sampling(|s| s.anisotropy == anisotropy))
+        (anisotropy.to_string(), sampling, qualities_with_sampling(|s| s.anisotropy == anisotropy))
     });
     let candidates = sampling_candidates(&renderers, &request, options.into_iter(), SamplingQuality::of(Quality::Reference))?;
     measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", ErrorUnit::Levels, effort.rounds(), candidates)
@@ -325,8 +330,9 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
-    let options = [1_u8, 4]
-        .map(|samples| (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_sampling(|s| s.samples == samples)));
+    let options = [1_u8, 4].map(|samples| {
+        (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_with_sampling(|s| s.samples == samples))
+    });
     let candidates = sampling_candidates(&renderers, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
     let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
     measure_choice("samples", about, ErrorUnit::Levels, effort.rounds(), candidates)

@@ -1,9 +1,13 @@
-//! Error bounds of an image relative to reference quality, computed without drawing the reference.
+//! Error bounds of an image relative to the reference quality, computed without drawing the complete reference image.
 //!
-//! In: a view. Out: an image of bounds, linear and in 255ths of the display. Always: the bound of a pixel is the sum of 1.25 times the difference
-//! from the same image with the reference's models and taps, of the stated errors of those models ([`stated_errors`](crate::scene::stated_errors)), of
-//! rounding (twice the difference of f32 and f64), of sampling (a fraction of the difference from the neighbouring pixels), and of features
-//! left out. The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
+//! In: a view. Out: an image of bounds, in linear light and in display levels (255ths). Always: the bound of a pixel is a sum of five terms:
+//! - models: the difference from the same image with the reference's models and taps, times 1.25;
+//! - the stated errors of the reference's models ([`stated_errors`](crate::scene::stated_errors));
+//! - rounding: twice the difference of f32 and f64, plus 1e-6 of the light;
+//! - sampling: a fraction of the difference from the neighbouring pixels;
+//! - features left out because they are below the threshold of visibility (only on a display).
+//!
+//! The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
 
 use super::complete_images::precision_of;
 use super::images::{PlannedView, PrecisionRenderers};
@@ -18,7 +22,7 @@ use crate::scene::stated_errors::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Error of taking fewer samples, as a measured fraction of the greatest difference between a pixel and its eight neighbours
+/// Error of taking fewer samples than the reference, as a measured fraction of the greatest difference between a pixel and its eight neighbours
 /// (tests/cli/error_bound.rs). Limbs and rings are antialiased analytically; the remaining error is that of a shading edge inside a pixel
 /// with one sample.
 fn sampling_error_fraction(quality: Quality) -> f64 {
@@ -32,9 +36,15 @@ fn sampling_error_fraction(quality: Quality) -> f64 {
 /// A margin on the difference from the image with the reference's models, because that image is drawn in f32 and with the view's own number of samples.
 const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 
-/// The image without atmospheres, the optical depth along each pixel's ray, and the largest error of the atmosphere models as a fraction of
-/// the scattered light.
-type AirlessImages = (Vec<[f32; 4]>, Vec<[f32; 4]>, f64);
+/// What the bound of the atmosphere models' error is computed from.
+struct AirInputs {
+    /// The image without atmospheres.
+    airless: Vec<[f32; 4]>,
+    /// Optical depth along each pixel's ray.
+    optical_depth: Vec<[f32; 4]>,
+    /// Largest error of the atmosphere models, as a fraction of the scattered light.
+    max_error: f64,
+}
 
 /// The images from which the bounds of a view are computed.
 struct BoundInputs {
@@ -44,18 +54,18 @@ struct BoundInputs {
     other_precision: Vec<[f32; 4]>,
     /// The image with the reference's models and taps, in f32.
     reference_models: Vec<[f32; 4]>,
-    /// The image without eclipses, if the view has any; and the largest error of the eclipse models, as a fraction of that light.
+    /// The image without eclipses, and the largest error of the eclipse models, as a fraction of its light. `None` if the view has no eclipse.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
     /// `None` if the view has no atmosphere.
-    without_air: Option<AirlessImages>,
+    air: Option<AirInputs>,
 }
 
-/// Checks that the image of a request has bounds: they are computed from its linear light, which stereo pairs and warped images lack.
+/// Checks that bounds exist for the image of a request: they are computed from its linear light, and stereo pairs and warped images have only display values.
 ///
 /// # Errors
 /// The reason why it has none.
 pub(crate) fn check_has_bounds(request: &ViewRequest) -> Result<(), SceneError> {
-    let why = "stereo pairs and warped images have display values, for which there is no bound of the error";
+    let why = "stereo pairs and warped images have only display values, for which there is no bound of the error";
     let has_linear_light = request.composition.stereo.is_none() && request.composition.warp.is_none();
     if has_linear_light { Ok(()) } else { Err(SceneError::Request(why.into())) }
 }
@@ -75,7 +85,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
     for (k, pixel) in inputs.shown.iter().enumerate() {
-        let range = neighbour_range(&inputs.shown, width, k);
+        let difference = neighbour_difference(&inputs.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
             let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
@@ -83,13 +93,14 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
                 let unshadowed = f64::from(unshadowed[k][c]);
                 if (unshadowed - light).abs() > 1e-6 * unshadowed { fraction * unshadowed } else { 0.0 }
             });
-            let air = inputs.without_air.as_ref().map_or(0.0, |(airless, depth, fraction)| {
-                let behind = f64::from(airless[k][c]) * (-f64::from(depth[k][c])).exp();
-                fraction * (light - behind).max(0.0) + AIR_TRANSMITTANCE * f64::from(airless[k][c])
+            let air = inputs.air.as_ref().map_or(0.0, |air| {
+                let airless = f64::from(air.airless[k][c]);
+                let transmitted = airless * (-f64::from(air.optical_depth[k][c])).exp();
+                air.max_error * (light - transmitted).max(0.0) + AIR_TRANSMITTANCE * airless
             });
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            rounding + models + eclipse + air + sampling_error_fraction(request.quality) * range[c] + left_out
+            rounding + models + eclipse + air + sampling_error_fraction(request.quality) * difference[c] + left_out
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
@@ -100,12 +111,12 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     Ok(Frame { width, height, hdr, display })
 }
 
-/// The greatest of the bounds, infinite if one is not a number, because nothing is known of such a pixel. `f64::max` would leave it out.
+/// The greatest of the bounds; infinite if one is not a number, because then nothing is known of the pixel (`f64::max` would ignore it).
 fn greatest(bounds: [f64; 3]) -> f64 {
     if bounds.iter().any(|b| b.is_nan()) { f64::INFINITY } else { bounds.into_iter().fold(0.0, f64::max) }
 }
 
-/// Bound of the display level, 255ths, from a bound of the exposed radiance, plus a level for rounding to bytes.
+/// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes.
 fn level_bound(light: f64, bound: f64) -> u8 {
     if !(light + bound).is_finite() {
         return u8::MAX;
@@ -115,28 +126,28 @@ fn level_bound(light: f64, bound: f64) -> u8 {
     (difference.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest difference between pixel `k` and its eight neighbours, per channel.
-fn neighbour_range(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
+/// Greatest absolute difference between pixel `k` and its eight neighbours, per channel.
+fn neighbour_difference(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
-    let mut range = [0.0_f64; 3];
+    let mut greatest = [0.0_f64; 3];
     for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
         let (nx, ny) = ((x + dx).clamp(0, w - 1), (y + dy).clamp(0, h - 1));
-        let near = light[(ny * w + nx) as usize];
-        for (c, range) in range.iter_mut().enumerate() {
-            *range = range.max(f64::from((near[c] - light[k][c]).abs()));
+        let neighbour = light[(ny * w + nx) as usize];
+        for (c, greatest) in greatest.iter_mut().enumerate() {
+            *greatest = greatest.max(f64::from((neighbour[c] - light[k][c]).abs()));
         }
     }
-    range
+    greatest
 }
 
 /// Draws the images from which the bounds of a view are computed, all at the view's exposure.
 fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
-    let other = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
+    let opposite_precision = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
     let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
-    let drawn = |request: &ViewRequest| {
+    let draw = |request: &ViewRequest| {
         Ok::<_, SessionError>(renderers.draw_linear(&renderers.plan_view(request, sampling)?, Precision::F32)?.light)
     };
     let without = |effect: Effect| {
@@ -149,24 +160,25 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     let reference_models = renderers
         .plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     // The scene of an entire sphere has no draws of bodies: those are in the frames of its faces, and so in the plan.
-    let in_frames = reference_models.plan.features_of_bodies();
-    let features = || reference_models.scene.draws.iter().map(|d| d.features).chain(in_frames.iter().copied());
-    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|t| t.max_error).fold(0.0, f64::max);
+    let features_in_frames = reference_models.plan.features_of_bodies();
+    let features = || reference_models.scene.draws.iter().map(|d| d.features).chain(features_in_frames.iter().copied());
+    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|stated| stated.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
-        Some((drawn(&without(Effect::Eclipse))?, eclipse_fraction))
+        Some((draw(&without(Effect::Eclipse))?, eclipse_fraction))
     } else {
         None
     };
-    let without_air = if let Some(fraction) = features().filter_map(|f| of_atmosphere(f.air.model)).map(|t| t.max_error).reduce(f64::max) {
-        let depth = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
-        Some((drawn(&without(Effect::Atmosphere))?, drawn(&depth)?, fraction))
+    let air = if let Some(max_error) = features().filter_map(|f| of_atmosphere(f.air.model)).map(|stated| stated.max_error).reduce(f64::max)
+    {
+        let depth_request = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
+        Some(AirInputs { airless: draw(&without(Effect::Atmosphere))?, optical_depth: draw(&depth_request)?, max_error })
     } else {
         None
     };
     let shown = renderers.draw_linear(view, precision)?.light;
-    let other_precision = renderers.draw_linear(view, other)?.light;
+    let other_precision = renderers.draw_linear(view, opposite_precision)?.light;
     let reference_models = renderers.draw_linear(&reference_models, Precision::F32)?.light;
-    Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, without_air })
+    Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, air })
 }
 
 #[cfg(test)]
@@ -200,11 +212,11 @@ mod tests {
     }
 
     #[test]
-    fn the_range_is_the_greatest_difference_from_a_neighbour() {
+    fn the_neighbour_difference_is_the_greatest() {
         let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
         light[12] = [0.9, 0.5, 0.1, 1.0];
-        let near = neighbour_range(&light, 5, 6);
+        let near = neighbour_difference(&light, 5, 6);
         assert!((near[0] - 0.4).abs() < 1e-6 && near[1] == 0.0 && (near[2] - 0.4).abs() < 1e-6);
-        assert_eq!(neighbour_range(&light, 5, 4), [0.0; 3]);
+        assert_eq!(neighbour_difference(&light, 5, 4), [0.0; 3]);
     }
 }

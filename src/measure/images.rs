@@ -1,7 +1,7 @@
 //! Linear images and their differences.
 //!
-//! In: views. Out: [`LinearImage`]s and differences. Always: differences in levels are of the encoded value at the view's exposure, not rounded to
-//! bytes, so that errors below a level can be distinguished; radiance above white counts as white.
+//! In: views. Out: [`LinearImage`]s, and the differences of two of them. Always: differences in levels are of the encoded value at the view's exposure, not
+//! rounded to bytes, so that errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
 use crate::image::levels::{self, ExposedPixels};
@@ -11,8 +11,8 @@ use crate::scene::Scene;
 use crate::scene::request::{ExposureRequest, ViewRequest};
 use crate::session::{Session, SessionError};
 
-/// The finest sampling.
-const FINEST: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
+/// The sampling with which exposures are metered.
+const METERING_SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// An image of linear light.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,13 +54,13 @@ impl LinearImage {
             (first, (first + 1).min(from - 1), position.fract() as f32)
         };
         let at = |x: u32, y: u32| self.light[(y * self.width + x) as usize];
-        let mix = |a: [f32; 4], b: [f32; 4], t: f32| std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t);
+        let lerp = |a: [f32; 4], b: [f32; 4], t: f32| std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t);
         let mut light = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
             let (y0, y1, ty) = neighbours(y, self.height, height);
             for x in 0..width {
                 let (x0, x1, tx) = neighbours(x, self.width, width);
-                light.push(mix(mix(at(x0, y0), at(x1, y0), tx), mix(at(x0, y1), at(x1, y1), tx), ty));
+                light.push(lerp(lerp(at(x0, y0), at(x1, y0), tx), lerp(at(x0, y1), at(x1, y1), tx), ty));
             }
         }
         Self { width, height, light, exposure_factor: self.exposure_factor }
@@ -133,12 +133,12 @@ impl<'a> PrecisionRenderers<'a> {
 
     /// The same view with the exposure fixed at its metered value, so that all options use the same exposure.
     pub(crate) fn with_metered_exposure(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
-        let stops = self.plan_view(&request, FINEST)?.scene.exposure.stops;
+        let stops = self.plan_view(&request, METERING_SAMPLING)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
     }
 }
 
-/// A scene and its plan.
+/// A view that is ready to be drawn: its scene and its plan.
 pub(crate) struct PlannedView {
     pub scene: Scene,
     pub plan: Plan,

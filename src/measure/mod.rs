@@ -1,10 +1,10 @@
-//! Speed against accuracy. A choice is a setting with several implementations, its options, such as the number of samples; this module
-//! measures time and error of each option.
+//! Speed against accuracy. A choice is a setting, such as the number of samples per pixel; its values are its options. This module measures time and error of each
+//! option.
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error in a perceptible unit and the
 //! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]); errors are
 //! relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`); the models and the sampling
-//! that each quality uses are read from the program; the options that it may use are computed by [`rule`]. Not measured: tessellation, because
+//! that each quality uses are read from the program; the options that a quality may use are determined by [`rule`]. Not measured: tessellation, because
 //! ellipsoids are intersected and not tessellated.
 
 mod complete_images;
@@ -28,7 +28,7 @@ use crate::session::{Session, SessionError};
 use rule::{ErrorUnit, Measurement};
 use timing::{Quartiles, interleaved, seconds_of};
 
-/// How long a measurement may take.
+/// How long a measurement may take, which sets the size of the images and the number of rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Within half a minute on two cores; all sweeps (series of views) of the command `stability` within two minutes.
@@ -46,7 +46,7 @@ impl Effort {
         }
     }
 
-    /// Rounds in which all options take turns.
+    /// Number of rounds. In each round every option is timed once.
     pub(crate) fn rounds(self) -> usize {
         match self {
             Self::Short => 15,
@@ -79,19 +79,23 @@ pub(crate) struct ChoiceMeasure {
     pub about: &'static str,
     /// Unit of the errors.
     pub unit: ErrorUnit,
-    /// Whether the rule does not apply: the scene makes the choice for each view in the same way at every quality, or the options are the
-    /// qualities themselves.
+    /// Whether the rule does not apply: the scene chooses the option from the view, in the same way at every quality, or the options are the qualities
+    /// themselves.
     pub is_exempt_from_rule: bool,
     /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default option the rule does not allow, each with an option that it allows; empty if the rule does not apply.
-    pub(crate) fn broken_defaults(&self) -> Vec<(Quality, &str)> {
-        let broken = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
-        let allowed = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
-        Quality::ALL.into_iter().filter(|q| !self.is_exempt_from_rule && broken(q)).filter_map(allowed).collect()
+    /// Qualities whose default option is inadmissible by the rule, each with an option that is admissible; empty if the rule does not apply.
+    pub(crate) fn inadmissible_defaults(&self) -> Vec<(Quality, &str)> {
+        let has_inadmissible_default = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
+        let with_admissible_option = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
+        Quality::ALL
+            .into_iter()
+            .filter(|q| !self.is_exempt_from_rule && has_inadmissible_default(q))
+            .filter_map(with_admissible_option)
+            .collect()
     }
 }
 
@@ -106,8 +110,8 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. That one runs twice in
-/// each round, and its own ratio is that of the second run to the first: a measure of the noise.
+/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. That one runs
+/// twice in each round, and its own ratio is that of the times of its two runs: a measure of the noise.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
@@ -137,7 +141,7 @@ pub(crate) fn measure_choice(
         })
         .collect();
     let dominated = rule::dominated(&measurements);
-    let allowed = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
+    let admissible = Quality::ALL.map(|q| (q, rule::admissible(q, unit, &measurements)));
     let options = candidates
         .into_iter()
         .enumerate()
@@ -146,20 +150,21 @@ pub(crate) fn measure_choice(
             measurement: measurements[k],
             is_dominated: dominated[k],
             default_of: c.default_of,
-            admissible_for: allowed.iter().filter(|(_, may)| may[k]).map(|(q, _)| *q).collect(),
+            admissible_for: admissible.iter().filter(|(_, is_admissible)| is_admissible[k]).map(|(q, _)| *q).collect(),
         })
         .collect();
     Ok(ChoiceMeasure { name, about, unit, is_exempt_from_rule: EXEMPT_FROM_RULE.contains(&name), options })
 }
 
-/// Choices to which the rule does not apply: the scene makes the first three for each view; the options of the last are the qualities.
+/// Choices to which the rule does not apply. For the first three the scene chooses the option from the view; the options of the last are the qualities.
 const EXEMPT_FROM_RULE: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
 
-/// Measures one choice.
-pub(crate) type MeasureChoice = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
+/// A function that measures one choice.
+pub(crate) type MeasureFn = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
-/// Every choice by name, in the order of a frame: positions, light, shapes, sampling, complete images.
-pub(crate) const CHOICES: [(&str, MeasureChoice); 14] = [
+/// Every choice by name, except [`renderer`], which only a session with a GPU has. In the order in which a frame is made: positions, light, shapes, sampling, the
+/// complete image.
+pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),
     ("eclipse", drawings::eclipse_model),

@@ -25,7 +25,7 @@ const DOMINATED: RGBColor = RGBColor(190, 70, 20);
 #[error("the plot cannot be drawn: {0}")]
 pub(crate) struct PlotError(String);
 
-fn failed(e: impl Error) -> PlotError {
+fn plot_error(e: impl Error) -> PlotError {
     PlotError(e.to_string())
 }
 
@@ -49,8 +49,8 @@ pub(crate) fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotErro
     Ok(rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect())
 }
 
-/// Registers an embedded font for bitmaps, because the system may have none.
-fn provide_font() -> Result<(), PlotError> {
+/// Registers the embedded font with the plotting library, because the system may have none.
+fn register_embedded_font() -> Result<(), PlotError> {
     static REGISTERED: OnceLock<bool> = OnceLock::new();
     let is_registered = REGISTERED.get_or_init(|| register_font(FONT, FontStyle::Normal, epaint_default_fonts::HACK_REGULAR).is_ok());
     if *is_registered { Ok(()) } else { Err(PlotError("the built-in font cannot be read".into())) }
@@ -60,15 +60,15 @@ fn draw<B: DrawingBackend>(area: &DrawingArea<B, Shift>, choices: &[ChoiceMeasur
 where
     B::ErrorType: 'static,
 {
-    provide_font()?;
-    area.fill(&WHITE).map_err(failed)?;
+    register_embedded_font()?;
+    area.fill(&WHITE).map_err(plot_error)?;
     let title = "Speed against accuracy: time over that of the most accurate option, and error (down and left is better)";
-    let area = area.titled(title, (FONT, 26).into_font().color(&INK)).map_err(failed)?;
+    let area = area.titled(title, (FONT, 26).into_font().color(&INK)).map_err(plot_error)?;
     let panels = area.split_evenly((choices.len().div_ceil(COLUMNS).max(1), COLUMNS));
     for (choice, panel) in choices.iter().zip(&panels) {
         draw_panel(panel, choice)?;
     }
-    area.present().map_err(failed)
+    area.present().map_err(plot_error)
 }
 
 /// The range of a logarithmic axis for positive values: from the least times `low_factor` to the greatest times `high_factor`.
@@ -83,10 +83,10 @@ where
 {
     let options = &choice.options;
     let positive = options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0);
-    // Errors of 0 are drawn at the lower edge.
+    // A logarithmic axis has no 0: errors of 0 are drawn at the lower edge.
     let errors = axis_range(positive, 0.1, 8.0);
     let lower_edge = errors.start;
-    let height = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { lower_edge };
+    let drawn_error = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { lower_edge };
     let times = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
@@ -94,7 +94,7 @@ where
         .x_label_area_size(42)
         .y_label_area_size(64)
         .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())
-        .map_err(failed)?;
+        .map_err(plot_error)?;
     let label = || (FONT, 16).into_font().color(&INK);
     chart
         .configure_mesh()
@@ -108,21 +108,21 @@ where
         .y_label_formatter(&|v| axis_label(*v))
         .light_line_style(WHITE)
         .draw()
-        .map_err(failed)?;
+        .map_err(plot_error)?;
     let mut frontier: Vec<_> =
-        options.iter().filter(|o| !o.is_dominated).map(|o| (o.measurement.relative_time.median, height(o))).collect();
+        options.iter().filter(|o| !o.is_dominated).map(|o| (o.measurement.relative_time.median, drawn_error(o))).collect();
     frontier.sort_by(|a, b| a.0.total_cmp(&b.0));
-    chart.draw_series(LineSeries::new(frontier, FRONTIER.stroke_width(2))).map_err(failed)?;
+    chart.draw_series(LineSeries::new(frontier, FRONTIER.stroke_width(2))).map_err(plot_error)?;
     for option in options {
-        let (x, y) = (option.measurement.relative_time.median, height(option));
+        let (x, y) = (option.measurement.relative_time.median, drawn_error(option));
         let colour = if option.is_dominated { DOMINATED } else { FRONTIER };
         let style = if option.is_dominated { colour.stroke_width(2) } else { colour.filled() };
         let ends = [(option.measurement.relative_time.low, y), (option.measurement.relative_time.high, y)];
-        chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(failed)?;
-        chart.draw_series([Circle::new((x, y), 5, style)]).map_err(failed)?;
+        chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(plot_error)?;
+        chart.draw_series([Circle::new((x, y), 5, style)]).map_err(plot_error)?;
     }
     let corners = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
-    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, height(o)))).collect();
+    let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, drawn_error(o)))).collect();
     let texts: Vec<String> = options
         .iter()
         .map(|o| {
@@ -133,8 +133,8 @@ where
     for (k, offset) in label_offsets(&points, &texts, corners).into_iter().enumerate() {
         let colour = if options[k].is_dominated { DOMINATED } else { FRONTIER };
         let font = (FONT, LABEL_PX).into_font().color(&colour);
-        let position = (options[k].measurement.relative_time.median, height(&options[k]));
-        chart.draw_series([EmptyElement::at(position) + Text::new(texts[k].clone(), offset, font)]).map_err(failed)?;
+        let position = (options[k].measurement.relative_time.median, drawn_error(&options[k]));
+        chart.draw_series([EmptyElement::at(position) + Text::new(texts[k].clone(), offset, font)]).map_err(plot_error)?;
     }
     Ok(())
 }
@@ -143,7 +143,8 @@ where
 const LABEL_PX: i32 = 15;
 const MAX_NAME_CHARS: usize = 26;
 
-/// Offset of each label from its point: the first candidate within the panel, given by two corners, that overlaps no other label and no point.
+/// Offset of each label from its point, pixels: the first of several positions at which it lies within the panel (given by two corners) and overlaps no other label
+/// and no point.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);
@@ -154,10 +155,10 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (righ
         // A character of the built-in font is 0.61 times as wide as high.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
-        let candidates = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
+        let positions = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
         let inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
-        let free = candidates.clone().find(|offset| inside(&rect(*offset)) && !occupied.iter().any(|t| overlap(t, &rect(*offset))));
+        let free = positions.clone().find(|offset| inside(&rect(*offset)) && !occupied.iter().any(|t| overlap(t, &rect(*offset))));
         let offset = free.unwrap_or((7, -LABEL_PX - 5));
         occupied.push(rect(offset));
         offsets.push(offset);

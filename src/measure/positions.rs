@@ -1,4 +1,4 @@
-//! Cost and error of positions: the source of the ephemeris, and corrections for light time.
+//! Cost and error of positions: the source of the ephemeris, and the corrections for light time and aberration.
 //!
 //! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, each the greatest over the Sun, the Moon and the planets on dates that span
 //! 185 years.
@@ -42,6 +42,7 @@ fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisEr
     Ok(worst)
 }
 
+/// The candidates of a choice among methods of computing directions, with their errors against `reference`.
 fn candidates<'a>(
     methods: Vec<(&'static str, Direction<'a>, Vec<Quality>)>,
     reference: &Direction<'_>,
@@ -64,20 +65,20 @@ fn candidates<'a>(
     Ok(all)
 }
 
-/// `--source`: mean elements, series, kernel. Within the kernel's years every quality uses it.
+/// The sources of the ephemeris (`--source`): mean elements, series, kernel. In the years that the kernel covers, every quality uses the kernel.
 pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
-    let from = |source: Source| -> Direction<'_> {
+    let direction_by = |source: Source| -> Direction<'_> {
         Box::new(move |body, t| Ok(ephemeris.state(body, NaifId::EARTH, t, Some(source))?.state.pos_km))
     };
     let methods = vec![
-        ("mean", from(Source::Mean), vec![]),
-        ("series", from(Source::Series), vec![]),
-        ("kernel", from(Source::Kernel), Quality::ALL.to_vec()),
+        ("mean", direction_by(Source::Mean), vec![]),
+        ("series", direction_by(Source::Series), vec![]),
+        ("kernel", direction_by(Source::Kernel), Quality::ALL.to_vec()),
     ];
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2089, against the kernel (itself within 0.02 arcsec of DE440)";
-    measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &from(Source::Kernel))?)
+    measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &direction_by(Source::Kernel))?)
 }
 
 /// Geometric direction, direction corrected for light time, and apparent direction, corrected for light time and aberration.
@@ -85,18 +86,18 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
     let geometric: Direction<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
-    let retarded: Direction<'_> = Box::new(move |body, t| {
+    let corrected_for_light_time: Direction<'_> = Box::new(move |body, t| {
         let observer_km = state(NaifId::EARTH, t)?.pos_km;
         Ok(ephemeris.light_time_position(body, observer_km, t)?.0 - observer_km)
     });
     let apparent = move |body, t| -> Result<DVec3, EphemerisError> {
         let observer = state(NaifId::EARTH, t)?;
-        let seen_km = ephemeris.light_time_position(body, observer.pos_km, t)?.0 - observer.pos_km;
-        Ok(aberrated(seen_km.normalize(), observer.vel_km_s))
+        let retarded_km = ephemeris.light_time_position(body, observer.pos_km, t)?.0 - observer.pos_km;
+        Ok(aberrated(retarded_km.normalize(), observer.vel_km_s))
     };
     let methods = vec![
         ("geometric", geometric, vec![]),
-        ("light-time", retarded, vec![]),
+        ("light-time", corrected_for_light_time, vec![]),
         ("apparent", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
     ];
     let reference: Direction<'_> = Box::new(apparent);

@@ -1,8 +1,8 @@
 //! The rule that determines which options of a choice are dominated, and which a quality may use.
 //!
 //! In: time and error of the options of one choice. Out: the dominated options, and those that a quality may use. Always: an option is
-//! dominated only by an option that is clearly cheaper at no greater error, or clearly more accurate at no greater time; differences below
-//! the spread of the measurement are ignored. A quality uses the cheapest option within its bound; `reference` has no bound and uses the
+//! dominated only by an option that is clearly faster at no greater error, or clearly more accurate at no greater time; differences below
+//! the spread of the measurement are ignored. A quality uses the fastest option within its bound; `reference` has no bound and uses the
 //! most accurate option.
 
 use super::timing::Quartiles;
@@ -15,7 +15,7 @@ pub(crate) enum ErrorUnit {
     Arcseconds,
     /// Percent of a pixel's radiance, or of the image's summed light; the choice states which.
     PercentOfLight,
-    /// The 99.9th percentile over pixels of the error on the display, in levels of 255.
+    /// Error on the display, in levels of 255: the 99.9th percentile over pixels.
     Levels,
 }
 
@@ -70,14 +70,14 @@ impl Measurement {
     }
 
     /// Whether the error is smaller by more than 1 %.
-    fn is_more_accurate(&self, than: &Self) -> bool {
+    fn is_clearly_more_accurate(&self, than: &Self) -> bool {
         self.error < 0.99 * than.error
     }
 
-    /// Whether `self` is clearly better than `other` in time or error, and not worse in the other.
+    /// Whether `self` is clearly better than `other` in one of time and error, and not worse in the remaining one.
     pub(crate) fn dominates(&self, other: &Self) -> bool {
-        let (cheaper, more_accurate) = (self.is_clearly_faster(other), self.is_more_accurate(other));
-        cheaper && !other.is_more_accurate(self) || more_accurate && self.relative_time.median <= other.relative_time.median
+        let (faster, more_accurate) = (self.is_clearly_faster(other), self.is_clearly_more_accurate(other));
+        faster && !other.is_clearly_more_accurate(self) || more_accurate && self.relative_time.median <= other.relative_time.median
     }
 }
 
@@ -90,17 +90,11 @@ pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
 /// For `reference`, or if no option meets the bound, the most accurate options take the place of those that meet it.
 pub(crate) fn admissible(quality: Quality, unit: ErrorUnit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
-    let meets_bound_or_is_most_accurate = |o: &Measurement| match bound {
+    let is_eligible = |o: &Measurement| match bound {
         Some(bound) => o.error <= bound,
-        None => !options.iter().any(|other| other.is_more_accurate(o)),
+        None => !options.iter().any(|other| other.is_clearly_more_accurate(o)),
     };
-    options
-        .iter()
-        .map(|o| {
-            meets_bound_or_is_most_accurate(o)
-                && !options.iter().any(|other| meets_bound_or_is_most_accurate(other) && other.is_clearly_faster(o))
-        })
-        .collect()
+    options.iter().map(|o| is_eligible(o) && !options.iter().any(|other| is_eligible(other) && other.is_clearly_faster(o))).collect()
 }
 
 #[cfg(test)]
@@ -122,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn a_quality_takes_the_cheapest_option_within_its_bound() {
+    fn a_quality_takes_the_fastest_option_within_its_bound() {
         let unit = ErrorUnit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
@@ -131,7 +125,7 @@ mod tests {
                 .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
         };
         assert_eq!(allowed(&options), [[1], [2], [3]]);
-        // The allowed options change if an option gets worse, or if another gets cheaper.
+        // The allowed options change if an option gets worse, or if another gets faster.
         let mut changed = options;
         changed[2].error = 1.1 * standard;
         assert_eq!(allowed(&changed), [[1], [3], [3]]);

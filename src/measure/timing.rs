@@ -1,4 +1,4 @@
-//! Times alternatives in alternating runs, on a machine that is also doing other work.
+//! Compares the times of workloads by alternating runs, so that other work on the machine affects all of them alike.
 //!
 //! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: the workloads take turns
 //! within a round, forwards and backwards, so that warm-up, throttling and other load affect all of them equally; only times from the same
@@ -52,14 +52,14 @@ pub(crate) struct Quartiles {
 }
 
 impl Quartiles {
-    /// The quartiles of any values; `None` for no values.
+    /// The quartiles of `values`, in any order; `None` if there are none.
     pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         Some(Self { low: quantile(&values, 0.25)?, median: quantile(&values, 0.5)?, high: quantile(&values, 0.75)? })
     }
 
-    /// The quartiles of the ratios of times from the same rounds.
+    /// The quartiles of the ratios `times` / `reference_times`, each of the same round; `None` if no reference time is positive.
     pub(crate) fn of_ratios(times: &[f64], reference_times: &[f64]) -> Option<Self> {
         Self::of(times.iter().zip(reference_times).filter(|(_, reference)| **reference > 0.0).map(|(time, reference)| time / reference))
     }

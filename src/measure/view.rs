@@ -1,4 +1,4 @@
-//! The lowest quality that is sufficient for one view.
+//! The lowest quality that is sufficient for one view: its image can hardly be distinguished from that of the reference quality.
 //!
 //! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the lowest
 //! sufficient quality.

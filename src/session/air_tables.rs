@@ -14,11 +14,12 @@ use std::sync::{Arc, OnceLock};
 
 /// Largest number of tables in memory.
 const MAX_TABLES: usize = 64;
+/// The first bytes of a table's file.
 const MAGIC: &Magic = b"ORRAIR01";
 /// Length of a table, bytes: four floats per node.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
-/// The tables of a session, by name.
+/// The multiple-scattering tables of a session, by the digest of their code and inputs.
 pub struct AirTables {
     /// `None`: tables are kept in memory only.
     folder: Option<PathBuf>,

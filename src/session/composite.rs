@@ -11,18 +11,19 @@ use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
 
-/// Limits of the unwarped image: least height, largest side.
+/// Smallest height of the image before it is warped.
 const MIN_UNWARPED_HEIGHT_PX: f64 = 256.0;
+/// Largest width and height of the image before it is warped.
 const MAX_UNWARPED_SIDE_PX: f64 = 8192.0;
 
 impl Session {
     pub(super) fn composite_plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         loop {
             let (composite, screen_px) = self.composite_of(request)?;
-            let mesh = request.composition.warp.as_deref().zip(screen_px);
-            let modules = plan::composite_modules(&composite, mesh.is_some());
+            let warp_mesh_and_screen = request.composition.warp.as_deref().zip(screen_px);
+            let modules = plan::composite_modules(&composite, warp_mesh_and_screen.is_some());
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
-            match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, mesh)) {
+            match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, warp_mesh_and_screen)) {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_tampered(&modules) => {}
@@ -35,34 +36,34 @@ impl Session {
     fn composite_of(&self, request: &ViewRequest) -> Result<(Composite, Option<[u32; 2]>), SessionError> {
         let screen_px = request.composition.warp.as_ref().map(|_| [request.width, request.height]);
         let mut unwarped = request.clone();
-        if let Some(mesh) = &request.composition.warp {
+        if let Some(warp_mesh) = &request.composition.warp {
             // The aspect ratio of a dome's circle, of an equirectangular map, or of the screen.
             let aspect = match request.composition.projection {
                 Projection::Fisheye => 1.0,
                 Projection::Equirectangular => 2.0,
                 Projection::Perspective => f64::from(request.width) / f64::from(request.height),
             };
-            // Except at the tenth of the nodes that magnify most, a pixel of the image covers at most about one of the screen. The mesh's unit of length is
-            // half the screen's height.
-            let height = 0.5 * f64::from(request.height) / mesh.tenth_percentile_derivative(aspect);
-            // The width is limited, too; on a very wide screen this upper limit of the height is below the lower one, and has precedence.
+            // At nine tenths of the mesh's nodes, a pixel of the image covers at most about one pixel of the screen. The mesh's unit of length is half the
+            // screen's height.
+            let height = 0.5 * f64::from(request.height) / warp_mesh.tenth_percentile_derivative(aspect);
+            // The upper limit applies to the width, too. On a very wide screen it makes the height smaller than MIN_UNWARPED_HEIGHT_PX.
             let height = height.max(MIN_UNWARPED_HEIGHT_PX).min(MAX_UNWARPED_SIDE_PX / aspect.max(1.0));
-            // A screen a pixel wide would round to an image without a column.
+            // For a screen that is one pixel wide, the width could round to 0.
             let side_px = |side: f64| side.round().max(1.0) as u32;
             (unwarped.width, unwarped.height) = (side_px(height * aspect), side_px(height));
         }
         let mut frames = CompositeFrames::of(&self.catalog, &self.ephemeris, &unwarped)?;
         let exposure = {
             let FrameRequest { request, viewer } = &frames.meter;
-            let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
-            let (builder, _) = self.metered(begin)?;
+            let new_builder = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
+            let (builder, _) = self.metered_builder(new_builder)?;
             builder.exposure().clone()
         };
         frames.set_exposure(&exposure);
         let mut scenes = Vec::new();
         for FrameRequest { request, viewer } in &frames.frames {
-            let begin = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
-            let mut scene = self.scene_from(begin, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
+            let new_builder = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
+            let mut scene = self.scene_from(new_builder, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
@@ -73,11 +74,11 @@ impl Session {
 
 /// A scene with the geometry of the screen onto which its image is warped. Applied after planning, because the plan draws the unwarped image.
 fn with_warped_geometry(mut whole: Scene, request: &ViewRequest) -> Scene {
-    if let Some(mesh) = &request.composition.warp {
+    if let Some(warp_mesh) = &request.composition.warp {
         let image = Box::new(std::mem::take(&mut whole.geometry));
         let image_px = image.projection(&whole.camera).size_px().to_array().map(|px| px.round() as u32);
         let screen_px = [request.width, request.height];
-        whole.geometry = ImageGeometry::Warped(WarpedGeometry { image, image_px, mesh: Arc::clone(mesh), screen_px });
+        whole.geometry = ImageGeometry::Warped(WarpedGeometry { image, image_px, mesh: Arc::clone(warp_mesh), screen_px });
     }
     whole
 }

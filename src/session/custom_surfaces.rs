@@ -22,7 +22,7 @@ const MAX_FILE_BYTES: u64 = 1 << 20;
 pub struct SurfaceFile {
     /// Name of the body, as the user wrote it.
     pub body: String,
-    /// The fragment.
+    /// The file with the surface function.
     pub file: PathBuf,
 }
 
@@ -105,7 +105,7 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     Ok(catalog)
 }
 
-/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces. `base`: the fragments with which they are compiled.
+/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces. `base`: the other fragments with which they are compiled.
 ///
 /// # Errors
 /// A file that cannot be read, or with which no module compiles.

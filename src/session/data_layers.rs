@@ -13,13 +13,13 @@ use std::path::Path;
 /// Largest file of a data layer, bytes: enough for a million positions, the most that a layer may have.
 const MAX_DATA_BYTES: u64 = 1 << 28;
 
-fn failed(path: &Path, why: String) -> SessionError {
+fn file_error(path: &Path, why: String) -> SessionError {
     SessionError::File { path: echo(&path.display().to_string()), why }
 }
 
 /// Fills the layer with the content of a file.
 pub(super) fn read(path: &Path, layer: DataLayer) -> Result<DataLayer, SessionError> {
-    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| failed(path, e.to_string()))?;
+    let bytes = read_bytes(path, MAX_DATA_BYTES).map_err(|e| file_error(path, e.to_string()))?;
     layer.with_content(&path.display().to_string(), &bytes).map_err(|problem| CatalogError { problems: vec![problem] }.into())
 }
 
@@ -47,7 +47,7 @@ impl Session {
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {
-            return Err(failed(path, format!("no layer of data: its name ends in none of {}", layer_extensions())));
+            return Err(file_error(path, format!("not a data layer: its name does not end in any of {}", layer_extensions())));
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
@@ -60,9 +60,9 @@ impl Session {
         };
         if let (Some(_), Some(body)) = (&loaded.image, loaded.body.and(body)) {
             let why = format!("to lay an image over {}, add a [[layer]] to a catalog file (--catalogs)", body.name);
-            return Err(failed(path, why));
+            return Err(file_error(path, why));
         }
-        add_image(&loaded, &self.maps).map_err(|e| failed(path, e.to_string()))?;
+        add_image(&loaded, &self.maps).map_err(|e| file_error(path, e.to_string()))?;
         let what = match &loaded.image {
             Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
             None => format!("{} and {}", counted(loaded.points.len(), "point"), counted(loaded.lines.len(), "line")),

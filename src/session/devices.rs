@@ -29,12 +29,12 @@ pub struct Devices {
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
-    /// Modules with the user's shader sources that the software renderer has executed without an endless loop.
+    /// Modules of the user's shader sources that the software renderer has executed without finding an endless loop.
     #[cfg(feature = "gpu")]
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
-    /// Number of changes of the shader sources. Held during a change.
+    /// Number of changes of the shader sources. Locked during a change.
     shader_source_changes: Mutex<u64>,
 }
 
@@ -42,7 +42,7 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// With the user's shader sources: the plan's modules as they were after this number of changes of the sources.
+    /// Only if the user's shader sources are in use: the plan's modules, and the number of changes of the sources before these modules were fetched.
     snapshot: Option<(gpu::ModuleSet, u64)>,
 }
 
@@ -50,8 +50,8 @@ struct PlanModules<'a> {
 impl ModuleProvider for PlanModules<'_> {
     /// A module of another plan, such as that of the window's interface, comes from the library.
     fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
-        let of_plan = self.snapshot.as_ref().and_then(|(modules, _)| modules.module(id).ok());
-        of_plan.map_or_else(|| self.library.module(id), Ok)
+        let from_snapshot = self.snapshot.as_ref().and_then(|(modules, _)| modules.module(id).ok());
+        from_snapshot.map_or_else(|| self.library.module(id), Ok)
     }
 }
 
@@ -86,8 +86,8 @@ impl Devices {
 
     /// The software renderer for background work. It has its own thread pool, so that background work and the window's image do not wait for each other.
     pub fn background_renderer(&self) -> &SoftwareRenderer {
-        let own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
-        own_threads.as_ref().unwrap_or(&self.software)
+        let with_own_threads = self.background_renderer.get_or_init(|| SoftwareRenderer::new(*self.software.options()).ok());
+        with_own_threads.as_ref().unwrap_or(&self.software)
     }
 
     fn draw_in_software(
@@ -116,25 +116,25 @@ impl Devices {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(PlanModules { library, snapshot: None });
         }
-        let (modules, new, changes) = loop {
+        let (modules, untested_ids, changes) = loop {
             let changes = self.shader_source_changes();
             let modules = gpu::ModuleSet::of(plan, library);
-            let new: Vec<ModuleId> = modules.ids().filter(|module| !self.dry_run_modules.lock().contains(*module)).cloned().collect();
-            // Unchanged until here, `new` is about these modules and not about later ones of the same names.
+            let untested_ids: Vec<ModuleId> = modules.ids().filter(|id| !self.dry_run_modules.lock().contains(*id)).cloned().collect();
+            // If nothing has changed until here, `untested_ids` refers to these modules, not to later ones with the same ids.
             if self.shader_source_changes() == changes {
-                break (modules, new, changes);
+                break (modules, untested_ids, changes);
             }
         };
         let modules = PlanModules { library, snapshot: Some((modules, changes)) };
-        if new.is_empty() {
+        if untested_ids.is_empty() {
             return Ok(modules);
         }
         match software.render(plan, &modules, FrameImages::Display) {
             Ok(_) => {
-                // Locked in the same order as by a change.
+                // Locked in the same order as in `change_shader_sources`, so that the two cannot deadlock.
                 let changes_now = self.shader_source_changes.lock();
                 if *changes_now == changes {
-                    self.dry_run_modules.lock().extend(new);
+                    self.dry_run_modules.lock().extend(untested_ids);
                 }
             }
             Err(endless @ RenderError::LoopLimit { .. }) => {
@@ -166,6 +166,7 @@ impl Devices {
         if self.preference == RendererPreference::Gpu {
             return Err(RendererError::NotBuilt);
         }
+        // Only a GPU's errors are reported.
         let _ = &self.notify;
         Self::draw_in_software(software, plan, library, requested)
     }
@@ -192,17 +193,17 @@ impl Devices {
     }
 
     /// As [`Self::draw_waiting`], for a window: a plan whose pipelines are not compiled yet is drawn in software, while a thread compiles these
-    /// pipelines and those of `window`, the plan of the window's interface.
+    /// pipelines and those of `interface_plan`, the plan of the window's interface.
     #[cfg(feature = "gpu")]
     pub fn draw_without_waiting(
         &self,
         plan: &Plan,
-        window: impl FnOnce() -> Option<Plan>,
+        interface_plan: impl FnOnce() -> Option<Plan>,
         library: &ShaderLibrary,
         requested: RequestedOutput,
     ) -> Result<RenderOutput, RendererError> {
         let modules = self.modules_for_gpu(&self.software, plan, library)?;
-        let drawn = self.gpu.draw_if_ready(plan, window, &modules, requested, &self.notify);
+        let drawn = self.gpu.draw_if_ready(plan, interface_plan, &modules, requested, &self.notify);
         self.forget_if_outdated(&modules);
         match drawn {
             Some(drawn) => Ok(drawn),
@@ -247,6 +248,7 @@ impl Devices {
 
     /// Sets the renderer from the next frame on. A preference that is not among the [`Self::choices`] is ignored.
     pub fn set_preference(&self, preference: RendererPreference) {
+        // Without a GPU renderer there is no choice.
         let _ = preference;
         #[cfg(feature = "gpu")]
         if self.choices().contains(&preference) {
@@ -285,7 +287,7 @@ impl Devices {
         self.gpu.forget_modules();
     }
 
-    /// The GPU that draws, if any. Never blocks: while the GPU draws or compiles, the result is [`gpu::DeviceState::Unchanged`].
+    /// The GPU that draws, if any. Never blocks: while the device is opened or pipelines are compiled, the result is [`gpu::DeviceState::Unchanged`].
     #[cfg(feature = "gpu")]
     pub fn device_state(&self) -> gpu::DeviceState {
         self.gpu.device_state(&*self.notify)

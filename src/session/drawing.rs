@@ -1,4 +1,4 @@
-//! From a view request to a plan and a drawn frame.
+//! Turns a view request into a plan, and draws the plan.
 //!
 //! In: a request. Out: its scene with a plan, or the finished frame. Always: a frame is drawn from one set of shader sources, also when they change meanwhile;
 //! modules whose entries on disk were tampered with are rebuilt.
@@ -23,7 +23,7 @@ impl Session {
             return self.composite_plan(request, sampling);
         }
         loop {
-            let scene = self.scene_prepared_by(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
+            let scene = self.scene_with(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             let modules = plan::modules(&scene);
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
@@ -73,7 +73,7 @@ impl Session {
         })
     }
 
-    /// Plans a view and draws it by `draw`; again if a module was tampered with on disk, or if the shader sources change meanwhile.
+    /// Plans a view and calls `draw` with the plan. Repeats both if a module was tampered with on disk, or if the shader sources change meanwhile.
     fn draw_planned(
         &self,
         request: &ViewRequest,
@@ -120,12 +120,12 @@ impl Session {
         requested: RequestedOutput,
     ) -> Result<DrawnFrame, SessionError> {
         // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
-        let window = || plan::warm_up_interface(self).ok();
-        self.draw_planned(request, sampling, |plan| self.devices.draw_without_waiting(plan, window, &self.library, requested))
+        let interface_plan = || plan::warm_up_interface(self).ok();
+        self.draw_planned(request, sampling, |plan| self.devices.draw_without_waiting(plan, interface_plan, &self.library, requested))
     }
 
-    /// Repeats `draw` until the shader sources have not changed meanwhile. A plan has the layouts and uniform bytes of its modules, but a renderer fetches each
-    /// module only when it draws the module's pass: after a change, that module no longer fits the plan.
+    /// Repeats `draw` until the shader sources do not change during the call. A plan has the layouts and uniform bytes of its modules, but a renderer
+    /// fetches each module only when it draws the module's pass: after a change, that module no longer fits the plan.
     fn with_unchanged_shader_sources<T>(&self, mut draw: impl FnMut() -> Result<T, SessionError>) -> Result<T, SessionError> {
         loop {
             let changes_before = self.devices.shader_source_changes();

@@ -63,42 +63,42 @@ impl Session {
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
         let scale = (MAX_MEASURED_PIXELS / pixels).sqrt().min(1.0);
-        let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
-        let (width, height) = (side(request.width), side(request.height));
-        let plan_view = |composition: &Composition, with: bool| -> Result<Plan, SessionError> {
+        let scaled_side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
+        let (width, height) = (scaled_side(request.width), scaled_side(request.height));
+        let plan_view = |composition: &Composition, with_effect: bool| -> Result<Plan, SessionError> {
             let exposure = ExposureRequest::Stops(stops);
             let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
             match of_body {
-                _ if with && already_on => {}
-                Some(name) => scaled_request.effects.of_body(name).set(effect, with),
-                None => scaled_request.effects.set(effect, with),
+                _ if with_effect && already_on => {}
+                Some(name) => scaled_request.effects.of_body(name).set(effect, with_effect),
+                None => scaled_request.effects.set(effect, with_effect),
             }
             Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)
         };
         let plans = [plan_view(&request.composition, false)?, plan_view(&request.composition, true)?];
         let mut fastest = [Duration::MAX; 2];
-        let mut light: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
+        let mut linear_images: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];
         for _ in 0..ROUNDS {
             for (k, plan) in plans.iter().enumerate() {
                 let start = Instant::now();
                 let (frame, _) = self.background_renderer().render(plan, self.library(), FrameImages::DisplayAndHdr)?;
                 fastest[k] = fastest[k].min(start.elapsed());
-                light[k] = frame.hdr;
+                linear_images[k] = frame.hdr;
             }
         }
-        // A stereo pair or a warped image has no linear light of its own, so that of one eye, or of the image before the warp, is compared.
-        let in_linear_light = Composition { stereo: None, warp: None, ..request.composition.clone() };
-        if in_linear_light != request.composition {
-            for (light, with) in light.iter_mut().zip([false, true]) {
-                let plan = plan_view(&in_linear_light, with)?;
-                *light = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
+        // A stereo pair or a warped image has no linear light of its own, so the light of a single eye, or of the image before the warp, is compared.
+        let without_stereo_and_warp = Composition { stereo: None, warp: None, ..request.composition.clone() };
+        if without_stereo_and_warp != request.composition {
+            for (linear_image, with_effect) in linear_images.iter_mut().zip([false, true]) {
+                let plan = plan_view(&without_stereo_and_warp, with_effect)?;
+                *linear_image = self.background_renderer().render(&plan, self.library(), FrameImages::DisplayAndHdr)?.0.hdr;
             }
         }
         let pixel_ratio = pixels / (f64::from(width) * f64::from(height));
         Ok(EffectCost {
             // An effect adds work, so a negative difference is noise.
             ms: (fastest[1].as_secs_f64() - fastest[0].as_secs_f64()).max(0.0) * 1e3 * pixel_ratio,
-            light: LightChange::between(&light[0], &light[1]),
+            light: LightChange::between(&linear_images[0], &linear_images[1]),
         })
     }
 }

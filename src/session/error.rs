@@ -54,12 +54,12 @@ pub enum SessionError {
 /// Why no cache folder is used; shaders, tables and decoded maps are then kept in memory only.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CacheFolderError {
-    /// The user gives no folder, and the system has none.
-    #[error("this system has no cache folder; shaders, tables and decoded maps are kept in memory only, --cache DIR names a place")]
+    /// The user named no folder, and the system has none.
+    #[error("this system has no cache folder; shaders, tables and decoded maps are kept in memory only unless --cache DIR names a folder")]
     None,
     /// Other users may write to the folder, and could thus change what is drawn.
     #[error(
-        "the cache {folder} is not used: {why}; shaders, tables and decoded maps are kept in memory only, --cache DIR names another place"
+        "the cache {folder} is not used: {why}; shaders, tables and decoded maps are kept in memory only unless --cache DIR names another folder"
     )]
     Shared {
         /// The cache folder, or one of the program's folders in it.

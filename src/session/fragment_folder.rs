@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// Time of the last change and length of each file.
+/// Time of the last change, and length in bytes, of each file.
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
 /// Largest depth of folders in the search; the limit also ends cycles of links.
@@ -64,7 +64,7 @@ fn is_hidden(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
 }
 
-/// Every `*.wesl` file below a folder that is not hidden, with the time of its last change and its length.
+/// Every `*.wesl` file below a folder, except hidden ones, with the time of its last change and its length.
 ///
 /// # Errors
 /// A file or folder that cannot be read, an outdated fragment, too many files, or no fragment at all.
@@ -81,7 +81,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             let metadata = path.metadata().map_err(|e| unreadable(&path, e))?;
             if metadata.is_dir() {
                 folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));
-            } else if metadata.is_file() && is_old_fragment(&root, &path) {
+            } else if metadata.is_file() && is_outdated_fragment(&root, &path) {
                 outdated.get_or_insert(path);
             } else if metadata.is_file() && path.extension().is_some_and(|e| e == "wesl") {
                 let changed = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
@@ -101,10 +101,10 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
     Ok(found)
 }
 
-/// Whether a file is named like a built-in fragment but with the extension `.wgsl`, which fragments had before WESL.
-fn is_old_fragment(folder: &Path, path: &Path) -> bool {
-    let inside = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
-    inside.strip_suffix(".wgsl").is_some_and(|stem| FRAGMENTS.iter().any(|(p, _)| p.strip_suffix(".wesl") == Some(stem)))
+/// Whether a file is named like a built-in fragment but has the extension `.wgsl`, which fragments had before they were written in WESL.
+fn is_outdated_fragment(folder: &Path, path: &Path) -> bool {
+    let relative_path = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().replace('\\', "/");
+    relative_path.strip_suffix(".wgsl").is_some_and(|stem| FRAGMENTS.iter().any(|(p, _)| p.strip_suffix(".wesl") == Some(stem)))
 }
 
 /// Reads the given fragment files of a folder.
@@ -114,8 +114,8 @@ fn is_old_fragment(folder: &Path, path: &Path) -> bool {
 pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments, FragmentFolderError> {
     let read_file = |path: &PathBuf| {
         let text = read_text(path, MAX_FILE_BYTES).map_err(|e| unreadable(path, e))?;
-        let inside = path.strip_prefix(folder).unwrap_or(path);
-        let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
+        let relative_path = path.strip_prefix(folder).unwrap_or(path);
+        let parts: Vec<_> = relative_path.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect();
         Ok((parts.join("/"), text))
     };
     let fragments = Fragments::with_files(files.keys().map(read_file).collect::<Result<Vec<_>, FragmentFolderError>>()?);
@@ -125,7 +125,7 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
     }
 }
 
-/// A suggestion for a path that is not a fragment's: a fragment with the same file name in another folder, or else one with a similar path.
+/// A suggestion for a path that no fragment has: a fragment with the same file name in another folder, or else one with a similar path.
 fn suggestion(path: &str) -> String {
     let file_name = |p: &str| p.rsplit('/').next().unwrap_or_default().to_owned();
     let same_name: Vec<&str> = FRAGMENTS.iter().map(|(p, _)| *p).filter(|p| file_name(p) == file_name(path)).collect();

@@ -29,7 +29,7 @@ struct Preparing {
 pub enum DeviceState {
     /// The device draws.
     Open(Arc<GpuRenderer>),
-    /// The device is busy, so the state is the last reported one.
+    /// The device is not open yet, is being prepared, or its state is locked: the last reported state still applies.
     Unchanged,
     /// The software renderer draws.
     Software,
@@ -46,12 +46,13 @@ enum DeviceLifecycle {
     Closed,
 }
 
+/// The GPU of a session: its device, and the user's preference.
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     state: Mutex<DeviceLifecycle>,
     /// Number of changes of modules. Each makes the compiled pipelines outdated.
     module_changes: AtomicU64,
-    /// A preparing thread's result was taken over, and no image of the window was requested since.
+    /// Whether a preparing thread's result was taken over, and no image of the window was requested since.
     just_ready: AtomicBool,
     /// The last reported error, so that a sequence of frames reports the same error only once.
     last_error: Mutex<Option<GpuError>>,
@@ -73,8 +74,8 @@ impl ModuleSet {
 }
 
 impl ModuleProvider for ModuleSet {
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
-        self.0.get(name).cloned().ok_or_else(|| ShaderError::NoSuchModule(name.to_string()))
+    fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        self.0.get(id).cloned().ok_or_else(|| ShaderError::NoSuchModule(id.to_string()))
     }
 }
 
@@ -137,7 +138,7 @@ impl Gpu {
         }
     }
 
-    /// Drops pipelines, also those that a thread is compiling.
+    /// Drops all pipelines, including those that a thread is compiling.
     pub fn forget_modules(&self) {
         self.module_changes.fetch_add(1, Ordering::SeqCst);
         let open = match &*self.state.lock() {
@@ -240,11 +241,11 @@ impl Gpu {
             return Ok(None);
         }
         // The state is not locked while drawing, so that `device_state` and `draw_if_ready` can read it meanwhile.
-        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_in(&renderer, renderer.lock(), plan, modules, output, notify)))
+        Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_on(&renderer, renderer.lock(), plan, modules, output, notify)))
     }
 
     /// Draws a plan with an open device. `None`: the GPU failed, and the software renderer must draw.
-    fn draw_in(
+    fn draw_on(
         &self,
         renderer: &Arc<GpuRenderer>,
         frame_guard: FrameResourcesLock<'_>,
@@ -285,11 +286,11 @@ impl Gpu {
     }
 
     /// Draws a plan if the device and its pipelines are ready; otherwise returns `None` and starts to prepare them, unless the device is
-    /// closed. `window` gives the plan of the window's interface. Never blocks on a driver.
+    /// closed. `interface_plan` returns the plan of the window's interface. Never blocks on a driver.
     pub fn draw_if_ready(
         &self,
         plan: &Plan,
-        window: impl FnOnce() -> Option<Plan>,
+        interface_plan: impl FnOnce() -> Option<Plan>,
         modules: &impl ModuleProvider,
         output: RequestedOutput,
         notify: &Arc<Notify>,
@@ -306,26 +307,26 @@ impl Gpu {
             DeviceLifecycle::Unopened => None,
             DeviceLifecycle::Preparing(_) | DeviceLifecycle::Closed => return None,
         };
-        let window = window();
+        let interface_plan = interface_plan();
         if let Some(renderer) = &renderer {
-            let windows_are_ready = window.as_ref().and_then(|w| renderer.is_ready_for_windows(w)).unwrap_or(true);
-            if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| windows_are_ready) {
+            let is_ready_for_window = interface_plan.as_ref().and_then(|plan| renderer.is_ready_for_windows(plan)).unwrap_or(true);
+            if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| is_ready_for_window) {
                 drop(state);
-                return self.draw_in(renderer, frame_guard, plan, modules, output, &**notify);
+                return self.draw_on(renderer, frame_guard, plan, modules, output, &**notify);
             }
         }
-        let passes = plan.passes.iter().chain(window.iter().flat_map(|w| &w.passes));
+        let passes = plan.passes.iter().chain(interface_plan.iter().flat_map(|plan| &plan.passes));
         let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
-        // Read before the modules: if they change in between, the pipelines are dropped once too often instead of kept though outdated.
+        // Read before the modules: if they change in between, pipelines are dropped unnecessarily, which is better than keeping outdated ones.
         let module_changes = self.module_changes.load(Ordering::SeqCst);
-        let modules = ids.into_iter().map(|n| Some((n.clone(), modules.module(n).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
+        let modules = ids.into_iter().map(|id| Some((id.clone(), modules.module(id).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
         let (plan, preference) = (plan.clone(), self.preference());
         *state = self.prepare(module_changes, move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [
                 Some(renderer.render(&plan, &modules, FrameImages::Display).err()),
-                window.map(|w| renderer.warm_up_window_pipelines(&w, &modules).err()),
+                interface_plan.map(|plan| renderer.warm_up_window_pipelines(&plan, &modules).err()),
             ];
             match errors.into_iter().flatten().flatten().find(GpuError::is_final) {
                 Some(e) => Err(e),

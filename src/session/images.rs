@@ -1,7 +1,7 @@
 //! Writes frames to files.
 //!
-//! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: an interrupted run leaves no partial image behind; a write
-//! under a new name replaces no file, even with concurrent writers.
+//! In: a frame and its metadata. Out: a PNG or an EXR, depending on the name's extension. Always: an interrupted run leaves no partial image behind;
+//! [`write_new_image`] never replaces a file, even if several programs write at the same time.
 
 use crate::files::{FileAccess, WriteError, write_atomic, write_new};
 use crate::image;
@@ -18,8 +18,8 @@ pub fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// Writes a frame. `text`: text chunks of a PNG, of which an EXR contains only the `Legend` and the provenance. An EXR needs a frame that kept its linear
-/// pixels.
+/// Writes a frame. `text`: keyword and text of each text chunk of a PNG; an EXR contains only the `Legend` and the provenance. An EXR needs a frame with
+/// linear pixels.
 ///
 /// # Errors
 /// The path and the reason.
@@ -27,7 +27,7 @@ pub fn write_image(path: &Path, frame: &Frame, text: &[(&'static str, String)]) 
     write_atomic(path, FileAccess::All, |out| encode_image(out, is_exr(path), frame, text))
 }
 
-/// As [`write_image`], but under the first of `names` that is free. All names must have the same extension.
+/// As [`write_image`], but to the first of the paths `names` at which no file exists yet. All names must have the same extension.
 ///
 /// # Errors
 /// The path and the reason.

@@ -1,7 +1,7 @@
 //! Reads the user's map of the Moon's heights from disk.
 //!
-//! In: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km. Out: the map, or an error in one line. A PDS label names its image file; an
-//! image file `.img` is read with the label of the same name. The format of any other file is detected from its first bytes.
+//! In: `FILE`, or `FILE,LOW,HIGH` with the heights in km that black and white pixels stand for. Out: the map, or an error in one line. A PDS label
+//! names its image file; an image file `.img` is read with the label of the same name. The format of any other file is detected from its first bytes.
 
 use super::SessionError;
 use crate::catalog::lunar_heights::{HeightMap, HeightMapError, HeightRange, MAX_FILE_BYTES, MAX_LABEL_BYTES};
@@ -31,37 +31,37 @@ pub fn read_lunar_heights(argument: Option<&OsStr>) -> Result<Option<Arc<HeightM
     let Some(argument) = argument else { return Ok(None) };
     let (path, range) = split_argument(argument);
     let name = path.display().to_string();
-    let failed = |file: &str, why: &str| SessionError::File { path: echo(file), why: format!("--lunar-heights: {why}") };
-    let map_error = |e: HeightMapError| failed(&e.file, &e.why);
+    let file_error = |file: &str, why: &str| SessionError::File { path: echo(file), why: format!("--lunar-heights: {why}") };
+    let invalid_map = |e: HeightMapError| file_error(&e.file, &e.why);
     if let Some(HeightRange { black_km, white_km }) = range
         && !(black_km.is_finite() && white_km.is_finite() && black_km < white_km)
     {
-        return Err(failed(&name, &format!("the height of black ({black_km:?} km) must lie below that of white ({white_km:?} km)")));
+        return Err(file_error(&name, &format!("the height of black ({black_km:?} km) must lie below that of white ({white_km:?} km)")));
     }
     let extension = path.extension().map(|e| e.to_ascii_lowercase()).unwrap_or_default();
-    let bytes = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| failed(&path.display().to_string(), &e.to_string()));
+    let read_image = |path: &Path| read_bytes(path, MAX_FILE_BYTES).map_err(|e| file_error(&path.display().to_string(), &e.to_string()));
     if extension != "lbl" && extension != "img" {
-        return HeightMap::of_image(&name, &bytes(&path)?, range).map(Arc::new).map(Some).map_err(map_error);
+        return HeightMap::of_image(&name, &read_image(&path)?, range).map(Arc::new).map(Some).map_err(invalid_map);
     }
     if range.is_some() {
-        return Err(failed(&name, "a PDS label says what its numbers mean: leave out the heights of black and white"));
+        return Err(file_error(&name, "a PDS label says what its numbers mean: leave out the heights of black and white"));
     }
     let label = if extension == "lbl" { path.clone() } else { with_extension_in_any_case(&path, "lbl") };
     let label_name = label.display().to_string();
-    let text = read_text(&label, MAX_LABEL_BYTES).map_err(|e| failed(&label_name, &format!("the image's label: {e}")))?;
+    let text = read_text(&label, MAX_LABEL_BYTES).map_err(|e| file_error(&label_name, &format!("the image's label: {e}")))?;
     let image = match extension == "img" {
         true => path,
         false => {
-            let named = HeightMap::image_of_label(&label_name, &text).map_err(map_error)?;
-            let exact = label.with_file_name(&named);
+            let image_name = HeightMap::image_of_label(&label_name, &text).map_err(invalid_map)?;
+            let exact = label.with_file_name(&image_name);
             // Archives write names in capitals; local copies often have lower case.
-            let image = if exact.is_file() { exact } else { label.with_file_name(named.to_ascii_lowercase()) };
+            let image = if exact.is_file() { exact } else { label.with_file_name(image_name.to_ascii_lowercase()) };
             let folder = label.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            check_inside(folder, &image).map_err(|e| failed(&label_name, &format!("its image {}: {e}", echo(&named))))?;
+            check_inside(folder, &image).map_err(|e| file_error(&label_name, &format!("its image {}: {e}", echo(&image_name))))?;
             image
         }
     };
-    HeightMap::of_pds(&label_name, &text, &bytes(&image)?).map(Arc::new).map(Some).map_err(map_error)
+    HeightMap::of_pds(&label_name, &text, &read_image(&image)?).map(Arc::new).map(Some).map_err(invalid_map)
 }
 
 /// The path with another extension in lower case, or in capitals if only that file exists.

@@ -1,8 +1,8 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
 //! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and the Sun's heights above the local horizon at their vertices
-//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by [`TOLERANCE_RAD`]. An error is a
-//! single line.
+//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An
+//! error is a single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
@@ -13,7 +13,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Change of the Sun's direction in body axes below which computed heights are reused: about a tenth of the Sun's angular radius seen from the Earth.
-pub const TOLERANCE_RAD: f64 = 5e-4;
+const SUN_DIRECTION_TOLERANCE_RAD: f64 = 5e-4;
+/// Relative change of the Sun's angular radius below which computed heights are reused.
+const SUN_SIZE_TOLERANCE: f64 = 0.01;
 /// Largest number of sets of heights in memory: enough for two views of several bodies.
 const MAX_HEIGHT_SETS: usize = 8;
 /// Largest number of models in memory.
@@ -31,8 +33,10 @@ struct SunHeightInputs {
 impl SunHeightInputs {
     /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
     fn is_usable_for(&self, other: &Self) -> bool {
-        let is_near = self.towards_sun.cross(other.towards_sun).length() < TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
-        Arc::ptr_eq(&self.model, &other.model) && is_near && (self.sun_radius_rad / other.sun_radius_rad - 1.0).abs() < 0.01
+        let sine = self.towards_sun.cross(other.towards_sun).length();
+        let is_near = sine < SUN_DIRECTION_TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
+        let is_same_size = (self.sun_radius_rad / other.sun_radius_rad - 1.0).abs() < SUN_SIZE_TOLERANCE;
+        Arc::ptr_eq(&self.model, &other.model) && is_near && is_same_size
     }
 }
 
@@ -41,7 +45,7 @@ pub struct Meshes {
     folders: Vec<PathBuf>,
     /// Models by body; an error gives the file, and why the model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Mesh>, String>>,
-    heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
+    sun_heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
 }
 
 impl Meshes {
@@ -50,7 +54,7 @@ impl Meshes {
         Self {
             folders: folders.into_iter().collect(),
             models: Memo::with_capacity(MAX_MODELS),
-            heights: Memo::with_capacity(MAX_HEIGHT_SETS),
+            sun_heights: Memo::with_capacity(MAX_HEIGHT_SETS),
         }
     }
 
@@ -69,7 +73,7 @@ impl Meshes {
             return Err(format!(
                 "mesh {} is not in {}",
                 mesh.file,
-                if searched.is_empty() { "any folder that was named".into() } else { searched.join(" nor in ") }
+                if searched.is_empty() { "any named folder (--textures, --catalogs)".into() } else { searched.join(" nor in ") }
             ));
         };
         let name = path.display();
@@ -80,11 +84,11 @@ impl Meshes {
         Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// Height of the Sun over the model's own horizon at each vertex, in solar radii. `towards_sun`: unit vector in body axes.
-    /// `sun_radius_rad`: the Sun's angular radius.
+    /// Height of the Sun above the local horizon, which includes the model's own relief, at each vertex, in solar radii. `towards_sun`: unit vector in
+    /// body axes. `sun_radius_rad`: the Sun's angular radius.
     pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
-        self.heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))
+        self.sun_heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))
     }
 }
 
@@ -104,8 +108,8 @@ mod tests {
         let heights_for_angle =
             |model: &Arc<Mesh>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
         let first = heights_for_angle(&model, 0.0);
-        assert!(Arc::ptr_eq(&first, &heights_for_angle(&model, 0.8 * TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 1.2 * TOLERANCE_RAD)));
+        assert!(Arc::ptr_eq(&first, &heights_for_angle(&model, 0.8 * SUN_DIRECTION_TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 1.2 * SUN_DIRECTION_TOLERANCE_RAD)));
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, std::f64::consts::PI)), "from the other side");
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&self::model(), 0.0)), "another shape");
         // More sets than the limit drop the oldest one.

@@ -103,7 +103,7 @@ pub struct DrawnFrame {
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// Characters that occur in coordinates, for the glyph atlas.
+/// Characters of coordinates, for the glyph atlas. Only the degree sign is not ASCII.
 const COORDINATE_CHARS: &str = "0123456789+-.°'\"hmsNESW";
 /// Largest number of textures of ring tables in memory: enough for the rings and their shadows in a frame.
 const MAX_RING_PROFILES: usize = 6;
@@ -131,7 +131,7 @@ pub struct Session {
     unreadable_files: Mutex<BTreeSet<String>>,
     /// Receives the messages for the user.
     notify: Arc<dyn Fn(&str) + Send + Sync>,
-    /// Times by thread, so that a frame's times do not include background work.
+    /// Times of the stages by thread, so that a frame's times do not include background work.
     stages: Mutex<HashMap<ThreadId, Stages>>,
     /// Whether stages also count CPU time.
     count_cpu: bool,
@@ -146,7 +146,7 @@ pub struct Session {
     /// The user's panorama of the sky.
     sky_map: Option<SkyMap>,
     /// Folders of the user's maps and meshes, for provenance.
-    folders: Vec<PathBuf>,
+    map_and_mesh_folders: Vec<PathBuf>,
     /// Digests of the files from which the session draws, for provenance; computed when first needed.
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
@@ -157,30 +157,30 @@ pub struct Session {
 /// A file that cannot be read, or a list of all invalid fields.
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
-    let failed = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
-    let entries = std::fs::read_dir(folder).map_err(|e| failed(folder, e))?;
+    let file_error = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
+    let entries = std::fs::read_dir(folder).map_err(|e| file_error(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
     paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();
     for path in paths {
-        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| failed(&path, e))?;
+        let text = read_text(&path, MAX_CATALOG_BYTES).map_err(|e| file_error(&path, e))?;
         files.push((path.display().to_string(), text));
     }
     Catalog::with_files(&files)?.with_data(|layer| data_layers::read(&folder.join(&layer.file), layer))
 }
 
-/// The embedded ephemeris, extended by the user's kernel. Checks that every body of the catalog has a source of positions.
+/// The embedded ephemeris, extended by the user's kernel. Checks that the motion and the rotation of every body of the catalog can be computed.
 ///
 /// # Errors
-/// A file that cannot be read, or a list of all bodies without any source of positions, with file and line of the catalog.
+/// A file that cannot be read, or a list of all fields of the catalog that the ephemeris does not support, each with its file and line.
 pub fn read_ephemeris(catalog: &Catalog, kernel: Option<&Path>) -> Result<Ephemeris, SessionError> {
     let mut ephemeris = Ephemeris::embedded(catalog)?;
     if let Some(path) = kernel {
         let name = path.display().to_string();
-        let failed =
+        let file_error =
             |why: String| SessionError::File { path: echo(&name), why: format!("{why}; --kernel takes an SPK file such as de440.bsp") };
-        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| failed(e.to_string()))?;
+        let bytes = read_bytes(path, MAX_KERNEL_BYTES).map_err(|e| file_error(e.to_string()))?;
         ephemeris = ephemeris.with_kernel(&name, bytes)?;
     }
     let mut problems: Vec<_> = ephemeris.unsupported_fields(catalog).into_iter().map(|f| catalog.problem(f.body, f.field, f.why)).collect();
@@ -227,13 +227,13 @@ impl Session {
         let library = open_library(cache.as_deref(), software_renderers::lowering(), notify.clone());
         let ring_shines = cache.as_deref().map(|folder| Box::new(RingShineFiles::new(folder)) as Box<dyn RingShineStore>);
         let air_tables = air_tables::AirTables::open(cache);
-        let from_folder = match &sources.shaders {
+        let folder_fragments = match &sources.shaders {
             Some(folder) => fragment_times(folder).and_then(|times| read_fragments(folder, &times))?,
             None => Fragments::default(),
         };
-        let surfaces = surface_fragments(&sources.surfaces, &from_folder)?;
+        let surfaces = surface_fragments(&sources.surfaces, &folder_fragments)?;
         if sources.shaders.is_some() || !surfaces.is_empty() {
-            library.set_fragments(from_folder.and_files(surfaces.iter().cloned()));
+            library.set_fragments(folder_fragments.and_files(surfaces.iter().cloned()));
         }
         Ok(Self {
             catalog,
@@ -256,7 +256,7 @@ impl Session {
             minor_planets: sources.minor_planets.clone(),
             surfaces,
             sky_map,
-            folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
+            map_and_mesh_folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             source_digests: OnceLock::new(),
         })
     }
@@ -406,8 +406,8 @@ mod tests {
     #[test]
     fn the_glyphs_contain_the_letters_of_the_users_instruments() {
         let folder = tempfile::tempdir().expect("a folder");
-        let own = "[[instrument]]\nname = \"Телескоп\"\nshape = \"circle\"\ndiameter_deg = 0.6\nsource = \"own\"\n";
-        std::fs::write(folder.path().join("own.toml"), own).expect("written");
+        let instrument_toml = "[[instrument]]\nname = \"Телескоп\"\nshape = \"circle\"\ndiameter_deg = 0.6\nsource = \"own\"\n";
+        std::fs::write(folder.path().join("own.toml"), instrument_toml).expect("written");
         let catalogs = Some(folder.path().to_owned());
         let sources = Sources { catalogs, cache: Some(folder.path().join("cache")), ..Sources::default() };
         let session = Session::open(&sources, |line| panic!("{line}")).expect("a session");

@@ -72,7 +72,7 @@ pub(super) fn source_digests(
     kernel: Option<&Path>,
     stars: Option<&Path>,
     minor_planets: Option<&Path>,
-    folders: &[PathBuf],
+    map_and_mesh_folders: &[PathBuf],
 ) -> BTreeMap<String, String> {
     // The citations of values (`sources`) are left out, because they change no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
@@ -83,8 +83,8 @@ pub(super) fn source_digests(
         maps.chain(clouds).chain(b.overlays.iter().map(|o| o.file.as_str())).chain(b.mesh.iter().map(|m| m.file.as_str()))
     });
     let files = files.chain([MILKY_WAY_FILE]);
-    // Of several files of one name, the first is read.
-    let found = files.filter_map(|name| Some((name, folders.iter().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    // If several folders have a file of this name, the session reads the first one.
+    let found = files.filter_map(|name| Some((name, map_and_mesh_folders.iter().map(|f| f.join(name)).find(|path| path.is_file())?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
@@ -137,6 +137,7 @@ impl Provenance {
             language,
             coarse_air,
         } = request;
+        // For a value that the request leaves to the program.
         let default_text = || "as usual".to_owned();
         let axes_name = |axes: &Axes| match axes {
             Axes::Icrf => "ICRF",
@@ -192,7 +193,7 @@ impl Provenance {
         Self(values)
     }
 
-    /// The provenance of the image of this request's error bounds, which must not pass for the request's own image.
+    /// The provenance of the image of this request's error bounds, which must not be mistaken for the request's own image.
     #[must_use]
     pub fn of_error_bound(mut self) -> Self {
         self.0.insert("content".to_owned(), "bound of the error".to_owned());
@@ -219,8 +220,9 @@ impl Provenance {
     /// The first three fields in which two provenances differ, in the form of [`ExistingImage::Other`], and the number of the other ones.
     fn differences(theirs: &Self, ours: &Self) -> String {
         // The fields that a user knows best come first.
-        let order = ["target", "time", "from", "size", "effects", "layers", "quality"];
-        let names = order.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !order.contains(k)));
+        let best_known = ["target", "time", "from", "size", "effects", "layers", "quality"];
+        let names =
+            best_known.into_iter().chain(theirs.0.keys().chain(ours.0.keys()).map(String::as_str).filter(|k| !best_known.contains(k)));
         let mut differing: Vec<&str> = Vec::new();
         for name in names.filter(|n| theirs.0.get(*n) != ours.0.get(*n)) {
             if !differing.contains(&name) {
@@ -245,7 +247,7 @@ impl Provenance {
             // A missing or invalid folder is reported when the image is written.
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingImage::None,
             Err(e) => return ExistingImage::Unknown(e.to_string()),
-            Ok(metadata) if !metadata.is_file() => return ExistingImage::Unknown("no file".into()),
+            Ok(metadata) if !metadata.is_file() => return ExistingImage::Unknown("not a regular file".into()),
             Ok(metadata) => metadata,
         };
         let read = |max_bytes: u64| {
@@ -284,7 +286,7 @@ impl Session {
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
         let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
         let sources = self.source_digests.get_or_init(|| {
-            let mut sources = source_digests(&self.catalog, kernel, stars, minor_planets, &self.folders);
+            let mut sources = source_digests(&self.catalog, kernel, stars, minor_planets, &self.map_and_mesh_folders);
             if let Some(map) = self.catalog.lunar_heights() {
                 sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
             }

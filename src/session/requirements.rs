@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::sync::Arc;
 
-/// Largest number of texels around the equator in the map of city lights for the light meter. On the Earth each is then 20 km wide.
+/// Largest width in texels of the map of city lights for the light meter. On the Earth each texel is then 20 km wide at the equator.
 const MAX_NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
@@ -23,33 +23,33 @@ impl Session {
     /// # Errors
     /// See [`SceneBuilder::new`].
     pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        self.scene_prepared_by(request, |_| {})
+        self.scene_with(request, |_| {})
     }
 
-    /// As [`Self::scene`]. `prepare` is called with the requirements, before shape models and tables are read or computed.
-    pub(super) fn scene_prepared_by(&self, request: &ViewRequest, prepare: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
-        self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), prepare)
+    /// As [`Self::scene`]. `on_requirements` is called with the scene's requirements, before shape models and tables are read or computed.
+    pub(super) fn scene_with(&self, request: &ViewRequest, on_requirements: impl FnOnce(&Requirements)) -> Result<Scene, SessionError> {
+        self.scene_from(|| SceneBuilder::new(&self.catalog, &self.ephemeris, request, &self.scene_caches), on_requirements)
     }
 
-    /// As [`Self::scene_prepared_by`], for the builder that `begin` creates.
+    /// As [`Self::scene_with`], for the builder that `new_builder` creates.
     pub(super) fn scene_from<'a>(
         &'a self,
-        begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
-        prepare: impl FnOnce(&Requirements),
+        new_builder: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
+        on_requirements: impl FnOnce(&Requirements),
     ) -> Result<Scene, SessionError> {
-        let (builder, resources_so_far) = self.metered(begin)?;
+        let (builder, resources_so_far) = self.metered_builder(new_builder)?;
         let required = self.timed(Stage::Scene, || builder.requirements(&resources_so_far));
-        prepare(&required);
+        on_requirements(&required);
         let resources = self.resources(&required);
         Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder whose light meter includes the city lights, and the resources known so far.
-    pub(super) fn metered<'a>(
+    /// A builder that has metered the light, including city lights, and the resources loaded so far.
+    pub(super) fn metered_builder<'a>(
         &'a self,
-        begin: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
+        new_builder: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
-        let mut builder = self.timed(Stage::Scene, begin)?;
+        let mut builder = self.timed(Stage::Scene, new_builder)?;
         let mut resources_so_far = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
         for body in builder.night_lights_to_meter(&resources_so_far).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));

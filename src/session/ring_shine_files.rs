@@ -8,6 +8,7 @@ use crate::scene::rings::ring_shine::{self, COLUMNS, ROWS, RingShine, RingShineS
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+/// The first bytes of a table's file.
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;

@@ -54,7 +54,7 @@ const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
 /// The Sun as large as seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
-fn eclipse(key: &ShaderKey) -> EclipseUniforms {
+fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     // As for the Earth: the distance of the Sun in the Earth's radii, and the cotangent of the Sun's angular radius.
     let (sun_distance, sun_cotangent) = (23_455.0, 215.0);
     let along = SUNWARD.normalize_or_zero();
@@ -78,9 +78,10 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
         perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
+        // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
-        occluder_positions: occluders.iter().map(|c| Vec4::new(c[0], c[1], c[2], 0.0)).collect(),
-        occluder_outlines: occluders.iter().map(|c| Vec4::new(0.8, 0.6, c[3], 0.9 * c[3])).collect(),
+        occluder_positions: occluders.iter().map(|[x, y, distance, _]| Vec4::new(*x, *y, *distance, 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|[.., radius]| Vec4::new(0.8, 0.6, *radius, 0.9 * radius)).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
         // Factors that increase from the centre of the shadow outwards, and from red to blue.
@@ -91,9 +92,9 @@ fn eclipse(key: &ShaderKey) -> EclipseUniforms {
     }
 }
 
-/// A thin and a thick ring with a gap between them.
-fn ring(surface: Surface) -> RingUniforms {
-    let ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
+/// A thin and a thick ring with a gap between them; for any surface but a ring, their shadow.
+fn ring_uniforms(surface: Surface) -> RingUniforms {
+    let flat_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
         outer_km,
@@ -101,7 +102,7 @@ fn ring(surface: Surface) -> RingUniforms {
         albedo: [0.8, 0.7, 0.5],
         dust: 0.0,
     };
-    let rings = [ring(1.1, 1.5, 0.1), ring(1.6, 2.2, 1.5)];
+    let rings = [flat_ring(1.1, 1.5, 0.1), flat_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let table = match surface {
         Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, 5e-4)), 1.0, 4.0)),
@@ -128,7 +129,7 @@ fn ring(surface: Surface) -> RingUniforms {
 }
 
 /// Ring-shine that is strongest at night, and brighter on the Sun's side of the ring plane.
-fn shine() -> RingShine {
+fn sample_ring_shine() -> RingShine {
     let texel = |n: usize| {
         let (row, column) = (n / COLUMNS, n % COLUMNS);
         let level = column as f32 / COLUMNS as f32 * if row < ROWS { 0.5 } else { 0.2 };
@@ -138,14 +139,14 @@ fn shine() -> RingShine {
 }
 
 /// A limb profile of twenty hills and valleys, exaggerated to 0.03 of the radius so that they are visible.
-fn limb() -> LimbTable {
+fn sample_limb() -> LimbTable {
     let points = LIMB_COLUMNS * LIMB_ROWS;
     let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
 /// An atmosphere with Rayleigh and Mie scattering and an absorption layer. Its height is a tenth of the body's diameter, so that each part is visible.
-fn air() -> AtmosphereUniforms {
+fn air_uniforms() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
         coarse_bound: Vec2::ZERO,
@@ -173,8 +174,8 @@ fn air() -> AtmosphereUniforms {
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
 
-fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
-    // A ring seen from its own plane would be a line.
+fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
+    // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
     let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
@@ -201,8 +202,8 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             Vec4::new(0.0, 0.0, 0.5, 1.0),
         ),
         albedo: Vec3::new(0.6, 0.5, 0.4),
-        air: air(),
-        eclipse: eclipse(key),
+        air: air_uniforms(),
+        eclipse: eclipse_uniforms(key),
         lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
@@ -222,12 +223,12 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             albedo: 0.7,
             reflectance: 0.7,
             // Half of the air is above the clouds.
-            depth_above: air().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
+            depth_above: air_uniforms().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
             coarse_row: 0.0,
         },
         camera_in_unit_sphere: forward * -1.0e3,
-        overlays: overlays(key),
-        ring: ring(key.features().surface),
+        overlays: overlay_uniforms(key),
+        ring: ring_uniforms(key.features().surface),
         // As seen along the negative x axis: north is up, celestial east to the left.
         limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
@@ -235,7 +236,7 @@ fn uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
 }
 
 /// Overlays on the visible side: a band, and an image within it.
-fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
+fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
     let band = [
@@ -246,7 +247,7 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    let round = [
+    let image = [
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(1.0, 0.0, 0.0, 1.0),
@@ -254,11 +255,11 @@ fn overlays(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    [band, round].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
+    [band, image].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
 }
 
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
-fn map(role: MapRole) -> Result<Texture, SessionError> {
+fn sample_map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
     let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
     let byte = |x: f64| (127.5 + 127.5 * x).round().clamp(0.0, 255.0) as u8;
@@ -277,7 +278,7 @@ fn map(role: MapRole) -> Result<Texture, SessionError> {
 }
 
 /// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
-fn mesh(vertex_colour: bool) -> Vertices {
+fn sphere_mesh(vertex_colour: bool) -> Vertices {
     let (columns, rows) = MESH_SIZE;
     let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -332,19 +333,19 @@ fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
 /// # Errors
 /// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
 pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
-    let failed = |e: String| SessionError::Plan(PlanError::Module(e));
+    let plan_error = |e: String| SessionError::Plan(PlanError::Module(e));
     let id = ModuleId::Planet(*key);
-    let uniforms = uniforms(key, half_side);
-    let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| failed(format!("{id}: {e}")))?;
+    let uniforms = draw_uniforms(key, half_side);
+    let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| plan_error(format!("{id}: {e}")))?;
     let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match (t.name.as_str(), &uniforms.ring.table) {
             (RING_PROFILE, Some(table)) => ring_profile(table),
-            (RING_SHINE, _) => ring_shine(&shine()),
-            (LIMB_TABLE, _) => limb_table(&limb()),
+            (RING_SHINE, _) => ring_shine(&sample_ring_shine()),
+            (LIMB_TABLE, _) => limb_table(&sample_limb()),
             (COARSE_AIR_TEXTURE, _) => coarse_air(side_px, key.features().air_pass),
-            (name, _) => Arc::new(map(role_of(name).ok_or_else(|| failed(format!("{id}: `{name}` is not a map of a body")))?)?),
+            (name, _) => Arc::new(sample_map(role_of(name).ok_or_else(|| plan_error(format!("{id}: `{name}` is not a map of a body")))?)?),
         };
         textures.push(TextureBinding { binding: t.binding, source: TextureSource::Image(image) });
     }
@@ -355,7 +356,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         uniform_bytes,
         textures,
         samplers: module.layout.samplers.iter().map(|s| SamplerBinding { binding: s.binding, state: sampler_state }).collect(),
-        vertices: if features.shape == Shape::Mesh { mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
+        vertices: if features.shape == Shape::Mesh { sphere_mesh(features.flags.vertex_colour) } else { Vertices::Count(6) },
         instances: Instances { count: 1, attributes: Vec::new() },
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
@@ -406,11 +407,11 @@ pub fn ms_per_megapixel_at(
         return Ok(None);
     }
     let plan = sample_body_plan(library, key, side_px, SAMPLE_HALF_SIDE_ON_DISC)?;
-    let mut best = f64::INFINITY;
+    let mut fastest_ms = f64::INFINITY;
     for _ in 0..ROUNDS {
         let start = Instant::now();
         renderer.render(&plan, library, FrameImages::Display)?;
-        best = best.min(1e3 * start.elapsed().as_secs_f64());
+        fastest_ms = fastest_ms.min(1e3 * start.elapsed().as_secs_f64());
     }
-    Ok(Some(best * 1e6 / (f64::from(side_px) * f64::from(side_px))))
+    Ok(Some(fastest_ms * 1e6 / (f64::from(side_px) * f64::from(side_px))))
 }

@@ -15,7 +15,7 @@ fn default_mean_radiance() -> f64 {
     SkyMap::milky_way().unit_radiance * 0.0293
 }
 
-/// The error of the option. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
+/// The error for `--sky`. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
 fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
     let file: &str = match e {
         ImageError::Unreadable { name, .. } | ImageError::TooLarge { name, .. } => name,

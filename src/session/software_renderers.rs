@@ -18,7 +18,7 @@ pub fn renderer(threads: Option<usize>, double_precision: bool) -> Result<Softwa
     SoftwareRenderer::new(Options { threads: threads.unwrap_or(0), precision, ..Options::default() })
 }
 
-/// A software renderer in f64 that snaps vertices to the grid of GPUs, as [`renderer`] otherwise.
+/// As [`renderer`] in f64, but vertices snap to the subpixel grid of GPUs.
 pub fn renderer_for_gpu_comparison(threads: Option<usize>) -> Result<SoftwareRenderer, RenderError> {
     let threads = threads.unwrap_or(0);
     SoftwareRenderer::new(Options { threads, precision: Precision::F64, vertex_grid: VertexGrid::Gpu, ..Options::default() })

@@ -24,7 +24,7 @@ pub struct Sources {
     /// A file of minor planets and comets that replace the embedded ones: a table with named columns, JSON of the JPL's database, or
     /// MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
-    /// A height map of the entire Moon: `FILE`, or `FILE,LOW,HIGH` with the heights of black and white in km.
+    /// A height map of the entire Moon: `FILE`, or `FILE,LOW,HIGH` with the heights in km that black and white pixels stand for.
     pub lunar_heights: Option<OsString>,
     /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
     pub sky: Option<PathBuf>,

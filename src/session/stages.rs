@@ -46,14 +46,14 @@ impl Stage {
 /// Total elapsed and CPU time of each stage.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Stages {
-    spent: [Duration; Stage::ALL.len()],
+    elapsed: [Duration; Stage::ALL.len()],
     cpu: [Option<Duration>; Stage::ALL.len()],
 }
 
 impl Stages {
     /// Adds elapsed time.
     pub fn add(&mut self, stage: Stage, spent: Duration) {
-        self.spent[stage as usize] += spent;
+        self.elapsed[stage as usize] += spent;
     }
     /// Runs `work` and adds its elapsed time.
     pub fn measure<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
@@ -64,7 +64,7 @@ impl Stages {
     }
     /// Elapsed time.
     pub fn spent(&self, stage: Stage) -> Duration {
-        self.spent[stage as usize]
+        self.elapsed[stage as usize]
     }
     /// Adds CPU time. If none is ever added to a stage, its CPU time is unknown.
     pub fn add_cpu(&mut self, stage: Stage, cpu_time: Duration) {
@@ -86,7 +86,7 @@ impl Stages {
         }
         self
     }
-    /// The times since an earlier state.
+    /// The times added since `earlier` was copied from the same total.
     pub fn since(&self, earlier: &Self) -> Self {
         let mut difference = Self::default();
         for stage in Stage::ALL {

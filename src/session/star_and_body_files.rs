@@ -16,8 +16,8 @@ fn read_table(path: Option<&Path>, accepted: &str) -> Result<Option<(String, Str
     const MAX_BYTES: u64 = 1 << 30;
     let Some(path) = path else { return Ok(None) };
     let name = path.display().to_string();
-    let failed = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {accepted}") };
-    let text = read_text(path, MAX_BYTES).map_err(|e| failed(e.to_string()))?;
+    let file_error = |why: String| SessionError::File { path: echo(&name), why: format!("{why}; {accepted}") };
+    let text = read_text(path, MAX_BYTES).map_err(|e| file_error(e.to_string()))?;
     Ok(Some((name, text)))
 }
 

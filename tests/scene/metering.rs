@@ -241,7 +241,7 @@ const HALVINGS: u32 = 12;
 /// Checks the exposure over a series of views, `view(0.0)` to `view(steps)`. No step changes the stops by more than a bound, unless a limb
 /// or the Sun enters the frame; then the change must be continuous: the step is halved [`HALVINGS`] times, each time keeping the half that
 /// changes most, and the last half must change by less than the bound. No exposure exceeds that of a night photograph.
-fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
+pub(super) fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
     let stops_at = |k: f64| {
         let exposure = scene(&view(k)).exposure;
         assert!(exposure.stops.is_finite() && exposure.stops <= -darkest_white().log2() + 1e-9, "{name}: {} stops", exposure.stops);

@@ -15,6 +15,7 @@ mod linear_light;
 mod magnitudes;
 mod map_footprint;
 mod meshes;
+mod metered_subjects;
 mod metering;
 mod milky_way;
 mod minor_planets;

@@ -44,7 +44,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let (message, dots_shown) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
     assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots_shown == 2, "{message}");
     let (message, dots_shown) = drop_file("own.png", "");
-    assert!(message.contains("no layer of data") && dots_shown == 2, "{message}");
+    assert!(message.contains("not a data layer") && dots_shown == 2, "{message}");
     // A file of the same name replaces the layer; celestial coordinates give points in the sky.
     let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
     assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");

@@ -71,8 +71,8 @@ impl Plan {
     }
 }
 
-/// Radiance of display white below which the HDR target needs f32: half a display level on black, 1.5e-4 of white, is then smaller than the
-/// smallest step of half floats, 2^-24.
+/// Radiance of display white below which the HDR target needs f32: half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white, is then
+/// smaller than the smallest half float, 2^-24.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -87,18 +87,19 @@ fn step_name(draw: &Draw) -> &'static str {
 
 /// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
-/// 2. Opaque bodies, translucent layers (rings, skies, clouds) and the corona, from far to near: an antialiased limb is blended over the object behind it,
-///    which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
+/// 2. Opaque bodies, translucent layers (rings, atmospheres beyond the limb, clouds) and the corona, from far to near: an antialiased limb is blended over the
+///    object behind it, which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
 ///    body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. Bloom and the tone map.
 /// 5. Over the display image, the outline and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
-    steps_with(scene, provider, sampling, None)
+    steps_with_faces(scene, provider, sampling, None)
 }
 
-/// Like [`steps`]. `faces_draw`: for a dome or a whole sphere, the draw that resamples its faces (frames along the axes of a cube), in which the bodies are.
-pub(super) fn steps_with(
+/// As [`steps`]. `faces_draw`: for a dome or a whole sphere, the draw that resamples its faces (frames along the axes of a cube). The faces contain the
+/// bodies, so `scene` has none.
+pub(super) fn steps_with_faces(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
@@ -109,7 +110,7 @@ pub(super) fn steps_with(
     Ok(steps)
 }
 
-/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: as in [`steps_with`]; it is drawn over the stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: as in [`steps_with_faces`]; it is drawn over the stars and behind all bodies.
 pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -138,8 +139,10 @@ pub(super) fn hdr_steps(
     steps.extend([background, sky, sky_images, sky_lines, over_hdr("stars", simple_draws::stars(scene, provider)?)]);
     steps.extend(faces_draw.map(|draw| over_hdr("faces", vec![draw])));
     let belongs_to = |body| move |d: &Draw| d.body == body;
+    // Adds the steps of these draws, the first of which is `scene.draws[first_draw]`.
     let add_bodies = |steps: &mut Vec<PassStep>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
         let mut start = first_draw;
+        // Consecutive draws of one body.
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, end) = (run[0].body, start + run.len());
             // The layers of a ringed body (ring behind, globe, ring in front) need not be consecutive: moons may be between them.

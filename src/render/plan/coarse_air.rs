@@ -1,10 +1,10 @@
-//! The coarse image of the air, between whose texels the draws of bodies interpolate the light of the air instead of evaluating it at each pixel. A first pass
+//! The coarse image of the air: draws of bodies interpolate the light of the air between its texels instead of evaluating it at each pixel. A first pass
 //! evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the occluders to its ground. A second pass marks
 //! the texels around which interpolation is accurate enough.
 //!
-//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the rows that they read. Always: a texel lies at the
-//! corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a band of
-//! rows, because bodies overlap on the screen. Not here: which draws read the image (scene).
+//! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at
+//! the corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range
+//! of rows as wide as the image, because bodies overlap on the screen. Not here: which draws read the image (scene).
 
 use super::error::PlanError;
 use super::extent::MarkedImage;
@@ -21,13 +21,13 @@ use glam::Vec4;
 use std::borrow::Cow;
 
 /// Resource names: the image that the first pass writes, and the marked image of the second.
-const SAMPLES: &str = "air samples";
-const COARSE_AIR: &str = "coarse air";
+const SAMPLES_TARGET: &str = "air samples";
+const COARSE_AIR_TARGET: &str = "coarse air";
 /// The simple shader of the second pass.
 const MARKING_MODULE: &str = "coarse_air";
 /// The texture variable of the image.
 pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
-/// Its binding in shaders/lib/air/coarse.wesl.
+/// The binding of that variable in shaders/lib/air/coarse.wesl.
 const COARSE_AIR_BINDING: u32 = 14;
 
 // shaders/lib/air/coarse.wesl detects an unmarked texel if it lowers the interpolated alpha by more than 1/128. A texel's smallest bilinear weight is
@@ -50,7 +50,7 @@ fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
     find(BodyPart::Globe).zip(find(BodyPart::Clouds)).filter(|(ground, clouds)| k == *ground || k == *clouds)
 }
 
-/// The modules that the passes run.
+/// The modules of both passes; none if no draw reads the image.
 pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
     let mut all: Vec<_> = draws.iter().flat_map(subimages_of).map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
     if !all.is_empty() {
@@ -85,19 +85,19 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     Cow::Owned(draw)
 }
 
-/// For the clouds' draw, if the ground's draw also shows the clouds: where the marked texels are. Between four of them the ground's draw shows the clouds, and
-/// the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
+/// For the clouds' draw, if the ground's draw also shows the clouds: the image with the marks. Between four marked texels the ground's draw shows the
+/// clouds, and the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
 pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedImage> {
-    let fills_in_clouds = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
-    fills_in_clouds.then(|| {
+    let is_shared = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
+    is_shared.then(|| {
         let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
         MarkedImage { binding: COARSE_AIR_BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
     })
 }
 
-/// What a step with these draws reads.
+/// The resources that a step with these draws reads.
 pub(super) fn reads_of(draws: &[Draw]) -> Vec<Read> {
-    if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR, binding: COARSE_AIR_BINDING }] } else { Vec::new() }
+    if draws.iter().any(reads_coarse_air) { vec![Read { resource: COARSE_AIR_TARGET, binding: COARSE_AIR_BINDING }] } else { Vec::new() }
 }
 
 /// The steps of both passes; none if no draw reads the image.
@@ -107,12 +107,12 @@ pub(super) fn steps(
     format: ColourFormat,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let subimages = subimages_before(draws, draws.len());
-    if subimages == 0 {
+    let subimage_count = subimages_before(draws, draws.len());
+    if subimage_count == 0 {
         return Ok(Vec::new());
     }
     let [width, subimage_height] = coarse_air_size(screen);
-    let height = subimages * subimage_height;
+    let height = subimage_count * subimage_height;
     let mut samples = Vec::new();
     let mut marks = Vec::new();
     for (k, draw) in draws.iter().enumerate() {
@@ -133,7 +133,7 @@ pub(super) fn steps(
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
-            // `bound`: the error of interpolation that is accepted, relative to the light (x) and absolute (y); see `coarse_bound`.
+            // `bound`: the accepted error of interpolation, relative to the light (x) and to the irradiance of the first light (y).
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
@@ -142,10 +142,10 @@ pub(super) fn steps(
         }
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
-    let reads_samples = vec![Read { resource: SAMPLES, binding: FIRST_READ_BINDING }];
+    let reads_samples = vec![Read { resource: SAMPLES_TARGET, binding: FIRST_READ_BINDING }];
     Ok(vec![
-        PassStep { name: SAMPLES, reads: vec![], writes: Write::New(target(SAMPLES)), draws: samples },
-        PassStep { name: COARSE_AIR, reads: reads_samples, writes: Write::New(target(COARSE_AIR)), draws: marks },
+        PassStep { name: SAMPLES_TARGET, reads: vec![], writes: Write::New(target(SAMPLES_TARGET)), draws: samples },
+        PassStep { name: COARSE_AIR_TARGET, reads: reads_samples, writes: Write::New(target(COARSE_AIR_TARGET)), draws: marks },
     ])
 }
 
@@ -157,7 +157,7 @@ fn samples_draw(
     scissor: [u32; 4],
     provider: &impl ResourceProvider,
 ) -> Result<PlanDraw, PlanError> {
-    // Only sunlight is evaluated here, so the module has no other light.
+    // The module evaluates only sunlight, so the other lights are dropped.
     uniforms.lights.truncate(1);
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
@@ -188,12 +188,12 @@ fn screen_edge_texels() -> f32 {
 /// The texels of a subimage around a rectangle of the screen, and one more on each side: left, top, right and bottom edge (the last two exclusive).
 fn rect_in_subimage(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     let size = coarse_air_size(screen);
-    let px = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
+    let texel_of = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
     let [x0, y0, x1, y1] = rect_in_clip.to_array();
-    let from = |at: f32| (at.floor() - 1.0).max(0.0) as u32;
-    let to = |at: f32, limit: u32| ((at.ceil() + 1.0).max(0.0) as u32).min(limit);
-    let [left, top] = [from(px(x0, screen[0])).min(size[0]), from(px(-y0, screen[1])).min(size[1])];
-    [left, top, to(px(x1, screen[0]), size[0]).max(left), to(px(-y1, screen[1]), size[1]).max(top)]
+    let first = |at: f32| (at.floor() - 1.0).max(0.0) as u32;
+    let end = |at: f32, limit: u32| ((at.ceil() + 1.0).max(0.0) as u32).min(limit);
+    let [left, top] = [first(texel_of(x0, screen[0])).min(size[0]), first(texel_of(-y0, screen[1])).min(size[1])];
+    [left, top, end(texel_of(x1, screen[0]), size[0]).max(left), end(texel_of(-y1, screen[1]), size[1]).max(top)]
 }
 
 /// The uniforms for drawing these texels instead of the rectangle on the screen. The view rays are the same, extrapolated where the texels extend beyond that

@@ -5,7 +5,7 @@
 //! map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values. Not here: the choice of frames
 //! (scene::composite).
 
-use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with};
+use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with_faces};
 use super::error::PlanError;
 use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const STEREO_TARGET: &str = "both eyes";
 /// Name of the warp pass.
 const SCREEN_TARGET: &str = "screen";
-/// Taps per pixel along each axis when the faces or an image to be warped are resampled.
+/// Taps per pixel along each axis with which the faces, or an image to be warped, are resampled.
 const TAPS: f32 = 4.0;
 /// The same for drafts, which have one sample per pixel.
 const DRAFT_TAPS: f32 = 2.0;
@@ -38,7 +38,7 @@ fn sphere_module(projection: Projection) -> &'static str {
     if projection == Projection::Fisheye { "fisheye" } else { "equirectangular" }
 }
 
-/// The modules that a composite's plan runs, each once.
+/// The modules that a composite's plan runs, each once. `warped`: the plan ends with a warp.
 pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
     let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole]).flat_map(modules).collect();
     match &composite.arrangement {
@@ -67,7 +67,7 @@ fn taps(sampling: SamplingQuality) -> f32 {
     if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
 }
 
-/// Plans an image of several frames. `warp`: the mesh that warps it, and the output size in pixels.
+/// Plans an image of one or several frames. `warp`: the mesh that warps it, and the output size in pixels.
 ///
 /// # Errors
 /// See [`PlanError`].
@@ -134,7 +134,7 @@ fn plan_faces(
     for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
         // The background is transparent, because the finished image draws the stars behind the faces.
         let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
-        // Only in the face's own pass: the images that it reads, such as that of the air, have other pixel coordinates.
+        // Only in the pass of the face itself: the images that it reads, such as the coarse image of the air, have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];
@@ -144,14 +144,14 @@ fn plan_faces(
         hdr_passes.push(combined.passes.len() - 1);
     }
     let draw = sphere_draw(faces, provider, taps(sampling))?;
-    let module = draw.module.clone();
+    let resampling_module = draw.module.clone();
     let single_sample = SamplingQuality { samples: 1, ..sampling };
-    let mut image = graph::compile(&steps_with(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
-    // A face that the image does not show is never read; any pass may be bound for it.
+    let whole_plan = graph::compile(&steps_with_faces(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
+    // A face without a frame is not visible in the image, so any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
     let passes_before = combined.passes.len();
-    append(&mut combined, std::mem::take(&mut image.passes));
-    for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == module) {
+    append(&mut combined, whole_plan.passes);
+    for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == resampling_module) {
         let textures =
             (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = textures.collect();
@@ -188,6 +188,7 @@ fn warp_draw(
 ) -> Result<PlanDraw, PlanError> {
     let screen = DVec2::new(f64::from(width), f64::from(height));
     let image = DVec2::from_array(image_px.map(f64::from));
+    // On the screen, the mesh's y runs from -1 to 1.
     let px_per_unit = 0.5 * screen.y;
     let flip_y = DVec2::new(1.0, -1.0);
     let nodes = mesh.nodes();
@@ -197,7 +198,7 @@ fn warp_draw(
     };
     let gradients = mesh.gradients();
     // Texels per pixel. The mesh's v and y point up; texture rows and screen rows run down.
-    let texels_per_px = |per_unit: DVec2| (per_unit * image / px_per_unit * flip_y).as_vec2();
+    let texels_per_px = |gradient: DVec2| (gradient * image / px_per_unit * flip_y).as_vec2();
     let texel_and_brightness =
         |k: usize| (DVec2::new(nodes[k].image.x, 1.0 - nodes[k].image.y) * image).extend(nodes[k].brightness).as_vec3();
     let attributes = vec![

@@ -1,10 +1,10 @@
 //! Bounds the pixels that a body's draw can change, so that a renderer may skip the others: by the outline of its ellipsoid on the screen, and by
 //! marked texels.
 //!
-//! In: the uniforms of a body's draw. Their silhouette form is a quadratic polynomial over the draw's rectangle, |ray|^2 (1 - q^2). Here the body's axes are
-//! scaled so that its ellipsoid is the unit sphere, and q is the distance of the view ray from the centre. Out: quadratic polynomials ("forms") of the pixel
-//! coordinates that are positive inside an outline. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least at a corner, and
-//! nowhere above its tangent plane at the middle.
+//! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw. Their silhouette
+//! form, a polynomial of the position in the draw's rectangle, is |ray|^2 (1 - q^2), where q is the distance of the view ray from the body's centre in the
+//! unit-sphere frame. Out: forms in pixel coordinates. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least at a corner,
+//! and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
@@ -20,14 +20,15 @@ pub struct Extent {
     pub(crate) marked: Option<MarkedImage>,
 }
 
-/// An image with marked texels (alpha 1) that lie at corners of the screen's pixels. The draw discards each pixel whose four nearest texels are marked.
+/// An image whose texels lie at corners of the screen's pixels, some of them marked (alpha 1). The draw discards each pixel whose four nearest texels are
+/// marked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkedImage {
     /// Binding of the image in the draw's module.
     pub binding: u32,
     /// Distance between neighbouring texels, in pixels.
     pub pixels_per_texel: u32,
-    /// The texel at the screen's top left corner.
+    /// Column and row of the texel at the screen's top left corner.
     pub first_texel: [u32; 2],
 }
 
@@ -35,9 +36,10 @@ impl MarkedImage {
     /// The rectangle of texels that surround a rectangle of pixels. Both are given by left, top, right and bottom edge, the last two exclusive.
     pub(crate) fn texels_around(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
         let [x, y] = self.first_texel;
-        let before = |pixel: u32| pixel / self.pixels_per_texel;
-        // The texel after the last pixel is one more than the texel before it; the exclusive edge is one more again.
-        [x + before(left), y + before(top), x + before(right.saturating_sub(1)) + 2, y + before(bottom.saturating_sub(1)) + 2]
+        let texel_before = |pixel: u32| pixel / self.pixels_per_texel;
+        // The texel after the last pixel follows the one before it, and the exclusive edge is one further: hence 2.
+        let [last_column, last_row] = [right, bottom].map(|edge| edge.saturating_sub(1));
+        [x + texel_before(left), y + texel_before(top), x + texel_before(last_column) + 2, y + texel_before(last_row) + 2]
     }
 }
 
@@ -46,8 +48,8 @@ impl MarkedImage {
 struct Ellipse([f64; 6]);
 
 impl Extent {
-    /// The extent of a body's draw on a screen of this size; `None` if nothing narrower than its rectangle is known. `marked`: the marks of clouds
-    /// that the ground's draw shows in part.
+    /// The extent of a body's draw on a screen of this size; `None` if no bound tighter than its rectangle is known. `marked`: for clouds
+    /// that the ground's draw shows in part, the texels between which it does.
     pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedImage>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         if features.shape == Shape::Mesh || features.limb_heights {
@@ -81,8 +83,8 @@ impl Extent {
 }
 
 impl Ellipse {
-    /// Converts a form over the draw's rectangle to pixel coordinates; `None` if its outline is no ellipse. (Of a hyperbola, one branch would belong
-    /// to rays behind the camera.)
+    /// Converts a form over the draw's rectangle to pixel coordinates; `None` if its outline is not an ellipse: one branch of a
+    /// hyperbola would belong to rays behind the camera.
     fn over_pixels(form: [DVec4; 2], uniforms: &DrawUniforms, screen: [u32; 2]) -> Option<Self> {
         let form = form_over_pixels(form, uniforms, screen);
         let [_, _, _, xx, xy, yy] = form;
@@ -91,27 +93,28 @@ impl Ellipse {
 
     /// Whether the rectangle, with a margin, is entirely inside: a concave function is least at a corner.
     fn contains(&self, pixels: [u32; 4]) -> bool {
-        let ([x, y], [half_x, half_y]) = middle_and_half(pixels);
-        [-half_x, half_x].iter().all(|dx| [-half_y, half_y].iter().all(|dy| self.at(x + dx, y + dy) > 0.0))
+        let ([x, y], [half_x, half_y]) = middle_and_half_sides(pixels);
+        [-half_x, half_x].iter().all(|dx| [-half_y, half_y].iter().all(|dy| self.value_at(x + dx, y + dy) > 0.0))
     }
 
     /// Whether the rectangle, with a margin, is entirely outside: a concave function lies below its tangent plane.
     fn is_outside(&self, pixels: [u32; 4]) -> bool {
-        let ([middle_x, middle_y], [half_x, half_y]) = middle_and_half(pixels);
+        let ([middle_x, middle_y], [half_x, half_y]) = middle_and_half_sides(pixels);
         let [_, x, y, xx, xy, yy] = self.0;
         let slope_x = x + 2.0 * xx * middle_x + xy * middle_y;
         let slope_y = y + 2.0 * yy * middle_y + xy * middle_x;
-        self.at(middle_x, middle_y) + slope_x.abs() * half_x + slope_y.abs() * half_y < 0.0
+        self.value_at(middle_x, middle_y) + slope_x.abs() * half_x + slope_y.abs() * half_y < 0.0
     }
 
-    fn at(&self, px: f64, py: f64) -> f64 {
+    /// The value of the form.
+    fn value_at(&self, px: f64, py: f64) -> f64 {
         let [constant, x, y, xx, xy, yy] = self.0;
         constant + px * (x + xx * px + xy * py) + py * (y + yy * py)
     }
 }
 
 /// The middle of a rectangle and half its sides, with a margin for antialiased edges and quads.
-fn middle_and_half(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
+fn middle_and_half_sides(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
     let [left, top, right, bottom] = pixels.map(f64::from);
     ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
 }
@@ -121,7 +124,7 @@ fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
     let length_sq =
         [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
-    // `top` is this quantity of the air's top, not a height.
+    // `air.top` is this quantity, not a height.
     let top_radius_sq_minus_1 = f64::from(uniforms.air.top);
     [0, 1].map(|row: usize| ground[row] + top_radius_sq_minus_1 * length_sq[row].extend(0.0))
 }

@@ -1,7 +1,7 @@
 //! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
-//! In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`] whose passes are in an order in which each resource is
-//! finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
+//! A resource is a named colour target. In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`], whose passes are ordered so
+//! that each resource is finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
 //! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
 //! to the final image; a violation is a [`GraphError`]. The renderers execute passes only; the plan contains no resource names that they must
 //! resolve.
@@ -51,15 +51,15 @@ pub struct PassStep {
 
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
-    #[error("passes `{first}` and `{second}` both make `{resource}`")]
+    #[error("steps `{first}` and `{second}` both create `{resource}`")]
     CreatedTwice { resource: &'static str, first: &'static str, second: &'static str },
-    #[error("pass `{step}` needs `{resource}`, which no pass makes")]
+    #[error("step `{step}` needs `{resource}`, which no step creates")]
     NotCreated { step: &'static str, resource: &'static str },
-    #[error("pass `{step}` draws for `{resource}`, which nothing that reaches the image reads")]
+    #[error("step `{step}` draws into `{resource}`, on which the image does not depend")]
     Unconnected { step: &'static str, resource: &'static str },
-    #[error("pass `{step}` reads `{resource}`, which is not finished before it")]
+    #[error("step `{step}` reads `{resource}`, which is not finished before it")]
     Circular { step: &'static str, resource: &'static str },
-    #[error("no pass makes the image `{0}`")]
+    #[error("no step creates the image `{0}`")]
     NoImage(&'static str),
 }
 
@@ -108,7 +108,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
 /// Compiles the steps to a plan whose last pass creates `image`.
 ///
 /// # Errors
-/// A violation of the rules in the module documentation.
+/// See [`GraphError`].
 pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, GraphError> {
     let mut creators: BTreeMap<&'static str, (&PassStep, &TargetDescriptor)> = BTreeMap::new();
     for step in steps {
@@ -131,7 +131,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
         return Err(GraphError::NoImage(image));
     }
     let order = topological_order(&by_resource, image)?;
-    // A cycle that the final image does not depend on is reported as unconnected.
+    // The order has only resources that the image depends on. So a cycle among others is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
@@ -161,7 +161,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
     Ok(Plan { passes: passes.collect() })
 }
 
-/// A text that lists passes, steps and draws in drawing order.
+/// Lists passes, steps and draws in drawing order, as text.
 pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
@@ -223,17 +223,17 @@ mod tests {
     }
 
     #[test]
-    fn each_error_names_its_pass() {
+    fn each_error_names_its_step() {
         let why = |steps: &[PassStep]| compile(steps, "image").expect_err("a mistake").to_string();
         let end = || creates("tone map", "image", &["light"]);
-        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both make `light`"));
+        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both create `light`"));
         assert!(why(&[end()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
-        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws for `mask`"));
+        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws into `mask`"));
         assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[creates("a", "light", &[])]).contains("no pass makes the image"));
+        assert!(why(&[creates("a", "light", &[])]).contains("no step creates the image"));
         let cycle = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
-        assert!(why(&cycle).contains("`m` draws for `mask`"));
+        assert!(why(&cycle).contains("`m` draws into `mask`"));
     }
 }

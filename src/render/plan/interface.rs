@@ -1,6 +1,6 @@
 //! One frame of the window: the textured triangles of the user interface. The rendered view is one of the textures.
 //!
-//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: a step of the render graph, and the plan (list of passes) of that
+//! In: [`UiPrimitive`]s in the order in which they are painted, and the window's size. Out: a step of the frame graph, and the plan (list of passes) of that
 //! step, which the GPU or the software renderer executes. Always: premultiplied sRGB-encoded values are blended without decoding. The window has a plan of its
 //! own because it is redrawn more often than the view, whose image is a texture here. Not here: the layout of panels.
 
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// The module of all primitives: shaders/entry/interface.wesl.
 pub const INTERFACE_MODULE: &str = "interface";
-/// The resource that the step creates.
+/// Name of the resource that the step creates.
 const WINDOW_TARGET: &str = "window";
 const TEXTURE_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
@@ -47,7 +47,7 @@ pub fn interface_step(
     [width, height]: [u32; 2],
     provider: &impl ResourceProvider,
 ) -> Result<PassStep, PlanError> {
-    // In clip space, which is 2 wide and 2 high.
+    // The size of a pixel in clip space, which is 2 wide and 2 high.
     let pixel_size = glam::Vec2::new(2.0 / width as f32, 2.0 / height as f32);
     let template = full_screen_draw(INTERFACE_MODULE, [width, height], provider, |w| w.vec2("pixel_size", pixel_size))?;
     let draws = primitives.into_iter().map(|primitive| {

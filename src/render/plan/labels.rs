@@ -1,4 +1,4 @@
-//! Annotations drawn over the display image: names and markers of bodies, labels of lines, caption, scale bar and compass in the margins, and data
+//! The draws of annotations over the display image: names and markers of bodies, labels of lines, caption, scale bar and compass in the margins, and data
 //! points.
 //!
 //! In: a scene's labels and texts, and the provider's glyph atlas. Out: draws for the display target. Always: glyphs are placed on whole pixels. Not
@@ -17,7 +17,7 @@ use crate::scene::labels::{
 use std::sync::Arc;
 
 /// Opacity of a line's label.
-const TEXT_OPACITY: f32 = 0.85;
+const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
@@ -35,7 +35,7 @@ struct GlyphQuad {
     colour: [f32; 4],
 }
 
-/// A glyph at a pen position, which is rounded to whole pixels so that each texel covers one pixel.
+/// A glyph at a pen position, which is rounded to whole pixels so that each texel of the atlas covers exactly one pixel.
 fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> GlyphQuad {
     let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(glyph.bearing[k])) as f32);
     let [x, y, w, h] = [glyph.at[0], glyph.at[1], glyph.size[0], glyph.size[1]].map(|v| v as f32);
@@ -46,14 +46,14 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.size_px);
     let shadow_px = shadow_offset_px(layer.size_px);
-    let mut all = Vec::new();
+    let mut quads = Vec::new();
     for label in layer.labels.iter().rev() {
         let is_selected = label.body == layer.selected;
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
         if label.radius_px < MARKER_RADIUS * layer.size_px {
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
-            all.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
+            quads.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
         // A body that fills the image is not named.
         if let Some(side) = label.name_side
@@ -62,27 +62,28 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
-            all.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
+            quads.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
-    all
+    quads
 }
 
-/// A text over its own shadow. `left_px`: the left end of the line at half the text's height; `shadow_px`: the shadow's offset in x and y.
+/// A text over its own shadow. `left_px`: the left end of the text, at half the height of its lower-case letters; `shadow_px`: the shadow's offset in x and y.
 fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
     let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
-    let mut all = Vec::new();
+    let mut quads = Vec::new();
     for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], SHADOW_OPACITY * opacity), (0.0, text_colour, opacity)] {
         let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);
-        all.extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
+        quads
+            .extend(visible.map(|(x, glyph)| glyph_quad(&glyph, [pen[0] + f64::from(x) + offset_px, pen[1] + offset_px], colour, opacity)));
     }
-    all
+    quads
 }
 
 /// Labels of lines.
 fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.size_px);
-    let quads = |t: &PlacedText| text_quads(&t.text, t.left_px.to_array(), t.colour, TEXT_OPACITY, glyphs, shadow_px);
+    let quads = |t: &PlacedText| text_quads(&t.text, t.left_px.to_array(), t.colour, LINE_LABEL_OPACITY, glyphs, shadow_px);
     layer.texts.iter().flat_map(quads).collect()
 }
 
@@ -91,7 +92,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let [r, g, b] = colour(bar.colour).to_array();
     let square = glyphs.solid_square;
     let side = square.size[0].max(1);
-    // Coordinates in an image fit into u32.
+    // `as` is exact: a side of an image fits into u32.
     let [width, height] = (bar.rect.max - bar.rect.min).round().to_array().map(|v| v.max(0.0) as u32);
     let (columns, rows) = (width.div_ceil(side), height.div_ceil(side));
     let tile = |k: u32| {
@@ -104,10 +105,10 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 }
 
 /// Caption, scale bar and compass, and the names of surface features with their ring-shaped markers, all drawn in the same way.
-fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = shadow_offset_px(labels.size_px);
-    let margin = &labels.margin;
-    let ring =
+fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
+    let shadow_px = shadow_offset_px(layer.size_px);
+    let margin = &layer.margin;
+    let ring_marker =
         |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
@@ -116,10 +117,10 @@ fn margin_labels(labels: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(SHADOW_OPACITY) * bar.opacity }, glyphs)
     };
     let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled_bar(bar, glyphs)));
-    margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
+    margin.rings.iter().map(ring_marker).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
-/// Data points, in one draw.
+/// Data points, in one draw; none without data.
 fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if all.is_empty() {
         return Ok(Vec::new());
@@ -135,25 +136,25 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { label: "data".into(), vertices, instances, blend: Blend::PremultipliedOver, ..draw }])
 }
 
-/// Draws names and markers of bodies, labels of lines, margins and data points.
+/// The draws of all annotations: data points first, then all others in one draw.
 pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let labels = scene.labels.as_ref();
     let Some(size_px) = labels.map(|l| l.size_px).or(scene.line_texts.as_ref().map(|t| t.size_px)) else {
         return Ok(Vec::new());
     };
     let glyphs = provider.glyphs(size_px);
-    let mut all = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
+    let mut quads = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
     let mut draws = Vec::new();
     if let Some(labels) = labels {
-        all.extend(body_labels(labels, &glyphs, scene.camera.height));
-        all.extend(margin_labels(labels, &glyphs));
+        quads.extend(body_labels(labels, &glyphs, scene.camera.height));
+        quads.extend(margin_labels(labels, &glyphs));
         draws = dots(scene, &labels.dots, provider)?;
     }
-    if all.is_empty() {
+    if quads.is_empty() {
         return Ok(draws);
     }
     let (vertices, instances) =
-        instanced_rectangles::<GlyphQuad>(&all, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
+        instanced_rectangles::<GlyphQuad>(&quads, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
     let draw = simple_draw("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
     let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });

@@ -12,7 +12,7 @@ use crate::scene::ring_shine::{self, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
 
-/// The texture variables of shaders/lib/maps.wesl and overlay.wesl, and the map that each shows.
+/// The texture variables of shaders/lib/maps.wesl and overlay.wesl, and the role of the map that is bound to each.
 const MAPS: [(&str, MapRole); 7] = [
     ("albedo_map", MapRole::Albedo),
     ("normal_map", MapRole::Normal),
@@ -30,7 +30,7 @@ pub const RING_PROFILE: &str = "ring_profile";
 /// The texture variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
 
-/// The texture variable of the Moon's limb profile: heights of the terrain along the Moon's edge.
+/// The texture variable of the Moon's limb profile: heights of the terrain along the limb.
 pub const LIMB_TABLE: &str = "limb_table";
 
 /// The role of a texture variable's image; `None` if the image is not a map of a body.
@@ -53,7 +53,7 @@ pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecodin
         (_, MapRole::Normal) => PoleFilter::Normals,
         _ => PoleFilter::Values,
     };
-    // The cloud map's values for a clear sky and for a closed deck, stored as bits of f32.
+    // The cloud map's values for a clear sky and for a closed cloud deck, stored as bits of f32.
     let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
     let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
     MapDecoding { format: map_format(role), poles, opacity }
@@ -75,12 +75,12 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
             _ => None,
         })
     };
-    let mut all = Vec::new();
+    let mut bindings = Vec::new();
     for texture in &layout.textures {
         let binding_of = |image| TextureBinding { binding: texture.binding, source: TextureSource::Image(image) };
-        all.extend(image_of(&texture.name)?.map(binding_of));
+        bindings.extend(image_of(&texture.name)?.map(binding_of));
     }
-    Ok(all)
+    Ok(bindings)
 }
 
 /// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the antimeridian; other overlays are clamped.
@@ -97,7 +97,7 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table of floats.
+/// The bytes of a table of floats, in the order that a texture has.
 fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();

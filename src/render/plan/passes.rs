@@ -83,7 +83,7 @@ pub enum ShadingRate {
     /// Each pixel's centre.
     #[default]
     PerPixel,
-    /// The draw adds light without fine structure: a renderer may shade fewer points and interpolate, where the error is at most a 500th of the light.
+    /// The draw adds light without fine structure. Where interpolation between fewer points errs by at most a 500th of the light, a renderer may use it.
     Interpolated,
 }
 
@@ -151,7 +151,7 @@ pub struct Pass {
     pub format: ColourFormat,
     /// Samples per pixel, 1 or 4.
     pub samples: u8,
-    /// Clear colour, as stored in the target.
+    /// Clear colour, in the encoding of the target.
     pub clear: [f32; 4],
     /// Whether the pass has a depth buffer.
     pub depth: bool,
@@ -159,13 +159,13 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass whose draws return numbers: one sample per pixel in linear floats, without depth; NaN where nothing is drawn.
+    /// A pass whose fragments are numbers instead of colours: one sample per pixel in linear floats, without depth; NaN where nothing is drawn.
     pub(crate) fn of_numbers(name: &'static str, width: u32, height: u32, draws: Vec<PlanDraw>) -> Self {
         Self { name, width, height, format: ColourFormat::Hdr, samples: 1, clear: [f32::NAN; 4], depth: false, draws }
     }
 }
 
-/// The images of a plan that the frame is to contain.
+/// Which images a renderer returns in the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameImages {
     /// The display image.
@@ -184,7 +184,7 @@ pub struct Plan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimpleDraw {
     pub module: &'static str,
-    /// The draw and its pass.
+    /// Names the draw and its pass.
     pub label: String,
     pub uniform_bytes: Vec<u8>,
 }

@@ -15,7 +15,7 @@ pub trait ResourceProvider {
     fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError>;
     /// A colour image premultiplied by its alpha.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
-    /// The texture of a ring's table, up to a megabyte, which the provider keeps from frame to frame.
+    /// The texture of a ring profile. It has up to a megabyte, so the provider keeps it from frame to frame.
     fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture;
     /// The glyph atlas for texts of a size in pixels.
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas>;

@@ -126,7 +126,7 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
     (Vertices::Count(6), Instances { count, attributes: attributes.iter().map(attribute).collect() })
 }
 
-/// The depth state of draws that nearer bodies hide.
+/// The depth state of draws that can be hidden by nearer bodies and hide nothing themselves.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
 /// A vec4: a sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
@@ -135,7 +135,7 @@ fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
     vec![radius_px, core as f32, glare as f32, stretch]
 }
 
-/// Point sprites, blended additively, in one draw.
+/// Point sprites, blended additively: one draw, or none without items.
 pub(super) fn sprites<T>(
     label: &str,
     items: &[T],
@@ -155,14 +155,14 @@ pub(super) fn sprites<T>(
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
 
-/// Attributes of sprites that do not belong to a catalog body.
-pub(super) const STAR_SPRITE: [InstanceAttribute<StarSprite>; 3] =
+/// Instance attributes of the sprites of stars and of comets' heads.
+pub(super) const STAR_ATTRIBUTES: [InstanceAttribute<StarSprite>; 3] =
     [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_attribute(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // A radius of 0: another frame of a composed image draws the star.
     let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
-    sprites("stars", &drawn_here, &STAR_SPRITE, scene, provider)
+    sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
@@ -176,7 +176,7 @@ pub(super) fn lines_in_space(scene: &Scene, provider: &impl ResourceProvider) ->
     segment_draws("lines in space", &scene.lines_in_space, DEPTH_TESTED, scene, provider)
 }
 
-/// Lines without depth test. The place of their step in the drawing order determines what covers them.
+/// Lines that are not depth-tested: only the drawing order decides what covers them.
 pub(super) fn lines_without_depth(
     label: &str,
     segments: &[LineSegment],
@@ -290,8 +290,8 @@ struct HaloImages {
     blurred: &'static str,
 }
 
-/// The images of the narrow halo, made from the radiance above white (bright pass), have a quarter of the image's sides; those of the wide halo, made
-/// from the narrow one, have a sixteenth. The names are keys of the pass times in JSON reports, and therefore do not change.
+/// The images of the narrow halo are made from the radiance above white (bright pass), and have a quarter of the image's width and height. Those of the wide
+/// halo are made from the narrow one, and have a sixteenth. The names are keys of the pass times in JSON reports, and therefore do not change.
 const NARROW_HALO: HaloImages = HaloImages { downsampled: "beyond white", blurred_x: "beyond white across", blurred: "near halo" };
 const WIDE_HALO: HaloImages = HaloImages { downsampled: "near halo shrunk", blurred_x: "near halo across", blurred: "far halo" };
 
@@ -300,13 +300,14 @@ fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> TargetDes
     TargetDescriptor { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
 }
 
-/// A step whose draw covers a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
+/// A step with one draw that fills a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
 pub(super) fn screen_step(name: &'static str, reads: &[&'static str], target: TargetDescriptor, draw: PlanDraw) -> PassStep {
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     let draw = PlanDraw { scissor: [0, 0, target.width, target.height], ..draw };
     PassStep { name, reads, writes: Write::New(target), draws: vec![draw] }
 }
 
+/// A Gaussian blur along one axis.
 fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f32) -> Result<PlanDraw, PlanError> {
     let draw = simple_draw("blur", scene, provider, |w| {
         w.vec2("axis", axis)?;
@@ -320,7 +321,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
-    // Keeps the radiance above `threshold` after exposure, up to `max_excess` above it.
+    // Downsamples the radiance above `threshold` after exposure, limited to `max_excess`.
     let downsample = |exposure: f32, threshold: f32, max_excess: f32| {
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
@@ -402,7 +403,7 @@ pub(super) fn colour(bytes: [u8; 3]) -> Vec3 {
     Vec3::from_array(bytes.map(f32::from)) / 255.0
 }
 
-/// The selected body's outline: a mask of its shape, blurred; the part of the blurred mask outside the shape is drawn over `display`.
+/// The selected body's outline: a mask of its shape is blurred, and the part of the blurred mask outside the shape is drawn over `display`.
 pub(super) fn outline_steps(
     scene: &Scene,
     shape: PlanDraw,
@@ -435,14 +436,14 @@ pub(super) fn outline_steps(
     };
     // A body's module writes depth, so the mask needs a depth target.
     let shape_target = TargetDescriptor { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
-    let line = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
-    let line = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..line };
+    let outline = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
+    let outline = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..outline };
     let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
     let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
         PassStep { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
         blurred("outline, blurred along x", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
         blurred("outline, blurred", OUTLINE_RESOURCES[1], OUTLINE_RESOURCES[2], Vec2::Y)?,
-        PassStep { name: "outline", reads, writes: Write::Over(display), draws: vec![line] },
+        PassStep { name: "outline", reads, writes: Write::Over(display), draws: vec![outline] },
     ])
 }

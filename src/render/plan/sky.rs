@@ -1,4 +1,4 @@
-//! The draws of the diffuse sky (Milky Way, zodiacal light) and of images of the sky over it: one full-screen triangle each.
+//! The draws of the diffuse sky (Milky Way, zodiacal light) and of the user's images of the sky, which are drawn over it: one full-screen triangle each.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};
@@ -18,11 +18,11 @@ const SAMPLER_BINDING: u32 = 2;
 /// How a panorama of the sky is decoded.
 pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
 
-/// The map that is bound if the scene has no panorama.
+/// Bound in place of a panorama if the scene has none.
 static BLACK_MAP: LazyLock<SharedTexture> =
     LazyLock::new(|| Arc::new(Texture { format: TexelFormat::Rgba8Srgb, levels: vec![Level::new(1, 1, vec![0, 0, 0, 255])] }));
 
-/// The diffuse sky. `opacity`: 0 in a face (a cube-face frame) of a dome or sphere, because the face is later blended over the stars.
+/// The diffuse sky. `opacity`: the alpha that it writes; 0 in a face of a dome or sphere, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
     let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING))?;
@@ -47,7 +47,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
 }
 
-/// The user's images of the sky. White in an image is display white at every exposure.
+/// The user's images of the sky. Their radiance is divided by the exposure, so white in an image is display white at every exposure.
 pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let draw = |image: &SkyImageDraw| {
         let map = provider.overlay(&image.image)?;

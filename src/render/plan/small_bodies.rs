@@ -6,7 +6,7 @@
 use super::error::PlanError;
 use super::passes::{Attribute, Blend, Instances, PlanDraw, Vertices};
 use super::provider::ResourceProvider;
-use super::simple_draws::{DEPTH_TESTED, STAR_SPRITE, instanced_rectangles, simple_draw, sprites};
+use super::simple_draws::{DEPTH_TESTED, STAR_ATTRIBUTES, instanced_rectangles, simple_draw, sprites};
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbit_arcs::{CHORDS_PER_ARC, OrbitArc};
 use crate::scene::orbits;
@@ -17,10 +17,14 @@ use std::sync::Arc;
 
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(minor_planets) = &scene.minor_planets else { return Ok(Vec::new()) };
-    let column = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
-    let (orbits, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
-    let attributes =
-        vec![column(4, &orbits.perihelion), column(4, &orbits.along), column(1, &orbits.slope), column(1, &minor_planets.times)];
+    let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
+    let (elements, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
+    let attributes = vec![
+        attribute(4, &elements.perihelion),
+        attribute(4, &elements.along),
+        attribute(1, &elements.slope),
+        attribute(1, &minor_planets.times),
+    ];
     let draw = simple_draw("minor_planets", scene, provider, |w| {
         w.vec3("right", minor_planets.axes[0])?;
         w.vec3("up", minor_planets.axes[1])?;
@@ -39,7 +43,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("light_time", LIGHT_TIME as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;
-    // Each sprite is the inscribed circle of a triangle.
+    // One triangle per body; its sprite is drawn in the inscribed circle.
     let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
     Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw }])
 }
@@ -71,9 +75,9 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, ..draw }])
 }
 
-/// Tails and heads of comets.
+/// Heads and tails of comets.
 pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let heads = sprites("comets", &scene.comets.heads, &STAR_SPRITE, scene, provider)?;
+    let heads = sprites("comets", &scene.comets.heads, &STAR_ATTRIBUTES, scene, provider)?;
     let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: DEPTH_TESTED, ..draw }).collect();
     if !scene.comets.tails.is_empty() {
         let (vertices, instances) = instanced_rectangles::<TailSegment>(

@@ -6,7 +6,8 @@ use crate::scene::uniform_value;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
-/// Writes each field of the layout by name; fails on a name that the draw does not supply. `map_taps`: maximum number of taps of a filtered map read.
+/// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the most taps with which
+/// a map is filtered anisotropically.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {
@@ -15,7 +16,7 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
-                // The module of a view that shows the Sun's light alone has one light, whatever else lights the body. The Sun comes first.
+                // A module that evaluates the Sun's light alone has one row, even if the body has several lights. The Sun comes first.
                 if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
                     lights.to_mut().truncate(rows);
                 }

@@ -1,5 +1,5 @@
-//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. Also
-//! draws smooth lines through points, for `eclipse_lines`.
+//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. For
+//! `eclipse_lines` it also draws smooth lines through given points.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
@@ -7,7 +7,7 @@
 
 use crate::message::{Reason, TextLanguage, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines, signed_angle_text};
-use crate::scene::annotation::line_texts::SkyText;
+use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
@@ -35,8 +35,8 @@ fn visible_cap(camera: DVec3, axis_ratio: f64) -> Cap {
     let distance = camera.length();
     let latitude_deg = (camera.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. Both latitudes differ by at most this
-    // angle, 3 degrees on Saturn.
+    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The two latitudes differ by at most
+    // this angle: 3 degrees on Saturn. The margin is at least 6 degrees.
     let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
     Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg, radius_deg: (radius_deg + margin_deg).min(180.0) }
 }
@@ -116,17 +116,17 @@ impl GroundLineBuilder<'_, '_> {
         let placement = &self.placed.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
         let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
-        let mut first = None;
+        let mut label_point = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
             let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
             let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
             for run in curve.runs(&parameters) {
-                first = first.or(run.get(run.len() / 2).map(|(p, _)| *p));
+                label_point = label_point.or(run.get(run.len() / 2).map(|(p, _)| *p));
                 let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
                 self.output.segments.extend(segments(self.camera, &run, depth, opacity, colour));
             }
         }
-        first
+        label_point
     }
 
     /// Draws the visible part of a smooth line through points.
@@ -139,21 +139,21 @@ impl GroundLineBuilder<'_, '_> {
         }
         let spans = if line.is_closed { count } else { count - 1 };
         let height_over_horizon = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
-        let limb = |mut inside: f64, mut outside: f64| {
+        let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
-                let middle = 0.5 * (inside + outside);
-                if height_over_horizon(middle) > 0.0 { inside = middle } else { outside = middle }
+                let middle = 0.5 * (visible + hidden);
+                if height_over_horizon(middle) > 0.0 { visible = middle } else { hidden = middle }
             }
-            inside
+            visible
         };
         let point =
             |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (curve_point(line, t / POINT_STEP) * placement.radii_km);
-        let longest = (0..spans).map(|k| line.points[k].distance(line.points[(k + 1) % count])).fold(0.0, f64::max);
-        // The derivative bound is valid for a curve that turns by less than a tenth of a radian from point to point.
+        let longest_step = (0..spans).map(|k| line.points[k].distance(line.points[(k + 1) % count])).fold(0.0, f64::max);
+        // The derivative bound, with its factor of 1.5, is valid for a curve that turns by less than a tenth of a radian from point to point.
         let curve = Curve {
             camera: self.camera,
             point: &point,
-            derivative_bound: 1.5 / POINT_STEP * longest * placement.radii_km.max_element(),
+            derivative_bound: 1.5 / POINT_STEP * longest_step * placement.radii_km.max_element(),
             tolerance_factor: 1.0,
         };
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
@@ -161,8 +161,8 @@ impl GroundLineBuilder<'_, '_> {
             let (from, to) = (k as f64, (k + 1) as f64);
             let range = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
                 (true, true) => [from, to],
-                (true, false) => [from, limb(from, to)],
-                (false, true) => [limb(to, from), to],
+                (true, false) => [from, limb_between(from, to)],
+                (false, true) => [limb_between(to, from), to],
                 (false, false) => continue,
             };
             for run in curve.runs(&range.map(|t| t * POINT_STEP)) {
@@ -180,7 +180,7 @@ impl GroundLineBuilder<'_, '_> {
     pub(super) fn grid(&mut self, language: TextLanguage) {
         let radii_km = self.placed.placement.radii_km;
         let camera = self.placed.placement.camera_in_unit_sphere();
-        // Degrees of the body per pixel at the sub-camera point.
+        // Degrees of latitude per pixel at the sub-observer point.
         let height_km = (camera.length() - 1.0).max(1e-9) * radii_km.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
         let axis_ratio = radii_km.z / radii_km.x;
@@ -208,7 +208,7 @@ impl GroundLineBuilder<'_, '_> {
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
             if clip.abs().max_element() < 1.0 {
-                self.output.texts.push(SkyText {
+                self.output.texts.push(UnplacedText {
                     text,
                     at_px: self.camera.pixel_from_clip(clip),
                     colour: GRID_COLOUR,

@@ -27,7 +27,7 @@ const OPACITY: f64 = 0.9;
 /// The image height for which dot sizes are given; they scale in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
-/// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears.
+/// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears; without a time it is always visible.
 pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant) -> Option<f64> {
     let Some(time) = time else { return Some(OPACITY) };
     let age_days = (now.tdb_seconds_past_j2000() - time.tdb_seconds_past_j2000()) / SECONDS_PER_DAY;
@@ -35,7 +35,7 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
     (age_days >= 0.0 && remaining > 0.0).then_some(OPACITY * remaining)
 }
 
-/// Whether a body nearer than `distance_km` covers a direction.
+/// Whether a body nearer than `distance_km` covers this line of sight.
 fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;
@@ -48,7 +48,7 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
 pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
     let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
-    let mut all = Vec::new();
+    let mut dots = Vec::new();
     for layer in catalog.data_layers() {
         let body = layer.body.map(|id| placed.iter().find(|b| b.id == id));
         if matches!(body, Some(None)) {
@@ -75,15 +75,15 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;
-            let max_px = image.size_px() + radius_px;
+            let max_centre_px = image.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any()
-                || centre_px.cmpgt(max_px).any()
+                || centre_px.cmpgt(max_centre_px).any()
                 || is_hidden(&placed, line_of_sight, distance_km)
             {
                 continue;
             }
-            all.push(Dot { centre_px, radius_px, colour: point.colour.unwrap_or(layer.colour), opacity });
+            dots.push(Dot { centre_px, radius_px, colour: point.colour.unwrap_or(layer.colour), opacity });
         }
     }
-    all
+    dots
 }

@@ -20,14 +20,14 @@ use std::sync::Arc;
 
 /// Distance below which vertices are merged, pixels.
 const MERGE_PX: f64 = 0.3;
-/// Largest step between points at which a line is tested against the limb: sum of the changes of latitude and longitude.
+/// Largest step between points at which a line is tested against the limb. The length of a step is the sum of its changes of latitude and longitude.
 const STEP_RAD: f64 = 0.05;
 
 /// A vertex of the data, or a point inserted between two vertices.
 struct Vertex {
     /// Planetographic latitude and longitude, radians.
     lat_lon: DVec2,
-    /// The curve parameter.
+    /// Parameter of the curve: length in radians along the path as for `STEP_RAD`, plus 1, because `Curve::runs` always starts a new run at parameter 0.
     parameter: f64,
     /// Position on the unit sphere.
     point: DVec3,
@@ -46,7 +46,6 @@ fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
 impl Path {
     /// `merge_distance`: distance on the unit sphere below which vertices are merged.
     fn of(vertices: &[[f64; 2]], radii_km: DVec3, merge_distance: f64) -> Self {
-        // The parameter starts at 1, because `Curve::runs` always starts a new run at parameter 0.
         let mut path = Self { vertices: Vec::with_capacity(vertices.len()), radii_km };
         for (k, vertex) in vertices.iter().enumerate() {
             let mut to = DVec2::new(vertex[0], vertex[1]).map(f64::to_radians);
@@ -55,8 +54,8 @@ impl Path {
                 continue;
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
-            // A line of only two vertices, which have one latitude and are a whole turn apart, is a whole parallel, such as the equator. In other lines such
-            // a step crosses the antimeridian.
+            // A line of only two vertices, at the same latitude and a whole turn apart, is a whole parallel, such as the equator. In a line of more vertices
+            // such a step crosses the antimeridian.
             let is_whole_parallel = vertices.len() == 2 && to.x == from.x && (to.y - from.y).abs() > TAU - 1e-9;
             if (to.y - from.y).abs() > PI && !is_whole_parallel {
                 to.y -= TAU * ((to.y - from.y) / TAU).round();
@@ -81,7 +80,7 @@ impl Path {
 
     /// The point on the unit sphere at a parameter.
     fn at(&self, parameter: f64) -> DVec3 {
-        let next = self.vertices.partition_point(|c| c.parameter < parameter).clamp(1, self.vertices.len() - 1);
+        let next = self.vertices.partition_point(|v| v.parameter < parameter).clamp(1, self.vertices.len() - 1);
         let [a, b] = [&self.vertices[next - 1], &self.vertices[next]];
         on_unit_sphere(self.radii_km, a.lat_lon.lerp(b.lat_lon, (parameter - a.parameter) / (b.parameter - a.parameter)))
     }
@@ -89,12 +88,12 @@ impl Path {
     /// The parts visible from a camera outside the unit sphere, each as the parameters of its points.
     fn visible_parts(&self, camera: DVec3) -> Vec<Vec<f64>> {
         let height_over_horizon = |point: DVec3| camera.dot(point) - 1.0;
-        let limb = |mut inside: f64, mut outside: f64| {
+        let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
-                let middle = 0.5 * (inside + outside);
-                if height_over_horizon(self.at(middle)) > 0.0 { inside = middle } else { outside = middle }
+                let middle = 0.5 * (visible + hidden);
+                if height_over_horizon(self.at(middle)) > 0.0 { visible = middle } else { hidden = middle }
             }
-            inside
+            visible
         };
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, vertex) in self.vertices.iter().enumerate() {
@@ -102,9 +101,9 @@ impl Path {
             let visible_before = before.filter(|b| height_over_horizon(b.point) > 0.0);
             match (visible_before, height_over_horizon(vertex.point) > 0.0, parts.last_mut()) {
                 (Some(_), true, Some(part)) => part.push(vertex.parameter),
-                (Some(b), false, Some(part)) => part.push(limb(b.parameter, vertex.parameter)),
+                (Some(b), false, Some(part)) => part.push(limb_between(b.parameter, vertex.parameter)),
                 (_, true, _) => {
-                    parts.push(before.map(|b| limb(vertex.parameter, b.parameter)).into_iter().chain([vertex.parameter]).collect())
+                    parts.push(before.map(|b| limb_between(vertex.parameter, b.parameter)).into_iter().chain([vertex.parameter]).collect())
                 }
                 (_, false, _) => {}
             }
@@ -162,7 +161,7 @@ mod tests {
     fn a_line_is_straight_in_longitude_and_latitude() {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {
             let path = Path::of(&vertices, EARTH, 0.0);
-            let last = path.vertices.last().expect("corners").parameter;
+            let last = path.vertices.last().expect("a vertex").parameter;
             let found = path.at(0.5 * (1.0 + last));
             let expected = on_unit_sphere(EARTH, DVec2::from_array(middle).map(f64::to_radians));
             assert!(found.distance(expected) < 1e-9, "{vertices:?}: {found} {expected}");
@@ -189,7 +188,7 @@ mod tests {
     fn lines_end_at_the_limb() {
         let vertices = [[60.0, -170.0], [-40.0, -20.0], [0.0, 40.0], [80.0, 170.0]];
         let path = Path::of(&vertices, EARTH, 0.0);
-        let last = path.vertices.last().expect("corners").parameter;
+        let last = path.vertices.last().expect("a vertex").parameter;
         for camera in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)] {
             let parts = path.visible_parts(camera);
             assert!(!parts.is_empty() || camera.z < 0.15);
@@ -211,6 +210,6 @@ mod tests {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
         let path = Path::of(&vertices, EARTH, 1e-3);
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());
-        assert!(path.vertices.last().expect("corners").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);
+        assert!(path.vertices.last().expect("a vertex").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);
     }
 }

@@ -27,9 +27,9 @@ const PENUMBRA_OPACITY: f64 = 0.9;
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
-/// Number of generating lines with which a cone is drawn.
+/// Number of generators with which a cone is drawn.
 const CONE_GENERATORS: u32 = 8;
-/// Number of sections across the axis with which a cone is drawn.
+/// Number of cross sections with which a cone is drawn.
 const CONE_SECTIONS: u32 = 4;
 
 /// The current shadow outlines, and the paths of shadows that cross the ground close to the current time.
@@ -56,7 +56,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
         for (kind, colour, opacity) in
             [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY)]
         {
-            let lines = cone.outline(kind);
+            let lines = cone.edge_on_ground(kind);
             lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
             if !lines.is_empty() {
                 descriptions.push(match kind {
@@ -93,12 +93,12 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generating line at an angle.
+    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generator at an angle.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
-            let line = cone.line_at(kind, angle);
-            line.from + line.along * (fraction * length(angle))
+            let line = cone.generator_at(kind, angle);
+            line.from + line.direction * (fraction * length(angle))
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
@@ -106,9 +106,9 @@ impl ConeBuilder<'_, '_> {
         }
         for k in 0..CONE_SECTIONS {
             let fraction = f64::from(k) / f64::from(CONE_SECTIONS);
-            // The derivatives of a section are bounded by the largest distance of its points from its centre.
+            // A section is nearly a circle, and its parameter is in turns: the second derivative, the larger one, is about (2 pi)^2 times the radius.
             let middle = 0.5 * (at(0.0, fraction) + at(0.5, fraction));
-            let radius = (0..8).map(|k| at(f64::from(k) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
+            let radius = (0..8).map(|eighth| at(f64::from(eighth) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
             self.draw_line(&|t| at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
         }
     }
@@ -117,30 +117,30 @@ impl ConeBuilder<'_, '_> {
 /// Shadow cones in space: the cone of each body whose penumbra meets the target, drawn up to the target, and the target's own cone.
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { effect: "eclipse-cones", on, reason, stated_error: None };
-    let receiver_axis_candidates = sun_occluders::receiver_and_candidates(context, placed)
+    let shadow_setup = sun_occluders::receiver_and_candidates(context, placed)
         .and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
-    let Some((receiver, axis, candidates)) = receiver_axis_candidates else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
+    let Some((receiver, axis, candidates)) = shadow_setup else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
-    let mut occluder_names = vec![receiver.body.name.clone()];
+    let mut body_names = vec![receiver.body.name.clone()];
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
         if occluder.offset_across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }
-        occluder_names.push(occluder.body.name.clone());
+        body_names.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
-                let line = cone.line_at(kind, angle);
+                let line = cone.generator_at(kind, angle);
                 cone.ground_point(line)
-                    .map_or(to_target_centre, |at| (at * placed.body.radii_km / receiver.radius_km()).distance(line.from))
+                    .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.from))
             };
             cones.draw_cone(&cone, kind, &length, colour);
         }
     }
     let on = !cones.segments.is_empty();
-    let reason = if on { reason!("lines-cones", bodies = occluder_names) } else { reason!("lines-cones-outside", bodies = occluder_names) };
+    let reason = if on { reason!("lines-cones", bodies = body_names) } else { reason!("lines-cones-outside", bodies = body_names) };
     (cones.segments, decided(on, reason))
 }
 

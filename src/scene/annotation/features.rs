@@ -19,13 +19,13 @@ const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
-/// Largest size of a named feature, in units of the image's shorter side: larger ones fill the view.
-const MAX_SIZE: f64 = 1.5;
+/// Largest diameter of a named feature, in units of the image's shorter side: larger ones fill the view.
+const MAX_FEATURE_SIZE: f64 = 1.5;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
 /// Rises smoothly from 0 at the first value to 1 at the second.
-fn rise((from, to): (f64, f64), value: f64) -> f64 {
+fn fade_in((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
@@ -58,10 +58,10 @@ pub(crate) fn features(
             let normal = (ground / (placement.radii_km * placement.radii_km)).normalize();
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
-            let mut opacity = rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
+            let mut opacity = fade_in(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.prominence_km / distance_km * pixels_per_radian;
             opacity *=
-                if feature.is_landing_site { rise(SITE_FADE, body_px / glyph_px) } else { rise(FEATURE_FADE, feature_px / glyph_px) };
+                if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
@@ -77,7 +77,7 @@ pub(crate) fn features(
             let is_hidden = nearest_first[..k]
                 .iter()
                 .any(|nearer| !nearer.placement.camera_is_inside() && nearer.placement.surface_along(line_of_sight).is_some());
-            if is_hidden || feature_px > MAX_SIZE * size.min_element() {
+            if is_hidden || feature_px > MAX_FEATURE_SIZE * size.min_element() {
                 continue;
             }
             let width = metrics.width_px(feature.name);
@@ -92,8 +92,8 @@ pub(crate) fn features(
             };
             let fits = |corner: &DVec2| {
                 let rect = Rect { min: *corner, max: *corner + extent };
-                let around = rect.padded(DVec2::new(0.6, 0.3) * glyph_px);
-                rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&around))
+                let with_margin = rect.padded(DVec2::new(0.6, 0.3) * glyph_px);
+                rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
             let Some(corner) = corners.into_iter().find(fits) else { continue };
             let rect = Rect { min: corner, max: corner + extent };

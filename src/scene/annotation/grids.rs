@@ -2,7 +2,7 @@
 //!
 //! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that varies continuously with the field of view and along the
 //! line: a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. Nothing else affects the
-//! opacity, so no line flickers when the camera pans. Does not orient the sphere and does not draw.
+//! opacity, so no line flickers when the camera pans. Not here: the orientation of the sphere, and drawing.
 
 use crate::message::TextLanguage;
 use crate::scene::numeric::smoothstep;
@@ -40,7 +40,7 @@ pub(crate) struct Cap {
     pub radius_deg: f64,
 }
 
-/// Opacity of lines whose neighbours are `spacing_deg` away.
+/// Opacity of lines whose neighbours are `spacing_deg` away. `pixel_deg`: degrees per pixel.
 fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
     smoothstep((spacing_deg / pixel_deg - SPACING_FADE_PX.0) / (SPACING_FADE_PX.1 - SPACING_FADE_PX.0))
 }
@@ -71,6 +71,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     // Cosine of the cap's latitude nearest to the equator, where meridians are farthest apart.
     let largest_cosine =
         if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
+    // Half the range of longitudes that the cap covers.
     let half_width_deg = {
         let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
         let sine = radius.sin() / latitude.cos().max(1e-12);
@@ -78,11 +79,12 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     };
     let mut lines = Vec::new();
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
-        let is_new = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
+        let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
-            // The poles themselves are points.
-            let parallels = indices(latitudes[0], latitudes[1]).filter(|n| is_new(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
+            // A parallel at a pole would be a point.
+            let parallels =
+                indices(latitudes[0], latitudes[1]).filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
         if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
@@ -91,7 +93,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
             } else {
                 indices(cap.longitude_deg - half_width_deg, cap.longitude_deg + half_width_deg)
             };
-            let meridians = range.filter(|n| is_new(*n));
+            let meridians = range.filter(|n| is_in_no_coarser_grid(*n));
             lines.extend(meridians.map(|n| GridLine {
                 kind: GridLineKind::Meridian,
                 coordinate_deg: (n as f64 * step_deg).rem_euclid(360.0),

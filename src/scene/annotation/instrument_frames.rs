@@ -1,4 +1,4 @@
-//! Fields of view of instruments as frames over the image, each with its name.
+//! Outlines (frames) of the fields of view of instruments over the image, each with the instrument's name.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
 //! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field covers the
@@ -6,7 +6,7 @@
 
 use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
-use crate::scene::annotation::line_texts::SkyText;
+use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments};
 use crate::scene::camera::Camera;
@@ -42,8 +42,8 @@ impl FrameAxes {
         self.centre * radius_rad.cos() + (self.up * t.cos() + self.left * t.sin()) * radius_rad.sin()
     }
 
-    /// A corner, by the tangents of its offsets to the left and up.
-    fn corner(&self, left: f64, up: f64) -> DVec3 {
+    /// The point whose offsets from the centre, to the left and up, have these tangents.
+    fn at_tangents(&self, left: f64, up: f64) -> DVec3 {
         (self.centre + self.left * left + self.up * up).normalize()
     }
 }
@@ -54,7 +54,7 @@ fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
     for run in (Curve { camera, point, derivative_bound, tolerance_factor }).runs(&parameters) {
-        // Reversed depth 1 is in front of everything.
+        // Reversed depth 1 is in front of all bodies.
         output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
 }
@@ -80,20 +80,22 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FrameAxes::of(centre, instrument.position_angle_deg);
-        let half_rad = match instrument.field {
+        let half_size_rad = match instrument.field {
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
-        let tan = half_rad.map(f64::tan);
+        let tan = half_size_rad.map(f64::tan);
         if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_tan {
             left_out += 1;
             continue;
         }
         let before = output.segments.len();
         match instrument.field {
-            FieldOfView::Circle { .. } => draw_arc(camera, &mut output, &|t| axes.on_circle(half_rad.x, t), [0.0, TAU], half_rad.x.sin()),
+            FieldOfView::Circle { .. } => {
+                draw_arc(camera, &mut output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin())
+            }
             FieldOfView::Rectangle { .. } => {
-                let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.corner(l * tan.x, u * tan.y));
+                let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.at_tangents(l * tan.x, u * tan.y));
                 (0..4).for_each(|k| draw_great_circle(camera, &mut output, corners[k], corners[(k + 1) % 4]));
             }
         }
@@ -102,9 +104,9 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             continue;
         }
         drawn.push(instrument.name.clone());
-        if let Some(clip) = camera.clip(axes.corner(0.0, tan.y)) {
+        if let Some(clip) = camera.clip(axes.at_tangents(0.0, tan.y)) {
             let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
-            output.texts.push(SkyText { text: instrument.name.clone(), at_px, colour: COLOUR, is_grid_coordinate: false });
+            output.texts.push(UnplacedText { text: instrument.name.clone(), at_px, colour: COLOUR, is_grid_coordinate: false });
         }
     }
     let on = !drawn.is_empty();

@@ -1,4 +1,4 @@
-//! Labels of bodies: names and markers, fewer where they crowd.
+//! Labels of bodies: names and markers, fewer of them where bodies are crowded.
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
 //! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker. The selected body's name may be some
@@ -60,13 +60,15 @@ impl LabelSide {
     }
 }
 
-/// Sort key of a body's label, the most important first: its class, then its magnitude.
+/// Diameter in pixels above which a disc is more important than any smaller body except the Sun and the selected body.
+const LARGE_DISC_PX: f64 = 24.0;
+/// Sort key of a body's label, the most important first: its class, then its magnitude. A body of unknown magnitude counts as fainter than any other.
 fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
         () if body.id == selected => 0,
         () if body.id == NaifId::SUN => 1,
-        () if body.appearance == Appearance::Disc && body.diameter_px > 24.0 => 2,
+        () if body.appearance == Appearance::Disc && body.diameter_px > LARGE_DISC_PX => 2,
         () if orbits_sun => 3,
         () => 4,
     };
@@ -182,15 +184,15 @@ pub(crate) fn body_labels(
         })
         .collect();
     // Bodies that are larger than a point hide others even if their centres are outside the image: for example the body on which the camera stands.
-    let is_disc = |o: &&BodyInView| !o.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(o)) > 3.0;
-    let hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
+    let is_disc = |b: &&BodyInView| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > 3.0;
+    let possibly_hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
     // A body is hidden only if its disc is well inside the outline of the nearer body, so a moon over the pole of an oblate planet keeps its label.
     let is_hidden = |b: &BodyInView| {
-        hiding.iter().filter(|o| o.id != b.id && o.distance_km < b.distance_km).any(|o| {
+        possibly_hiding.iter().filter(|other| other.id != b.id && other.distance_km < b.distance_km).any(|nearer| {
             // For a camera on the ground the outline is the horizon, and a body just below it is hidden.
-            let height_radii = (o.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
-            let within = Placement { radii_km: (1.0 - 0.03 * height_radii) * o.placement.radii_km, ..o.placement };
-            within.covers_disc(b.placement.centre_km, angular_radius_rad(b))
+            let height_radii = (nearer.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
+            let shrunk = Placement { radii_km: (1.0 - 0.03 * height_radii) * nearer.placement.radii_km, ..nearer.placement };
+            shrunk.covers_disc(b.placement.centre_km, angular_radius_rad(b))
         })
     };
     visible.retain(|(b, ..)| !is_hidden(b));
@@ -205,11 +207,11 @@ pub(crate) fn body_labels(
             continue;
         }
         let name = name_of(&b.name);
-        let of_side = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
+        let with_rect = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
         let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
-        let place = LabelSide::places(max_lines).map(of_side).find(fits);
+        let place = LabelSide::places(max_lines).map(with_rect).find(fits);
         occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }

@@ -10,11 +10,11 @@ use crate::scene::camera::narrow_scalar;
 use crate::units::linear_to_srgb;
 use glam::{DVec2, DVec3};
 
-/// A text that is to be placed.
+/// A text that is placed in the image if it fits.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct SkyText {
+pub(crate) struct UnplacedText {
     pub text: String,
-    /// Its centre, or for a coordinate the end of its line; pixels from the image's top left corner.
+    /// Its centre. For a coordinate, the point of its grid line at which it is written. Pixels from the image's top left corner.
     pub at_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
@@ -22,13 +22,13 @@ pub(crate) struct SkyText {
     pub is_grid_coordinate: bool,
 }
 
-/// A text that fits, with its place in the image.
+/// A text that fits, with its position in the image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedText {
     pub text: String,
     /// Left end of its centre line, pixels from the image's top left corner.
     pub left_px: DVec2,
-    /// sRGB, 0 to 1: lighter than its line.
+    /// sRGB, 0 to 1; lighter than the line that it labels.
     pub colour: [f32; 3],
 }
 
@@ -39,15 +39,15 @@ pub struct TextLayer {
     pub texts: Vec<PlacedText>,
 }
 
-/// Distance between a coordinate and the image's edge, in glyph sizes.
-const INSET: f64 = 0.4;
+/// Smallest distance between a coordinate and the image's edge, in glyph sizes.
+const EDGE_DISTANCE: f64 = 0.4;
 /// Fraction of white mixed into a text's colour.
 const WHITE_FRACTION: f64 = 0.35;
 /// Maximum number of texts in an image.
 const MAX_TEXTS: usize = 400;
 
 /// Places the texts that fit into the image and overlap neither each other nor the labels of bodies. `labels`: the image's other labels.
-pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLayer>, size_px: f64, image_px: DVec2) -> TextLayer {
+pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, size_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(size_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
         let label_metrics = LabelMetrics::of_size(layer.size_px);
@@ -59,10 +59,10 @@ pub(crate) fn place_texts(mut candidates: Vec<SkyText>, labels: Option<&LabelLay
     let mut texts = Vec::new();
     for text in candidates {
         let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
-        let inset = INSET * size_px;
+        let edge_distance_px = EDGE_DISTANCE * size_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_grid_coordinate {
-            corner = corner.clamp(DVec2::splat(inset), (image_px - size - inset).max(DVec2::splat(inset)));
+            corner = corner.clamp(DVec2::splat(edge_distance_px), (image_px - size - edge_distance_px).max(DVec2::splat(edge_distance_px)));
         }
         let rect = Rect { min: corner, max: corner + size };
         if rect.is_in_image(image_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
@@ -82,13 +82,13 @@ mod tests {
     #[test]
     fn texts_keep_apart_and_in_the_image() {
         let image = DVec2::new(400.0, 300.0);
-        let name = |text: &str, x: f64, y: f64| SkyText {
+        let name = |text: &str, x: f64, y: f64| UnplacedText {
             text: text.into(),
             at_px: DVec2::new(x, y),
             colour: DVec3::ONE,
             is_grid_coordinate: false,
         };
-        let coordinate = |text: &str, x: f64, y: f64| SkyText { is_grid_coordinate: true, ..name(text, x, y) };
+        let coordinate = |text: &str, x: f64, y: f64| UnplacedText { is_grid_coordinate: true, ..name(text, x, y) };
         let candidates = vec![
             coordinate("+20°", -3.0, 150.0),
             coordinate("6h", 200.0, 303.0),

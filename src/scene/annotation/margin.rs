@@ -13,7 +13,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
 
-/// Texts, bars and rings. A ring is a circle that marks a place, given by its centre.
+/// Texts, bars and rings. A ring is a circle that marks a position in the image, given by its centre in pixels; it has nothing to do with a planet's rings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
@@ -25,8 +25,8 @@ pub struct Margin {
 const MAX_BAR_FRACTION: f64 = 0.22;
 /// Largest height of a caption relative to the image's height.
 const MAX_CAPTION_FRACTION: f64 = 0.5;
-/// Distance between the lines of a caption, in sizes of a glyph.
-const CAPTION_LINE: f64 = 1.3;
+/// Line spacing of a caption, in glyph sizes.
+const CAPTION_LINE_SPACING: f64 = 1.3;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const DISC_PX: f64 = 20.0;
 
@@ -53,7 +53,7 @@ impl Margin {
         margin
     }
 
-    /// The margin shifted to the right.
+    /// The margin shifted to the right, as in the right half of a stereo pair.
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let shift = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_px += shift);
@@ -110,17 +110,17 @@ impl Margin {
         let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
         let size = image.size_px();
         let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
-        let Some((mut lines, rest)) = lines_of(&first, &CAPTION_BREAKS, &fits).zip(lines_of(&second, &CAPTION_BREAKS, &fits)) else {
+        let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {
             return;
         };
         lines.extend(rest);
-        if CAPTION_LINE * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
+        if CAPTION_LINE_SPACING * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
             return;
         }
         let bottom = size.y - 0.9 * glyph_px;
         let count = lines.len();
         for (k, line) in lines.into_iter().enumerate() {
-            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE * glyph_px * (count - 1 - k) as f64));
+            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
         }
     }
 
@@ -131,10 +131,10 @@ impl Margin {
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
         let (text, angle_rad) = match target.filter(|t| disc_px(t) >= DISC_PX) {
             Some(t) => {
-                let km = round_below(max_rad * t.distance_km);
+                let km = round_number_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km)
             }
-            None => angle_below(max_rad),
+            None => round_angle_below(max_rad),
         };
         let text = language.number(&text);
         let length = (angle_rad * pixels_per_radian).round();
@@ -144,25 +144,28 @@ impl Margin {
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
         let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
-        let text_at = |base: f64| DVec2::new(text_left, base - 1.1 * glyph_px);
-        let rect_at = |base: f64| {
-            let of_text = metrics.rect(&text, text_at(base));
-            Rect { min: of_text.min.min(DVec2::new(left, base - tick)), max: of_text.max.max(DVec2::new(left + length, base + thickness)) }
+        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - 1.1 * glyph_px);
+        let rect_at = |bar_top: f64| {
+            let of_text = metrics.rect(&text, text_at(bar_top));
+            Rect {
+                min: of_text.min.min(DVec2::new(left, bar_top - tick)),
+                max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
+            }
         };
-        let mut base = (size.y - 0.9 * glyph_px).round();
+        let mut bar_top = (size.y - 0.9 * glyph_px).round();
         let gap = DVec2::new(metrics.glyph_width_px, 0.0);
-        if self.occupied(metrics).any(|o| o.overlaps(&rect_at(base).padded(gap))) {
+        if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
-            let top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
-            base = (top - thickness - 0.3 * glyph_px).floor();
+            let caption_top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
+            bar_top = (caption_top - thickness - 0.3 * glyph_px).floor();
         }
-        if !rect_at(base).is_in_image(size) {
+        if !rect_at(bar_top).is_in_image(size) {
             return;
         }
-        self.bar(DVec2::new(left, base), DVec2::new(length, thickness));
-        self.bar(DVec2::new(left, base - tick), DVec2::new(thickness, tick));
-        self.bar(DVec2::new(left + length - thickness, base - tick), DVec2::new(thickness, tick));
-        let text_position = text_at(base);
+        self.bar(DVec2::new(left, bar_top), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, bar_top - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length - thickness, bar_top - tick), DVec2::new(thickness, tick));
+        let text_position = text_at(bar_top);
         self.text(text, text_position);
     }
 
@@ -170,16 +173,16 @@ impl Margin {
         let (size, glyph_px) = (image.size_px(), metrics.size_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // A pole along the line of sight has no direction in the image.
+        // A pole almost along the line of sight has no reliable direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
-        let places = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
-        let Some(north) = places.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
+        let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
+        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
             return;
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.
         let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
-        let reach = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
-        if !reach.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&reach)) {
+        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
+        if !bounds.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&bounds)) {
             return;
         }
         self.rings.push(middle);
@@ -196,8 +199,8 @@ impl Margin {
 /// Where a line of the caption may be broken, best first: between name and time, between parts, between words.
 const CAPTION_BREAKS: [&str; 3] = ["   ", ", ", " "];
 
-/// A text in lines that fit. It is broken at the first separators if that is enough, else also at the next. `None`: a word does not fit.
-fn lines_of(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
+/// A text wrapped into lines that fit. It is broken at the first separator; a part that is still too long is broken at the next. `None`: a word does not fit.
+fn wrapped(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
     if fits(text) {
         return Some(vec![text.to_owned()]);
     }
@@ -211,14 +214,14 @@ fn lines_of(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Op
                 lines.push(joined);
             }
             None if fits(part.trim_end()) => lines.push(part.to_owned()),
-            None => lines.extend(lines_of(part.trim_end(), finer, fits)?),
+            None => lines.extend(wrapped(part.trim_end(), finer, fits)?),
         }
     }
     Some(lines.into_iter().map(|line| line.trim_end().to_owned()).collect())
 }
 
 /// The largest number of the form 1, 2 or 5 times a power of ten that is not above `max`.
-fn round_below(max: f64) -> f64 {
+fn round_number_below(max: f64) -> f64 {
     let power = 10_f64.powf(max.max(1e-300).log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|v| *v <= max * (1.0 + 1e-12)).unwrap_or(power)
 }
@@ -249,14 +252,14 @@ fn significant(number: f64) -> String {
 }
 
 /// The largest round angle not above `max_rad`: its text, and its value in radians.
-fn angle_below(max_rad: f64) -> (String, f64) {
+fn round_angle_below(max_rad: f64) -> (String, f64) {
     let round = |value: f64, steps: &[f64]| steps.iter().rev().copied().find(|s| *s <= value).unwrap_or(steps[0]);
     let deg = max_rad.to_degrees();
     let (value, unit, per_deg) = match deg {
         _ if deg >= 1.0 => (round(deg, &[1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 60.0, 90.0]), "°", 1.0),
         _ if deg >= 1.0 / 60.0 => (round(60.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "'", 60.0),
         _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "\"", 3600.0),
-        _ => (round_below(3600.0 * deg), "\"", 3600.0),
+        _ => (round_number_below(3600.0 * deg), "\"", 3600.0),
     };
     (format!("{}{unit}", significant(value)), (value / per_deg).to_radians())
 }
@@ -303,17 +306,17 @@ mod tests {
     fn lengths_are_round_and_fit() {
         for k in -60..60 {
             let max = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
-            let round = round_below(max);
+            let round = round_number_below(max);
             assert!(round <= max && round > max / 2.6, "{round} below {max}");
-            let (text, angle) = angle_below(max.min(3.0) * 1e-3);
+            let (text, angle) = round_angle_below(max.min(3.0) * 1e-3);
             assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
         for (km, text) in texts {
             assert_eq!(length_text(km), text);
         }
-        assert_eq!(angle_below(0.2).0, "10°");
-        assert_eq!(angle_below(0.001).0, "2'");
-        assert_eq!(angle_below(1e-5).0, "2\"");
+        assert_eq!(round_angle_below(0.2).0, "10°");
+        assert_eq!(round_angle_below(0.001).0, "2'");
+        assert_eq!(round_angle_below(1e-5).0, "2\"");
     }
 }

@@ -22,8 +22,8 @@ pub(crate) const CHORDS_PER_ARC: u32 = 4;
 pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
 /// Maximum number of halvings: an arc of an orbit of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Largest alpha u^2 of an arc, required by the shader's series for Stumpff's functions.
-const MAX_STUMPFF: f64 = 0.65;
+/// Largest argument of Stumpff's functions (alpha u^2) on an arc, up to which the shader's series is accurate.
+const MAX_STUMPFF_ARGUMENT: f64 = 0.65;
 /// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
 const MAX_HALF_LENGTH: f64 = 2.0;
 /// Opacity one revolution behind the body, relative to the opacity at the body: the line fades from the body backwards.
@@ -31,7 +31,7 @@ const MIN_OPACITY: f64 = 0.25;
 /// Distance from the parent up to which an open path is drawn: the larger of these multiples of its periapsis distance and of the body's distance.
 const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
 
-/// An arc of a conic.
+/// An arc of a conic. Its parameter u is proportional to the universal anomaly, and 1 is the arc's length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitArc {
     /// Position at u = 0, and its first two derivatives with respect to u: camera axes (right, up, forward), km, x and y divided by the tangents of half the
@@ -39,9 +39,9 @@ pub struct OrbitArc {
     pub point: Vec3,
     pub first_derivative: Vec3,
     pub second_derivative: Vec3,
-    /// Argument of Stumpff's functions, per u squared.
+    /// Argument of Stumpff's functions divided by u squared.
     pub alpha: f32,
-    /// First and last u, which runs from -1 to 1 at most.
+    /// First and last u: -1 and 0, -0.5 and 0.5, or 0 and 1.
     pub range: [f32; 2],
     /// Opacity at the first and last u.
     pub opacity: [f32; 2],
@@ -79,15 +79,15 @@ impl Conic {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
         let alpha = 2.0 * gm_km3_s2 / distance - v.length_squared();
-        let found = Self {
+        let conic = Self {
             first_derivative: v * distance,
             second_derivative: v * r.dot(v) - r * (gm_km3_s2 / distance),
             alpha,
             gm_km3_s2,
             body_km: r,
         };
-        let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && found.second_derivative.is_finite();
-        is_valid.then_some(found)
+        let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && conic.second_derivative.is_finite();
+        is_valid.then_some(conic)
     }
 
     /// The semi-major axis of an ellipse; for an open path the body's distance.
@@ -100,7 +100,7 @@ impl Conic {
         self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < OPEN_PATH_EXTENT.0 * 10.0 * self.body_km.length()
     }
 
-    /// Vector from the body to the point at s; exact for small s.
+    /// Vector from the body to the point at s, without loss of precision close to the body.
     pub(crate) fn offset_from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
         self.first_derivative * (s * c1) + self.second_derivative * (s * s * c2)
@@ -121,11 +121,11 @@ impl Conic {
             let half = PI / self.alpha.sqrt();
             return [-half, half];
         }
-        // The periapsis distance q follows from q (1 + e) = angular momentum squared over GM.
+        // The periapsis distance q follows from q (1 + e) = h^2 / GM, with the eccentricity e and the specific angular momentum h.
         let distance = self.body_km.length();
         let momentum_sq = self.body_km.cross(self.first_derivative / distance).length_squared();
-        let e = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
-        let limit = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + e))).max(OPEN_PATH_EXTENT.1 * distance);
+        let eccentricity = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
+        let limit = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
         let end = |sign: f64| {
             let mut s = sign * distance / self.first_derivative.length();
             while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
@@ -159,17 +159,18 @@ struct ArcSubdivision<'a> {
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s. It falls along the whole orbit from the body backwards; the part `ahead` of the body is the farthest, so the opacity jumps at the body.
+    /// Opacity at s. It decreases from the body backwards along the whole orbit. `ahead`: the arc is ahead of the body. The
+    /// opacity just ahead of the body is the lowest, so it jumps at the body.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
-        let [back, ahead_end] = self.drawn_range;
-        let fading = if !self.conic.is_closed() {
-            if ahead { 0.0 } else { 1.0 - s / back }
+        let [back_end, ahead_end] = self.drawn_range;
+        let remaining = if !self.conic.is_closed() {
+            if ahead { 0.0 } else { 1.0 - s / back_end }
         } else if ahead {
             0.5 * s / ahead_end
         } else {
-            1.0 - 0.5 * s / back
+            1.0 - 0.5 * s / back_end
         };
-        narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * fading))
+        narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * remaining))
     }
 
     /// Largest distance on the screen from the middle of a chord's part of the arc to the chord, pixels.
@@ -212,10 +213,10 @@ impl ArcSubdivision<'_> {
         if !self.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;
         }
-        // An arc along the line of sight may be long, because it is short in the frame.
+        // An arc along the line of sight may be long, because it appears short in the image.
         let across = self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_second_derivative * half * half;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF
+        let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
             && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
         let is_ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;

@@ -1,7 +1,7 @@
 //! The line of an orbit: the osculating conic of a body about its parent, its colour, and the sizes at which it fades.
 //!
-//! In: a placed body and its parent. Out: the conic's arcs (`orbit_arcs`) with a reason. At distances from a metre to a hundred au, these are a few dozen.
-//! Perturbations are not modelled; traces show them.
+//! In: a placed body and its parent. Out: the conic's arcs (`orbit_arcs`) and a decision. There are a few dozen arcs, at any distance of the camera from a
+//! metre to a hundred au. Perturbations are not modelled; traces show them.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
@@ -19,10 +19,10 @@ pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 pub(crate) const RELATIVE_RADIANCE: f32 = 0.3;
 /// Power to which the components of a body's colour are raised for its orbit.
 const HUE_POWER: f64 = 3.0;
-/// Part of white in an orbit's colour.
-const WHITE_PART: f64 = 0.3;
-/// Ratios of an orbit's size to that of the frame at the target's distance, at which the orbit starts to fade, and at which it is invisible. It does not
-/// fade if its body is in the frame and nearer than the second value times the target's distance.
+/// Fraction of white mixed into an orbit's colour.
+const WHITE_FRACTION: f64 = 0.3;
+/// Ratios of an orbit's size to the frame's size at the target's distance: at the first the orbit starts to fade, from the second it is invisible. It does
+/// not fade if its body is in the frame and nearer than the second value times the target's distance.
 const SIZE_FADE: (f64, f64) = (8.0, 32.0);
 /// Opacity of a line at its body.
 const OPACITY: f64 = 0.9;
@@ -40,11 +40,11 @@ fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distanc
 /// The colour of a body's orbit and trace: the body's hue, exaggerated so that the orbits of neighbours differ, and some white. Linear RGB.
 pub(crate) fn line_colour(body: &Body) -> DVec3 {
     let colour = body.colour.as_dvec3() / f64::from(body.colour.max_element());
-    colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_PART)
+    colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_FRACTION)
 }
 
 /// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target.
-pub(crate) fn line(
+pub(crate) fn orbit_line(
     camera: &Camera,
     ephemeris: &Ephemeris,
     placed: &PlacedBody<'_>,
@@ -87,7 +87,7 @@ mod tests {
             let [a, b] = [pair[0], pair[1]].map(|c| c.map(|v| 255.0 * crate::units::linear_to_srgb(v)));
             assert!((a - b).abs().max_element() > 10.0, "{a} and {b} of 255");
         }
-        assert!(planets.iter().all(|c| c.max_element() == 1.0 && c.min_element() >= WHITE_PART));
+        assert!(planets.iter().all(|c| c.max_element() == 1.0 && c.min_element() >= WHITE_FRACTION));
     }
 
     /// An orbit thousands of times as large as the frame at the target is left out unless its body is in the frame.

@@ -11,7 +11,7 @@ use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{
     Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
 };
-use crate::scene::annotation::line_texts::SkyText;
+use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments};
 use crate::scene::camera::Camera;
 use crate::scene::camera::viewpoint::Viewer;
@@ -26,7 +26,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct AnnotationLines {
     pub segments: Vec<LineSegment>,
-    pub texts: Vec<SkyText>,
+    pub texts: Vec<UnplacedText>,
     pub decisions: Vec<Decision>,
 }
 
@@ -48,7 +48,7 @@ const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
 const FIGURE: LineStyle = style(0.45, 0.65, 1.0, 0.75);
 const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 
-/// Vertical field of view above which constellations are named.
+/// Smallest vertical field of view in which constellations are named.
 const NAMES_MIN_FOV_DEG: f64 = 4.0;
 
 /// Bound of the first two derivatives of a great circle on the unit sphere with respect to its angle. Aberration changes them by about 1e-4.
@@ -108,10 +108,10 @@ impl SkyLineBuilder<'_> {
     ) {
         let camera = self.camera;
         let pixel_deg = mean_pixel_deg(camera.tan_half_fov.y, camera.height);
-        let ahead = icrf_from_frame.transpose() * camera.forward;
+        let forward_in_frame = icrf_from_frame.transpose() * camera.forward;
         let radius_deg = camera.tan_half_fov.length().atan().to_degrees() + 0.01;
-        let longitude_deg = ahead.y.atan2(ahead.x).to_degrees();
-        let cap = Cap { longitude_deg, latitude_deg: ahead.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
+        let longitude_deg = forward_in_frame.y.atan2(forward_in_frame.x).to_degrees();
+        let cap = Cap { longitude_deg, latitude_deg: forward_in_frame.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
         let apparent =
             |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity_km_s);
         let mut count = 0;
@@ -171,7 +171,7 @@ impl SkyLineBuilder<'_> {
         };
         let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
         if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > 0.5) {
-            self.output.texts.push(SkyText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
+            self.output.texts.push(UnplacedText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
 }
@@ -185,12 +185,12 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
         SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, output: AnnotationLines::default() };
     let language = request.language;
     let hours = |longitude_deg| language.number(&hours_text(longitude_deg));
-    for (wanted, effect, frame, style, text) in [
+    for (is_requested, effect, frame, style, text) in [
         (layers.grid_galactic, "grid-galactic", SkyFrame::Galactic, GALACTIC, &angle_text as &dyn Fn(f64) -> String),
         (layers.grid_ecliptic, "grid-ecliptic", SkyFrame::Ecliptic, ECLIPTIC, &angle_text as &dyn Fn(f64) -> String),
         (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, &hours),
     ] {
-        if wanted {
+        if is_requested {
             builder.grid(effect, frame.icrf_from_frame(), viewer.body_velocity_km_s, style, text);
         }
     }
@@ -243,7 +243,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         None => aberrated(vertex.direction, viewer.body_velocity_km_s),
     };
     let camera = builder.camera;
-    let writes_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG;
+    let shows_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG;
     let mut names = Vec::new();
     for constellation in &Constellations::embedded().all {
         let before = builder.output.segments.len();
@@ -256,10 +256,10 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         if builder.output.segments.len() > before {
             names.push(constellation.abbreviation.clone());
         }
-        let middle = camera.clip(constellation.label_direction).filter(|clip| writes_names && clip.abs().max_element() < 1.0);
+        let middle = camera.clip(constellation.label_direction).filter(|clip| shows_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
             let at_px = camera.pixel_from_clip(clip);
-            builder.output.texts.push(SkyText {
+            builder.output.texts.push(UnplacedText {
                 text: constellation.name.clone(),
                 at_px,
                 colour: FIGURE.colour,

@@ -6,7 +6,7 @@
 use crate::catalog::stars::{Star, star_name};
 use crate::message::reason;
 use crate::scene::annotation::labels::LabelMetrics;
-use crate::scene::annotation::line_texts::SkyText;
+use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
@@ -21,7 +21,7 @@ pub(crate) fn star_names(
     stars: &[Star],
     size_px: f64,
     is_hidden: impl Fn(DVec2) -> bool,
-) -> (Vec<SkyText>, Decision) {
+) -> (Vec<UnplacedText>, Decision) {
     let metrics = LabelMetrics::of_size(size_px);
     let named = sprites.iter().filter_map(|sprite| {
         let star = stars.get(sprite.star?)?;
@@ -36,7 +36,7 @@ pub(crate) fn star_names(
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
         let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;
         let at_px = at_px + DVec2::new(half_width + metrics.gap_px(0.0).max(0.5 * size_px), 0.0);
-        SkyText { text: name.to_owned(), at_px, colour: COLOUR, is_grid_coordinate: false }
+        UnplacedText { text: name.to_owned(), at_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)
 }

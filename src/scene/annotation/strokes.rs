@@ -1,8 +1,8 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Each span of parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or until it is outside the frame. The
-//! result is a few hundred segments, however much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
+//! exactly. Each span between two parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or until it is outside the
+//! frame. The result is a few hundred segments, however much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 /// Margin around the frame in which segments are kept, pixels: more than half the width of a line.
 pub(crate) const MARGIN_PX: f64 = 4.0;
-/// Maximum number of halvings of a span: an arc of a curve of 100 au is then some tens of metres long.
+/// Maximum number of halvings of a span: a span of a curve of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
 /// Longest span, in units of the parameter, that may be replaced by its chord.
 const MAX_SPAN: f64 = 0.2;
@@ -43,7 +43,7 @@ pub(crate) struct Curve<'a> {
 /// A point in camera axes (right, up, forward), and its parameter.
 type CurvePoint = (DVec3, f64);
 
-/// A polyline inside the frame.
+/// A part of a curve inside the frame (a run), as a polyline.
 pub(crate) type Polyline = Vec<CurvePoint>;
 
 /// Subdivides a curve and collects its parts inside the frame.
@@ -54,15 +54,15 @@ struct StrokeSubdivision<'a> {
 
 impl Curve<'_> {
     /// The point at a parameter, in camera axes.
-    fn in_camera(&self, at: f64) -> DVec3 {
-        self.camera.in_axes((self.point)(at))
+    fn in_camera_axes(&self, parameter: f64) -> DVec3 {
+        self.camera.in_axes((self.point)(parameter))
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
     pub(crate) fn runs(&self, parameters: &[f64]) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
-            let [from, to] = [span[0], span[1]].map(|at| (self.in_camera(at), at));
+            let [from, to] = [span[0], span[1]].map(|parameter| (self.in_camera_axes(parameter), parameter));
             subdivision.arc(from, to, 0);
         }
         subdivision.runs
@@ -72,8 +72,8 @@ impl Curve<'_> {
 impl StrokeSubdivision<'_> {
     /// Halves a span until its chord is accurate enough, and appends the chords.
     fn arc(&mut self, from: CurvePoint, to: CurvePoint, halvings: u32) {
-        let middle_at = 0.5 * (from.1 + to.1);
-        let middle = self.curve.in_camera(middle_at);
+        let middle_parameter = 0.5 * (from.1 + to.1);
+        let middle = self.curve.in_camera_axes(middle_parameter);
         let span = to.1 - from.1;
         let radius = 0.5 * self.curve.derivative_bound * span;
         if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
@@ -85,8 +85,8 @@ impl StrokeSubdivision<'_> {
         if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < allowed) {
             return self.chord(from, to);
         }
-        self.arc(from, (middle, middle_at), halvings + 1);
-        self.arc((middle, middle_at), to, halvings + 1);
+        self.arc(from, (middle, middle_parameter), halvings + 1);
+        self.arc((middle, middle_parameter), to, halvings + 1);
     }
 
     /// Appends the part of a chord that is inside the frame.

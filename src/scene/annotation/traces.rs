@@ -1,4 +1,4 @@
-//! Traces: past positions of bodies relative to the target, such as the Moon's waves about the Sun or the loops of Mars about the Earth.
+//! Traces: past positions of bodies relative to the target, such as the Moon's wavy path about the Sun or the loops of Mars about the Earth.
 //!
 //! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
 //! meet exactly. Paths are sampled backwards from now, so that the first vertex is the body's own position; between samples they are Hermite cubics with
@@ -23,7 +23,7 @@ const SAMPLES_PER_PERIOD: f64 = 48.0;
 const MAX_SAMPLES: usize = 1200;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in periods of the centre, or of the body about its parent if that is longer.
+/// Length of a path in orbital periods: of the centre or of the body about its parent, whichever is longer.
 const PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
@@ -125,16 +125,16 @@ pub(crate) fn trace(
         Ok(states) => states,
         Err(e) => return Some((Vec::new(), decision(false, reason!("quoted", text = &e.to_string())))),
     };
-    let all = segments(camera, placed.placement.centre_km, &path(&states, step_s), line_colour(placed.body));
-    let reason = match all.len() {
+    let trace_segments = segments(camera, placed.placement.centre_km, &path(&states, step_s), line_colour(placed.body));
+    let reason = match trace_segments.len() {
         0 => reason!("outside-frame"),
         n => {
             let days = span_s / SECONDS_PER_DAY;
             reason!("trace-samples", days = format_args!("{days:.1}"), body = &centre_body.name, samples = samples, count = n)
         }
     };
-    let on = !all.is_empty();
-    Some((all, decision(on, reason)))
+    let on = !trace_segments.is_empty();
+    Some((trace_segments, decision(on, reason)))
 }
 
 #[cfg(test)]

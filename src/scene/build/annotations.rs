@@ -6,7 +6,7 @@
 use super::SceneBuilder;
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::scene::annotation::line_texts::{self, SkyText, TextLayer};
+use crate::scene::annotation::line_texts::{self, TextLayer, UnplacedText};
 use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
@@ -85,7 +85,7 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether `body` is the nearest body at the position of a text of its ground lines, so that no other body hides the text.
-    fn is_seen_on(&self, body: &PlacedBody<'_>, text: &SkyText) -> bool {
+    fn is_seen_on(&self, body: &PlacedBody<'_>, text: &UnplacedText) -> bool {
         let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
         let nearest = self
             .placed
@@ -104,7 +104,7 @@ impl<'a> SceneBuilder<'a> {
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
     /// above the text, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
-    fn is_behind_body(&self, text: &SkyText, size_px: f64) -> bool {
+    fn is_behind_body(&self, text: &UnplacedText, size_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
             let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };

@@ -51,7 +51,8 @@ impl BodiesInFrame {
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.camera_is_at_centre_of(p.body));
             let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
             let mut report = report(p, decided, &own_draws, magnitude::magnitude(frame.context, p, placed));
-            let orbit = (request.layers.orbits && is_final).then(|| orbits::line(frame.camera, builder.ephemeris, p, target_distance_km));
+            let orbit =
+                (request.layers.orbits && is_final).then(|| orbits::orbit_line(frame.camera, builder.ephemeris, p, target_distance_km));
             if let Some((arcs, decision)) = orbit.flatten() {
                 orbit_arcs.extend(arcs);
                 report.decisions.push(decision);

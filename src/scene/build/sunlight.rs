@@ -32,7 +32,7 @@ impl LightAroundSun {
         let sun_request = own_request.as_ref().unwrap_or(request);
         let veil = VeilingGlare::drawn(request, camera, placed);
         Self {
-            limbs: refracted_limb::limbs(request, camera, placed, threshold, tint, reports),
+            limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
             glare: decide(sun_request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
             corona: decide(sun_request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
         }

@@ -1,20 +1,20 @@
 //! Approximate sunlight under occluders: for the exposure, for magnitudes and for bodies drawn as points.
 //!
 //! In: the occluders of a receiver, the eclipse model and the Sun. Out: the fraction of sunlight at a point, or its mean over the visible lit
-//! ground, 0 to 1. Does not shade drawn surfaces (shaders/lib/eclipse does) and ignores limb darkening.
+//! ground, 0 to 1. Drawn surfaces are shaded by shaders/lib/eclipse instead. Limb darkening is ignored.
 //!
-//! An occluder's outline, as seen from the point, is an ellipse. Its overlap with the Sun's disc is computed as for a circle with the ellipse's radius towards
-//! the Sun's centre, by a ramp that is linear in the separation, up to the area that the ellipse can hide. Of several occluders only the one that hides most
-//! counts. The equatorial radius in place of that radius would not do: a planet is hundreds of solar radii wide as seen from its moons, and would hide the Sun
-//! even where the Sun is visible beyond a pole of the oblate planet.
+//! An occluder's outline, as seen from the point, is an ellipse. It is replaced by a circle of the ellipse's radius in the direction of the Sun's centre. The
+//! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide. Of several
+//! occluders only the one that hides most counts. The equatorial radius would not be accurate enough: a planet is hundreds of solar radii wide as seen from
+//! its moons, and would hide the Sun even where the Sun is visible beyond a pole of the oblate planet.
 //!
 //! Largest error of the fraction, measured by this module's test against rays to a limb-darkened disc, in green:
 //! - 0.08 behind a planet as seen from its moons, behind Phobos and behind a round body of 0.3 solar radii;
 //! - 0.13 behind round bodies of 1 and 2 solar radii;
 //! - 0.16 behind elongated ones (semi-axes 0.75 to 2 solar radii).
 //!
-//! Light refracted by the occluder's air is not part of this comparison. The finite number of points in the mean over the visible lit ground adds an error of
-//! at most 0.005, and of 0.02 between Pluto and Charon, whose shadows have sharp edges.
+//! The comparison leaves out light refracted by the occluder's air. The finite number of points in the mean over the visible lit ground adds an error of at
+//! most 0.005, or 0.02 for Pluto and Charon, whose shadows on each other have sharp edges.
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
@@ -26,9 +26,9 @@ use std::f64::consts::TAU;
 
 /// Number of points in the mean over the visible lit ground.
 const MEAN_POINTS: u32 = 300;
-/// Number of points if a shadow is smaller than the receiver or has a sharp edge, where each point counts more.
+/// Number of points if a shadow is smaller than the receiver or has a sharp edge: then a single point changes the mean more.
 const FINE_MEAN_POINTS: u32 = 600;
-/// Width of a penumbra, receiver radii, below which its edge is sharp.
+/// The edge of a shadow counts as sharp if the penumbra around its umbra is narrower than this, in receiver radii.
 const SHARP_EDGE_WIDTH: f64 = 0.2;
 
 /// Distance from the centre of an occluder's outline to its limb, measured along `direction`, equatorial radii of the receiver. `direction`: any vector in the
@@ -67,24 +67,26 @@ impl<'a> ApproximateShadow<'a> {
             if depth <= 0.0 {
                 continue;
             }
-            // Solar radii per unit of length at the occluder's distance.
-            let scale = self.axis.cot_sun_radius / depth;
+            // Factor from the receiver's equatorial radii, at the occluder's distance, to solar radii.
+            let to_solar_radii = self.axis.cot_sun_radius / depth;
             let offset = occluder.offset_across - offset_across;
             let layers = self.layers.as_ref().filter(|_| index == 0);
             // Most points are outside the penumbra: they are skipped before the radius is computed.
-            if layers.is_none() && offset.length_squared() * scale * scale >= (1.0 + occluder.semi_axes.x * scale).powi(2) {
+            if layers.is_none()
+                && offset.length_squared() * to_solar_radii * to_solar_radii >= (1.0 + occluder.semi_axes.x * to_solar_radii).powi(2)
+            {
                 continue;
             }
-            let (separation, radius) = (offset.length() * scale, radius_towards(occluder, offset) * scale);
-            // Linear in the separation: 0 at outer contact; at inner contact the largest fraction of the disc's area that the ellipse can hide (each
-            // semi-axis counts up to one solar radius).
-            let max_obscuration = (occluder.semi_axes * scale).min(DVec2::ONE).element_product();
+            let (separation, radius) = (offset.length() * to_solar_radii, radius_towards(occluder, offset) * to_solar_radii);
+            // Linear in the separation: 0 at outer contact; at inner contact the largest fraction of the disc's area that the ellipse can hide (semi-axes
+            // beyond one solar radius hide no more).
+            let max_obscuration = (occluder.semi_axes * to_solar_radii).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = layers {
                 // The layers are computed for a round limb whose radius is the major semi-axis. The separation is changed so that this limb is as far from the
                 // Sun's centre as that of the elliptical outline.
-                fraction += layers.light(separation + (occluder.semi_axes.x * scale - radius), depth, scale);
+                fraction += layers.refracted_fraction(separation + (occluder.semi_axes.x * to_solar_radii - radius), depth, to_solar_radii);
             }
         }
         fraction.min(1.0)
@@ -92,35 +94,37 @@ impl<'a> ApproximateShadow<'a> {
 
     /// Number of points that the mean needs.
     fn mean_points(&self) -> u32 {
-        let is_fine = |o: &Occluder<'_>| o.semi_axes.y < 1.0 || 2.0 * o.along < SHARP_EDGE_WIDTH * self.axis.cot_sun_radius;
-        if self.occluders.iter().any(is_fine) { FINE_MEAN_POINTS } else { MEAN_POINTS }
+        let penumbra_width = |o: &Occluder<'_>| 2.0 * o.along / self.axis.cot_sun_radius;
+        let needs_fine_mean = |o: &Occluder<'_>| o.semi_axes.y < 1.0 || penumbra_width(o) < SHARP_EDGE_WIDTH;
+        if self.occluders.iter().any(needs_fine_mean) { FINE_MEAN_POINTS } else { MEAN_POINTS }
     }
 
     /// Mean fraction over the lit ground that a viewer sees. Weighted by the cosines of incidence and emission (Lambert); the receiver counts as a sphere, seen
     /// from a distance. `camera`: direction from the centre to the camera, body axes, of any length.
-    pub(crate) fn mean(&self, camera: DVec3) -> f64 {
+    pub(crate) fn mean_sunlight_fraction(&self, camera: DVec3) -> f64 {
         let to_sun = self.axis.sunward;
         let towards_camera = camera.normalize_or(to_sun);
-        // The visible lit ground is a lune. `middle` is its middle, halfway between the directions to the Sun and to the camera; all three are at right angles
-        // to `pole`. All points lie in the lune, so that a thin crescent gets as many as a full disc.
+        // The visible lit ground is a lune. `middle` points to its middle, halfway between the directions to the Sun and to the camera. `pole` is
+        // perpendicular to these three directions. All points lie in the lune, so that a thin crescent gets as many as a full disc.
         let (sum, difference) = (to_sun + towards_camera, towards_camera - to_sun);
         let middle = sum.normalize_or(self.axis.perpendicular_axes[0]);
         let side = if difference.length() > 1e-6 { difference.normalize() } else { middle.any_orthonormal_vector() };
         let pole = side.cross(middle);
-        let half_width = sum.length().atan2(difference.length());
+        let half_width_rad = sum.length().atan2(difference.length());
         let (mut sunlight, mut weights) = (0.0, 0.0);
         let points = self.mean_points();
         for k in 0..points {
-            // Equal areas between the poles, and steps of the golden angle in longitude, the first at the middle.
+            // A Fibonacci lattice: equal steps in height along the pole's axis, and steps of the golden angle in longitude, scaled to the lune's width. The
+            // first point has the longitude of the middle.
             let height = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(points);
             let turns = f64::from(k) * GOLDEN_ANGLE_RAD / TAU + 0.5;
-            let (sin, cos) = (half_width * (2.0 * turns.fract() - 1.0)).sin_cos();
+            let (sin, cos) = (half_width_rad * (2.0 * turns.fract() - 1.0)).sin_cos();
             let point = (middle * cos + side * sin) * (1.0 - height * height).sqrt() + pole * height;
             let weight = point.dot(to_sun).max(0.0) * point.dot(towards_camera).max(0.0);
             sunlight += self.sunlight_fraction(point) * weight;
             weights += weight;
         }
-        // Without a weight the camera is exactly behind the night side.
+        // All weights are 0 if the camera is exactly opposite to the Sun and sees only the night side.
         if weights > 0.0 { sunlight / weights } else { self.sunlight_fraction(middle) }
     }
 }
@@ -135,7 +139,7 @@ mod tests {
     use glam::DMat3;
 
     /// An ellipsoid in front of the Sun, as seen from a receiver.
-    struct Passage<'a> {
+    struct EclipseGeometry<'a> {
         receiver: Receiver<'a>,
         axis: Axis,
         sun: &'a Body,
@@ -146,10 +150,10 @@ mod tests {
         receiver_from_occluder: DMat3,
     }
 
-    impl<'a> Passage<'a> {
-        /// The occluder at its true distance from the receiver, but moved onto the line to the Sun. `radii_in_suns`: replaces its semi-axes, in apparent
-        /// solar radii.
-        fn of(catalog: &'a Catalog, ephemeris: &Ephemeris, ids: [i32; 2], radii_in_suns: Option<DVec3>) -> Self {
+    impl<'a> EclipseGeometry<'a> {
+        /// The occluder at its true distance from the receiver, but moved onto the line to the Sun. `ids`: NAIF codes of receiver and occluder.
+        /// `semi_axes_in_solar_radii`: replaces the occluder's semi-axes; in units of the Sun's apparent radius at the receiver.
+        fn of(catalog: &'a Catalog, ephemeris: &Ephemeris, ids: [i32; 2], semi_axes_in_solar_radii: Option<DVec3>) -> Self {
             let time = Instant::parse("2025-10-30T02:52:00Z").expect("a time");
             let [body, occluder, sun] = [ids[0], ids[1], 10].map(|id| catalog.body(NaifId(id)).expect("in the catalog"));
             let receiver = Receiver::at(ephemeris, body, time).expect("placed");
@@ -157,7 +161,7 @@ mod tests {
             let along = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km.length() / receiver.radius_km();
             let receiver_from_occluder =
                 receiver.body_from_icrf * ephemeris.body_from_icrf(occluder.id, time).expect("an orientation").transpose();
-            let radii = radii_in_suns.map_or(occluder.radii_km / receiver.radius_km(), |suns| suns * (along / axis.cot_sun_radius));
+            let radii = semi_axes_in_solar_radii.map_or(occluder.radii_km / receiver.radius_km(), |s| s * (along / axis.cot_sun_radius));
             Self { receiver, axis, sun, occluder, radii, along, receiver_from_occluder }
         }
 
@@ -220,10 +224,10 @@ mod tests {
             sum / weights
         }
 
-        /// Largest errors over passages of all impact parameters, and over the same passages behind a round body of the major semi-axis; and how often the
-        /// Sun was hidden, partly hidden and visible.
+        /// Largest errors over positions of the occluder at all position angles and impact parameters, and over the same positions of a round body whose radius
+        /// is the major semi-axis. Then the number of positions with the Sun hidden, partly hidden and entirely visible.
         fn largest_errors(&self) -> ([f64; 2], [u32; 3]) {
-            let (mut errors, mut seen) = ([0.0_f64; 2], [0; 3]);
+            let (mut errors, mut counts) = ([0.0_f64; 2], [0; 3]);
             for point in [DVec3::ZERO, self.axis.sunward * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
                 let solar_radius = (self.along - point.dot(self.axis.sunward)) / self.axis.cot_sun_radius;
                 for direction in (0..12).map(|k| DVec2::from_angle(TAU * f64::from(k) / 12.0)) {
@@ -245,11 +249,11 @@ mod tests {
                             *error = error.max((self.approximate(occluder, point) - expected).abs());
                         }
                         let kind = if expected == 0.0 { 0 } else { 1 + usize::from(expected == 1.0) };
-                        seen[kind] += 1;
+                        counts[kind] += 1;
                     }
                 }
             }
-            (errors, seen)
+            (errors, counts)
         }
     }
 
@@ -258,17 +262,18 @@ mod tests {
     fn the_fraction_of_sunlight_has_its_stated_error() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-        let planets_before_moons = [[606, 699], [608, 699], [501, 599], [502, 599], [503, 599], [504, 599], [801, 899], [401, 499]];
-        for ids in planets_before_moons {
-            let ([error, of_round], seen) = Passage::of(&catalog, &ephemeris, ids, None).largest_errors();
-            println!("{ids:?}: {error:.3}, with the equatorial radius {of_round:.3}; {seen:?}");
+        // NAIF codes of moons and of their planets, which are in front of the Sun.
+        let moons_and_planets = [[606, 699], [608, 699], [501, 599], [502, 599], [503, 599], [504, 599], [801, 899], [401, 499]];
+        for ids in moons_and_planets {
+            let ([error, error_if_round], counts) = EclipseGeometry::of(&catalog, &ephemeris, ids, None).largest_errors();
+            println!("{ids:?}: {error:.3}, with the equatorial radius {error_if_round:.3}; {counts:?}");
             assert!(error < 0.085, "{ids:?}: {error}");
-            assert!(seen.iter().all(|n| *n > 50), "{ids:?}: {seen:?}");
+            assert!(counts.iter().all(|n| *n > 50), "{ids:?}: {counts:?}");
             // Negative control: with the equatorial radii of Saturn and Jupiter the Sun is entirely hidden where rays reach all of it.
-            assert!(of_round > 0.99 || ![699, 599].contains(&ids[1]), "{ids:?}: {of_round}");
+            assert!(error_if_round > 0.99 || ![699, 599].contains(&ids[1]), "{ids:?}: {error_if_round}");
         }
-        // Phobos before the Sun of Mars; then bodies about as large as the Sun's disc in its place.
-        for (suns, bound) in [
+        // Phobos in front of the Sun as seen from Mars; then, in its place, bodies that look about as large as the Sun.
+        for (semi_axes, bound) in [
             (None, 0.085),
             (Some(DVec3::splat(0.3)), 0.085),
             (Some(DVec3::ONE), 0.13),
@@ -276,9 +281,9 @@ mod tests {
             (Some(DVec3::new(0.75, 0.75, 1.3)), 0.17),
             (Some(DVec3::new(0.9, 0.9, 2.0)), 0.17),
         ] {
-            let ([error, of_round], seen) = Passage::of(&catalog, &ephemeris, [499, 401], suns).largest_errors();
-            println!("Phobos, {suns:?}: {error:.3}, with the longest radius {of_round:.3}; {seen:?}");
-            assert!(error < bound, "{suns:?}: {error}");
+            let ([error, error_if_round], counts) = EclipseGeometry::of(&catalog, &ephemeris, [499, 401], semi_axes).largest_errors();
+            println!("Phobos, {semi_axes:?}: {error:.3}, with the longest radius {error_if_round:.3}; {counts:?}");
+            assert!(error < bound, "{semi_axes:?}: {error}");
         }
     }
 
@@ -288,17 +293,17 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         for ids in [[606, 699], [501, 599], [504, 599], [401, 499]] {
-            let passage = Passage::of(&catalog, &ephemeris, ids, None);
-            let outline = passage.occluder_at(DVec2::ZERO);
-            let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let outline = geometry.occluder_at(DVec2::ZERO);
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
             let mut seen = 0;
             for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
-                    let offset_across = direction * (radius + reach * f64::from(k) / 9.0);
-                    let expected = passage.mean_by_rays(offset_across);
-                    let occluders = [passage.occluder_at(offset_across)];
-                    let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun);
-                    let error = -2.5 * (shadow.expect("an occluder").mean(passage.axis.sunward) / expected).log10();
+                    let offset_across = direction * (radius + receiver_and_penumbra * f64::from(k) / 9.0);
+                    let expected = geometry.mean_by_rays(offset_across);
+                    let occluders = [geometry.occluder_at(offset_across)];
+                    let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &geometry.receiver, geometry.sun);
+                    let error = -2.5 * (shadow.expect("an occluder").mean_sunlight_fraction(geometry.axis.sunward) / expected).log10();
                     println!("{ids:?}: {expected:.4} of the light, off by {error:.3} magnitudes");
                     let bound = if expected > 0.4 { 0.1 } else { 0.75 };
                     assert!(expected < 0.05 || error.abs() < bound, "{ids:?}: {expected} of the light, off by {error} magnitudes");
@@ -321,17 +326,17 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         for ids in [[501, 599], [606, 699]] {
-            let passage = Passage::of(&catalog, &ephemeris, ids, None);
-            let outline = passage.occluder_at(DVec2::ZERO);
-            let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
-            let outside = outline.long_axis * (outline.semi_axes.x + 2.0 * reach);
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let outline = geometry.occluder_at(DVec2::ZERO);
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
+            let outside = outline.long_axis * (outline.semi_axes.x + 2.0 * receiver_and_penumbra);
             for (offset_across, expected) in [(DVec2::ZERO, 0.0), (outside, 1.0)] {
-                let occluders = [passage.occluder_at(offset_across)];
+                let occluders = [geometry.occluder_at(offset_across)];
                 let shadow =
-                    ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun).expect("an occluder");
+                    ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &geometry.receiver, geometry.sun).expect("an occluder");
                 for phase_deg in (0..=180).map(f64::from).chain([1e-9, 1e-5, 179.9, 180.0 - 1e-5, 180.0 - 1e-9]) {
                     for azimuth in (0..4).map(|k| TAU * f64::from(k) / 4.0) {
-                        let mean = shadow.mean(camera(&passage.axis, phase_deg, azimuth));
+                        let mean = shadow.mean_sunlight_fraction(camera(&geometry.axis, phase_deg, azimuth));
                         assert!(mean == expected, "{ids:?}: {mean} in place of {expected} at {phase_deg} degrees");
                     }
                 }
@@ -345,26 +350,26 @@ mod tests {
     fn the_points_of_the_mean_are_enough() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-        let (mut of_sphere, mut partial) = (0.0_f64, 0);
+        let (mut error_of_sphere_lattice, mut partial) = (0.0_f64, 0);
         for (ids, bound) in [([501, 599], 0.005), ([606, 699], 0.005), ([599, 501], 0.005), ([999, 901], 0.02)] {
-            let passage = Passage::of(&catalog, &ephemeris, ids, None);
-            let outline = passage.occluder_at(DVec2::ZERO);
-            let reach = 1.0 + passage.along / passage.axis.cot_sun_radius;
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let outline = geometry.occluder_at(DVec2::ZERO);
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
             let mut largest_error = 0.0_f64;
             for phase_deg in [0.0, 1.0, 60.0, 120.0, 165.0] {
                 for (azimuth, k) in (0..3).flat_map(|k| (-20..=20).map(move |j| (TAU * f64::from(k) / 3.0, j))) {
-                    let distance = outline.semi_axes.x.max(1.0) + reach * (f64::from(k) * 0.0471 - 0.05);
-                    let occluders = [passage.occluder_at(outline.long_axis * distance)];
-                    let shadow =
-                        ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &passage.receiver, passage.sun).expect("an occluder");
-                    let camera = camera(&passage.axis, phase_deg, azimuth);
+                    let distance = outline.semi_axes.x.max(1.0) + receiver_and_penumbra * (f64::from(k) * 0.0471 - 0.05);
+                    let occluders = [geometry.occluder_at(outline.long_axis * distance)];
+                    let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &geometry.receiver, geometry.sun)
+                        .expect("an occluder");
+                    let camera = camera(&geometry.axis, phase_deg, azimuth);
                     // The mean over those points of a lattice on the entire sphere that lie in the lune.
                     let over_sphere = |points: u32| {
                         let (mut sunlight, mut weights) = (0.0, 0.0);
                         for k in 0..points {
                             let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(points);
                             let point = (DVec2::from_angle(f64::from(k) * GOLDEN_ANGLE_RAD) * (1.0 - z * z).sqrt()).extend(z);
-                            let weight = point.dot(passage.axis.sunward).max(0.0) * point.dot(camera).max(0.0);
+                            let weight = point.dot(geometry.axis.sunward).max(0.0) * point.dot(camera).max(0.0);
                             if weight > 0.0 {
                                 sunlight += shadow.sunlight_fraction(point) * weight;
                                 weights += weight;
@@ -372,9 +377,9 @@ mod tests {
                         }
                         sunlight / weights
                     };
-                    let (expected, mean) = (over_sphere(40_000), shadow.mean(camera));
+                    let (expected, mean) = (over_sphere(40_000), shadow.mean_sunlight_fraction(camera));
                     largest_error = largest_error.max((mean - expected).abs());
-                    of_sphere = of_sphere.max((over_sphere(2 * MEAN_POINTS) - expected).abs());
+                    error_of_sphere_lattice = error_of_sphere_lattice.max((over_sphere(2 * MEAN_POINTS) - expected).abs());
                     partial += u32::from(expected > 0.05 && expected < 0.95);
                 }
             }
@@ -383,6 +388,6 @@ mod tests {
         }
         assert!(partial > 40, "{partial} partial eclipses");
         // Negative control: few points on the entire sphere are not enough for a thin crescent.
-        assert!(of_sphere > 0.01, "{of_sphere}");
+        assert!(error_of_sphere_lattice > 0.01, "{error_of_sphere_lattice}");
     }
 }

@@ -1,6 +1,6 @@
 //! Whether eclipses darken a body and its rings, and by which model.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions with the eclipse model and its uniforms.
+//! In: the inputs of one body, and its decisions so far. Out: the same decisions, with the eclipse model and its uniforms added.
 
 use crate::message::reason;
 use crate::scene::draw::features::Eclipse;
@@ -12,7 +12,7 @@ use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
 
-/// Decides which occluders shade the globe, its air and its clouds.
+/// Decides which occluders darken the globe, its air and its clouds, and by which model.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     if Capabilities::of(inputs.body()).emissive {
         return decisions;
@@ -29,7 +29,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Decides which moons' shadows fall on the rings. The globe's `eclipse` effect switches these shadows too.
+/// Decides which shadows of moons darken the rings, out to the radius `outer_km`. These shadows have no effect of their own: the `eclipse` effect switches them off
+/// together with those on the globe.
 pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
     let (placed, context, camera) = (inputs.placed, inputs.frame.context, inputs.frame.camera);
     let diameter_px = 2.0 * placed.body.radii_km.x / (placed.distance_km * camera.pixel_tangent());

@@ -1,4 +1,5 @@
-//! Eclipses: the occluders of the Sun, the model of their shadows, its uniforms, and refraction by an occluder's atmosphere.
+//! Eclipses: the bodies that hide the Sun from a receiver (occluders), the models and uniforms of their shadows, the shadows' cones and paths on the ground, and
+//! refraction in an occluder's atmosphere.
 
 pub mod approximate_shadow;
 pub(crate) mod decision;

@@ -2,8 +2,8 @@
 //!
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
-//! The directions to both include the aberration by the receiver's motion. It does not change their separation at the receiver's centre, but tilts the axis
-//! along which the shadow meets the rest of the body (20 arcsec at the Earth: 0.6 km, 0.6 s). The remaining light is computed in shaders/lib/eclipse.
+//! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts the
+//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse computes the remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -91,9 +91,10 @@ impl Axis {
     }
 }
 
-/// Light time below which an occluder's path is treated as straight. Most bodies of one system are closer than that. In this time a moon's path deviates
-/// from a straight line by up to 0.4 km (Metis, which curves most), Io's by 40 m (tests/ephemeris/positions.rs).
-const STRAIGHT_PATH_S: f64 = 10.0;
+/// Light time from occluder to receiver, seconds, below which the occluder is treated as moving in a straight line during that time. Most bodies of one system
+/// are closer together than that. In this time a moon's path deviates from a straight line by up to 0.4 km (Metis, whose path curves most), Io's by 40 m
+/// (tests/ephemeris/positions.rs).
+const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
@@ -106,9 +107,9 @@ pub struct Occluder<'a> {
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
     pub(crate) semi_axes: DVec2,
-    /// Largest fraction of sunlight that it can block at any point of the receiver; 0 in a candidate.
+    /// Largest fraction of sunlight that it can block at any point of the receiver; 0 until [`select_occluders`] computes it.
     pub(crate) max_obscuration: f64,
-    /// Whether some point of the receiver is in its umbra; false in a candidate.
+    /// Whether some point of the receiver is in its umbra; false until [`select_occluders`] computes it.
     pub(crate) has_umbra: bool,
 }
 
@@ -120,8 +121,9 @@ pub fn limb_darkening(body: &Body) -> (DVec3, DVec3) {
     }
 }
 
-/// Ratio of the radiance of the Sun's disc centre to its mean, in the channel where it is largest; see catalogs/README.md for the coefficients.
-fn centre_over_mean(sun: &Body) -> f64 {
+/// Ratio of the radiance at the centre of the Sun's disc to the disc's mean radiance, in the channel where it is largest; catalogs/README.md
+/// explains the coefficients.
+fn centre_to_mean_radiance(sun: &Body) -> f64 {
     let (u1, u2) = limb_darkening(sun);
     (0..3).map(|c| 1.0 / (1.0 - u1[c] / 3.0 - u2[c] / 6.0)).fold(1.0, f64::max)
 }
@@ -136,7 +138,7 @@ pub struct ReceiverExtent {
     pub camera: Option<DVec3>,
     /// The image; `None`: every direction is visible, and every pixel has the size `pixel`.
     pub frustum: Option<Frustum>,
-    /// Size of a pixel at the centre in equatorial radii; 0 for exact points.
+    /// Size of a pixel at the receiver's centre in equatorial radii; 0 if single points are evaluated instead of pixels.
     pub pixel: f64,
 }
 
@@ -170,8 +172,8 @@ pub fn find<'a>(
     select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
 }
 
-/// The bodies between the receiver and the Sun that are large enough to matter, wherever their shadows fall. This part of the search evaluates the
-/// ephemeris.
+/// The first part of the search, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that are large enough to matter,
+/// wherever their shadows fall.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -183,7 +185,7 @@ pub fn candidates<'a>(
     others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun)).collect()
 }
 
-/// The second part of the search: the occluders among the candidates of the same receiver.
+/// The second part of the search: selects those candidates of `receiver` whose shadows matter, and the reason for the selection.
 pub fn select_occluders<'a>(
     candidates: &[Occluder<'a>],
     sun: &Body,
@@ -201,9 +203,10 @@ pub fn select_occluders<'a>(
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            let distance_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| distance_ratio < min_ratio) {
-                nearest = Some((distance_ratio, &body.name));
+            // The gap in penumbra radii.
+            let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
+            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
+                nearest = Some((gap_ratio, &body.name));
             }
             continue;
         }
@@ -226,7 +229,7 @@ pub fn select_occluders<'a>(
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
-        (None, Some((distance_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{distance_ratio:.2}")),
+        (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
     };
     FoundOccluders { occluders, reason }
@@ -246,24 +249,25 @@ fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
 /// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver.
 fn max_obscuration(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
     let solar_radii = radius * axis.cot_sun_radius / depth.max(1e-9);
-    if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_over_mean(sun)).min(1.0) }
+    if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_to_mean_radiance(sun)).min(1.0) }
 }
 
 impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
-        let unit_km = receiver.radius_km();
-        let radius = body.radii_km.max_element() / unit_km;
-        // The geometric position is enough to reject bodies that are far too small, with a margin of a factor of two.
-        let now = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
-        let distance_km = (now.pos_km - receiver.position_km).length();
-        if max_obscuration(radius, axis, sun, 0.5 * distance_km / unit_km) < 0.1 * VISIBLE_CHANGE {
+        let receiver_radius_km = receiver.radius_km();
+        let radius = body.radii_km.max_element() / receiver_radius_km;
+        // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance is a margin for the error.
+        let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
+        let distance_km = (geometric.pos_km - receiver.position_km).length();
+        if max_obscuration(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
-        let light_s = distance_km / SPEED_OF_LIGHT_KM_S;
-        let (position_km, passage_time) = if light_s < STRAIGHT_PATH_S {
+        let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;
+        // Where and when the light passed the occluder.
+        let (position_km, light_passage) = if light_time_s < MAX_STRAIGHT_LIGHT_TIME_S {
             // Orbital speeds are 1e-4 of the speed of light, so one iteration is enough.
-            let light_s = (now.pos_km - now.vel_km_s * light_s - receiver.position_km).length() / SPEED_OF_LIGHT_KM_S;
-            (now.pos_km - now.vel_km_s * light_s, receiver.time.plus_seconds(-light_s))
+            let light_time_s = (geometric.pos_km - geometric.vel_km_s * light_time_s - receiver.position_km).length() / SPEED_OF_LIGHT_KM_S;
+            (geometric.pos_km - geometric.vel_km_s * light_time_s, receiver.time.plus_seconds(-light_time_s))
         } else {
             ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
         };
@@ -272,14 +276,15 @@ impl<'a> Occluder<'a> {
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
-        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
-        let (long_axis, semi_axes) = outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / unit_km);
+        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, light_passage).ok()?;
+        let (long_axis, semi_axes) =
+            outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / receiver_radius_km);
         Some(Self { body, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false })
     }
 
     /// A copy with `max_obscuration` and `has_umbra` set for points within `max_radius` of the receiver's centre.
-    fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, unit_km: f64) -> Self {
-        let radius = self.body.radii_km.max_element() / unit_km;
+    fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
+        let radius = self.body.radii_km.max_element() / receiver_radius_km;
         let max_obscuration = max_obscuration(radius, axis, sun, (self.along - max_radius).max(radius));
         let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_radius;
         Self { max_obscuration, has_umbra, ..self.clone() }
@@ -290,7 +295,7 @@ impl<'a> Occluder<'a> {
         self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
-    /// Area of the occluder's outline. Umbra and penumbra together block at most the sunlight on an area of this size.
+    /// Area of the occluder's outline. The occluder blocks at most the sunlight that falls on an area of this size.
     fn shadow_area(&self) -> f64 {
         std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
@@ -300,7 +305,7 @@ impl<'a> Occluder<'a> {
         self.offset_across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
-    /// `axis_ratios`: the receiver's semi-axes divided by its equatorial radius.
+    /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
@@ -322,18 +327,24 @@ impl<'a> Occluder<'a> {
         if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Negligible }
     }
 
-    /// Whether a point that the occluder darkens may be on the side that the viewer sees. Tests points in and around the penumbra, and the point of the lit
-    /// side that faces the camera most. A margin of 0.03 radii covers the gaps between these points. Points and horizon are those of the ellipsoid with these
-    /// `axis_ratios`: on an oblate planet, both are off by more than the margin if it is taken for a sphere.
+    /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if it is unknown (rings, or points far above the ground). Tests
+    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-camera point. `MARGIN` covers
+    /// the gaps between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by more
+    /// than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
+        /// Equatorial radii.
+        const MARGIN: f64 = 0.03;
         let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
         let camera = camera / axis_ratios;
         let distance = camera.length();
-        let radius = self.penumbra_radius(axis, extent.max_radius) + 0.03;
+        let radius = self.penumbra_radius(axis, extent.max_radius) + MARGIN;
         let towards = camera / distance;
-        let horizon = 1.0 / distance - 0.03 - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
+        // A point of the ground is visible if its component towards the camera exceeds 1 / distance. A point at height h is visible farther beyond the horizon, by
+        // about sqrt(2 h).
+        let horizon = 1.0 / distance - MARGIN - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
         let sunward_in_unit_sphere = (axis.sunward / axis_ratios).normalize();
-        // The lit point at an offset across the axis, or the nearest one of the outline, in the frame in which the receiver is the unit sphere.
+        // The lit point at an offset across the axis, or, beyond the receiver's outline, the nearest point of that outline; in the frame in which the
+        // receiver is the unit sphere.
         let lit_point = |offset_across: DVec2| {
             let point = (axis.perpendicular_axes[0] * offset_across.x + axis.perpendicular_axes[1] * offset_across.y) / axis_ratios;
             let foot = (point - sunward_in_unit_sphere * point.dot(sunward_in_unit_sphere)).clamp_length_max(1.0);
@@ -344,11 +355,11 @@ impl<'a> Occluder<'a> {
             let inside = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
             inside && towards.dot(point) > horizon
         };
-        let around = (0..96).any(|k| {
-            let on_ring = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
-            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.offset_across + on_ring * (radius * fraction)))
+        let penumbra_is_visible = (0..96).any(|k| {
+            let direction = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
+            [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.offset_across + direction * (radius * fraction)))
         });
-        around || is_visible(axis.offset_across(towards * axis_ratios))
+        penumbra_is_visible || is_visible(axis.offset_across(towards * axis_ratios))
     }
 }
 
@@ -398,8 +409,8 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseMo
     Eclipse { occluders: count, model }
 }
 
-/// Largest number of occluders that a body of the catalog can have, and whether one of them has air that refracts light. Counted are the other bodies of
-/// its system, and one more planet for bodies outside Jupiter's orbit (seen from inside that orbit, every planet is too small).
+/// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
+/// system, and one planet of another system for bodies outside Jupiter's orbit. (Inside that orbit, other planets look too small to darken a body visibly.)
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
@@ -422,7 +433,7 @@ mod tests {
         let body = catalog.body(NaifId(605)).expect("Rhea");
         let mut random = Random::new(5);
         for axis_ratios in [DVec3::ONE, DVec3::new(1.0, 1.0, 0.902), DVec3::new(1.0, 0.88, 0.7)] {
-            let (mut seen, mut left_out_of_sphere, mut hidden, mut left_out) = (0, 0, 0, 0);
+            let (mut seen, mut left_out_if_sphere, mut hidden, mut left_out) = (0, 0, 0, 0);
             for _ in 0..20_000 {
                 let sunward = random.direction();
                 let (x, y) = sunward.any_orthonormal_pair();
@@ -445,15 +456,17 @@ mod tests {
                 if cos_emission > 0.02 {
                     seen += 1;
                     assert!(is_visible(axis_ratios), "{axis_ratios}: {point} seen from {camera}, lit from {sunward}");
-                    left_out_of_sphere += u32::from(!is_visible(DVec3::ONE));
+                    left_out_if_sphere += u32::from(!is_visible(DVec3::ONE));
                 } else if cos_emission < -0.5 {
                     hidden += 1;
                     left_out += u32::from(!is_visible(axis_ratios));
                 }
             }
-            println!("{axis_ratios}: {seen} seen, {left_out_of_sphere} left out of a sphere; {left_out} of {hidden} hidden ones left out");
+            println!(
+                "{axis_ratios}: {seen} seen, {left_out_if_sphere} left out if taken for a sphere; {left_out} of {hidden} hidden ones left out"
+            );
             assert!(seen > 3000 && 2 * left_out > hidden, "{axis_ratios}: {seen}, {left_out} of {hidden}");
-            assert_eq!(left_out_of_sphere > 0, axis_ratios != DVec3::ONE, "{axis_ratios}: {left_out_of_sphere}");
+            assert_eq!(left_out_if_sphere > 0, axis_ratios != DVec3::ONE, "{axis_ratios}: {left_out_if_sphere}");
         }
     }
 }

@@ -1,10 +1,11 @@
-//! The refracted limb: the Sun's refracted image in the atmosphere at the limb of a body in front of the Sun.
+//! The refracted limb: the Sun's refracted image in the atmosphere of a body in front of the Sun, at the body's limb.
 //!
-//! In: the placed bodies. Out: a [`RefractedLimb`] for each body with a refracting atmosphere, seen from outside of that atmosphere, and the decisions. The
-//! air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the shadow receives the same light from
-//! that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the refracted limb shows the Sun: the part of the
-//! Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths are in the body's equatorial radii. The sum
-//! over a pixel is in shaders/entry/refracted_limb.wesl. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
+//! In: the placed bodies. Out: the decision for each body with a refracting atmosphere, and a [`RefractedLimb`] for each that is drawn. The camera must be outside
+//! the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point
+//! in the shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
+//! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
+//! are in the body's equatorial radii. shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies
+//! in front of the Sun as seen from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -49,7 +50,8 @@ pub struct RefractedLimb {
     pub air_transmittance: Vec<Vec4>,
 }
 
-/// Change of the transmittance across each layer. This slope is limited, so that the interpolation is monotone and stays between the values of both neighbours.
+/// Change of the transmittance across each layer, for linear interpolation within it. The slope is limited (monotonized central differences), so that the
+/// interpolation stays between the means of the neighbouring layers.
 fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
     let at = |k: usize| transmittances[k.min(transmittances.len() - 1)];
     let slope = |k: usize| {
@@ -70,7 +72,7 @@ fn sun_radiance(sun: &Body) -> [DVec3; 3] {
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
 
-/// The Sun and a body in front of it: angles at the camera, radians.
+/// The Sun and a body in front of it, as seen from the camera; angles in radians.
 struct LimbGeometry {
     /// Angular radius of the Sun.
     sun_radius: f64,
@@ -79,9 +81,9 @@ struct LimbGeometry {
     /// Angular radius of the body.
     limb_radius: f64,
     /// Largest error of `limb_radius` for a body that is not a sphere.
-    limb_error: f64,
-    /// Distance from the camera to the limb, radii of the body.
-    distance: f64,
+    limb_radius_error: f64,
+    /// Distance from the camera to the limb, radii of the body; not an angle.
+    limb_distance: f64,
 }
 
 impl LimbGeometry {
@@ -92,35 +94,36 @@ impl LimbGeometry {
             sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
             separation: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
             limb_radius,
-            limb_error: limb_radius * crate::scene::features::choice::ellipsoid_flattening(placed.body),
-            distance: (camera_distance * camera_distance - 1.0).max(1e-12).sqrt(),
+            limb_radius_error: limb_radius * crate::scene::features::choice::ellipsoid_flattening(placed.body),
+            limb_distance: (camera_distance * camera_distance - 1.0).max(1e-12).sqrt(),
         }
     }
 
-    /// Whether any layer can show the Sun; does not need the layers, which take milliseconds to compute.
-    fn may_show_sun(&self, placed: &PlacedBody<'_>, max_bending: f64) -> bool {
+    /// Whether any layer can show the Sun. A test that does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
+    /// [`refraction::max_reduced_bending`].
+    fn may_show_sun(&self, placed: &PlacedBody<'_>, max_reduced_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
-        // The largest and the smallest of the source angles; if the smallest is negative, the light comes from the opposite side of the centre.
-        let max_angle = self.limb_radius + top_km / placed.body.radii_km.x / self.distance;
-        let min_angle = self.limb_radius - max_bending;
-        let margin = self.sun_radius + self.limb_error;
+        // The largest and the smallest of `unrefracted_angles`.
+        let max_angle = self.limb_radius + top_km / placed.body.radii_km.x / self.limb_distance;
+        let min_angle = self.limb_radius - max_reduced_bending;
+        let margin = self.sun_radius + self.limb_radius_error;
         self.separation - margin <= max_angle.max(-min_angle) && self.separation + margin >= min_angle
     }
 
-    /// Source angles of the light at the lower and the upper edge of a layer: the angles from the body's centre at which it would arrive without refraction.
-    /// Negative on the opposite side of the centre. `layer`: radius and bending at its lower edge (x, y) and at its upper edge (z, w).
-    fn source_angles(&self, layer: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, bending: f64| self.limb_radius + (radius - 1.0) / self.distance - bending;
+    /// Where on the sky the light at the lower and the upper edge of a layer comes from: its angle from the body's centre if there were no refraction. Negative
+    /// on the opposite side of the centre. `layer`: radius and reduced bending angle at its lower edge (x, y) and at its upper edge (z, w).
+    fn unrefracted_angles(&self, layer: &DVec4) -> (f64, f64) {
+        let at = |radius: f64, reduced_bending: f64| self.limb_radius + (radius - 1.0) / self.limb_distance - reduced_bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
-    /// Upper limit, per channel, of the layers' radiance in pixels that span `pixel_radii` radii at the limb: each layer that shows any part of the Sun counts
-    /// with the radiance of the Sun's centre.
+    /// Upper limit, per channel, of the radiance that the layers give to a pixel. Each layer that shows any part of the Sun counts with the radiance of the centre
+    /// of the Sun's disc. `pixel_radii`: size of a pixel at the limb in radii of the body.
     fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
         let shows = |layer: &DVec4| {
-            let (low, high) = self.source_angles(layer);
+            let (low, high) = self.unrefracted_angles(layer);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-            let margin = self.sun_radius + self.limb_error;
+            let margin = self.sun_radius + self.limb_radius_error;
             nearest <= self.separation + margin && low.abs().max(high.abs()) >= self.separation - margin
         };
         let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(layer, _)| shows(layer));
@@ -131,7 +134,7 @@ impl LimbGeometry {
     }
 }
 
-/// A segment of a refracted limb, for the light meter.
+/// A short arc of a refracted limb, for the light meter.
 pub(crate) struct LimbSegment {
     /// Unit vector from the camera to its middle, ICRF.
     pub direction: DVec3,
@@ -153,7 +156,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     }
     let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), refraction::bending_fraction(placed.distance_km, sun.distance_km));
     let is_possible = 2.0 * geometry.limb_radius >= DISC_ONLY_FROM_PX * pixel_rad
-        && refraction::max_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
+        && refraction::max_reduced_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
     let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
         return Vec::new();
     };
@@ -161,14 +164,15 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     let to_sun = sun.placement.centre_km / sun.distance_km;
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
     let y = to_body.cross(x);
-    // Position angles at which a line from the body's centre crosses the Sun's disc, on the Sun's side and on the opposite side.
+    // Position angles, from the direction of the Sun, at which a line through the body's centre crosses the Sun's disc: on the Sun's side, then on the opposite
+    // side.
     let half_arc = (geometry.sun_radius / geometry.separation.max(1e-300)).min(1.0).asin();
     let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
     let step = 2.0 * half_arc / f64::from(SEGMENTS);
-    let pixel_radii = pixel_rad * geometry.distance;
+    let pixel_radii = pixel_rad * geometry.limb_distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         let half_chord = (geometry.sun_radius.powi(2) - (geometry.separation * sin).powi(2)).max(0.0).sqrt();
@@ -176,7 +180,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
         let (thickness, light) =
             layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
-                let (low, high) = geometry.source_angles(layer);
+                let (low, high) = geometry.unrefracted_angles(layer);
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
@@ -184,14 +188,14 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
         LimbSegment {
             direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
-            solid_angle: step * sin_limb * width / geometry.distance,
+            solid_angle: step * sin_limb * width / geometry.limb_distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };
     position_angles.map(segment).filter(|segment| segment.radiance > 0.0).collect()
 }
 
-/// The uniforms of one limb. `tint`: see [`limbs`].
+/// The uniforms of one limb. `tint`: see [`refracted_limbs`].
 fn refracted_limb(
     camera: &Camera,
     placed: &PlacedBody<'_>,
@@ -207,7 +211,9 @@ fn refracted_limb(
     let sun_direction = (placement.body_from_icrf * sun.placement.centre_km).normalize();
     let (x, y) = sun_direction.any_orthonormal_pair();
     let cot_sun_radius = ((sun.distance_km - sun.body.radii_km.x) * (sun.distance_km + sun.body.radii_km.x)).sqrt() / sun.body.radii_km.x;
-    let edge = |radius: f64, bending: f64| Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(bending * cot_sun_radius), 0.0, 0.0);
+    let edge = |radius: f64, reduced_bending: f64| {
+        Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(reduced_bending * cot_sun_radius), 0.0, 0.0)
+    };
     let first = layers.edges.first()?;
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
     let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
@@ -234,9 +240,9 @@ fn camera_is_inside(placed: &PlacedBody<'_>) -> bool {
     atmosphere::air::shell(placed.body, &placed.placement).is_some_and(|shell| shell.camera_is_inside())
 }
 
-/// Decides on the refracted limbs of a frame and records the decisions in the bodies' reports. `tint`: the colour that the air
+/// Decides which refracted limbs a frame shows, records the decisions in the bodies' reports, and returns the uniforms. `tint`: the colour that the air
 /// around the camera gives to light from a direction ([`atmosphere::air::SurroundingAir::tint`]).
-pub(crate) fn limbs(
+pub(crate) fn refracted_limbs(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
@@ -251,14 +257,14 @@ pub(crate) fn limbs(
         let Some(report) = reports.iter_mut().find(is_disc) else { continue };
         let own_effects = request.effects.for_catalog_body(p.body);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
-        let mut note = |on: bool, reason: Reason| {
+        let mut record = |on: bool, reason: Reason| {
             report.decisions.push(Decision { effect: Effect::RefractedLimb.name(), on, reason, stated_error: None });
             on
         };
         let bending_fraction = refraction::bending_fraction(p.distance_km, sun.distance_km);
-        let bending = refraction::max_bending(p.body, bending_fraction);
+        let reduced_bending = refraction::max_reduced_bending(p.body, bending_fraction);
         let geometry = LimbGeometry::of(p, sun);
-        let why_not = match (bending, effects.override_of(Effect::Atmosphere)) {
+        let why_not = match (reduced_bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some(reason!("eclipse-no-bending")),
             (_, Some(false)) => Some(reason!("eclipse-air-off")),
             _ if camera_is_inside(p) => Some(reason!("eclipse-in-air")),
@@ -269,27 +275,28 @@ pub(crate) fn limbs(
             _ => None,
         };
         if let Some(why_not) = why_not {
-            note(false, why_not);
+            record(false, why_not);
             continue;
         }
         // If no layer can show the Sun, nothing is drawn even on request: the step that removes the unrefracted Sun would remove it from every pixel that
         // the limb crosses.
-        let layers = bending
-            .filter(|bending| geometry.may_show_sun(p, *bending))
+        let layers = reduced_bending
+            .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
             .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
         let tint = tint(p.placement.centre_km);
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {
-            let max_radiance = geometry.max_radiance(&layers, centre_radiance, camera.pixel_tangent() * geometry.distance).max_element();
+            let max_radiance =
+                geometry.max_radiance(&layers, centre_radiance, camera.pixel_tangent() * geometry.limb_distance).max_element();
             (layers, max_radiance)
         });
         let Some((layers, max_radiance)) = shown.filter(|(_, max_radiance)| *max_radiance > 0.0) else {
-            note(false, reason!("eclipse-no-layer"));
+            record(false, reason!("eclipse-no-layer"));
             continue;
         };
         let on = match effects.override_of(Effect::RefractedLimb) {
-            Some(on) => note(on, reason!("set-by-you")),
-            None => note(
+            Some(on) => record(on, reason!("set-by-you")),
+            None => record(
                 threshold.is_exceeded_by_radiance(max_radiance),
                 reason!("eclipse-at-most", light = threshold.description(max_radiance)),
             ),

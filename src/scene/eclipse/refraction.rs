@@ -1,4 +1,4 @@
-//! An occluder's atmosphere as layers, each with a refraction angle and a transmittance.
+//! An occluder's atmosphere as layers, each with bending angles and a transmittance.
 //!
 //! In: a body with an atmosphere. Out: [`RefractingLayers`]. The bending angle of a ray that grazes an exponential atmosphere is the refractivity at the
 //! grazing point times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J. 58, 108); the atmosphere is isothermal with the scale height of its gas. The
@@ -14,22 +14,22 @@ pub use crate::scene::constants::REFRACTION_LAYERS as LAYERS;
 /// Number of heights per layer over which transmittance is averaged.
 const HEIGHTS_PER_LAYER: usize = 4;
 
-/// Height of the tops of the Earth's low, middle and high clouds, km, and the fraction of the sky that they cover (Rossow and Schiffer 1999, Bull. Amer.
+/// For the Earth's low, middle and high clouds: height of their tops, km, and the fraction of the sky that they cover (Rossow and Schiffer 1999, Bull. Amer.
 /// Meteor. Soc. 80, 2261).
-const CLOUD_TOPS: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)];
-/// Extinction per km at the ground of the haze in the free troposphere and the lower stratosphere. The catalog's aerosol covers only the mixed layer. The
-/// haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967),
-/// with the wavelength to the power -1.3.
+const CLOUD_TOPS_KM_AND_COVER: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.0, 0.22)];
+/// Extinction of the haze in the free troposphere and the lower stratosphere, per km and channel, extrapolated down to the ground. The catalog's
+/// aerosol covers only the mixed layer. The haze's extinction is about 1e-3 per km at 6 km and 1e-4 at 18 km in green (quiet years of
+/// SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967); it varies as the wavelength to the power -1.3.
 const HAZE_PER_KM: [f64; 3] = [3.5e-3, 4.0e-3, 5.0e-3];
 const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
-/// Correlation length of clouds, about that of a weather front.
-const CLOUD_FIELD_KM: f64 = 300.0;
+/// Length along a ray beyond which clouds are statistically independent; about that of a weather front.
+const CLOUD_CORRELATION_KM: f64 = 300.0;
 
 /// Layers of an atmosphere from the ground up; the unit of length is that of [`layers`].
 pub(crate) struct RefractingLayers {
     /// Height of the top of the highest layer.
     pub top: f64,
-    /// For each layer: radius, and bending angle times `bending_fraction` (radians), at the lower edge, then both at the upper edge.
+    /// For each layer: radius, and reduced bending angle (bending angle times [`bending_fraction`], radians), at the lower edge, then both at the upper edge.
     pub edges: Vec<DVec4>,
     /// For each layer: its mean transmittance, per channel.
     pub transmittances: Vec<DVec3>,
@@ -37,17 +37,22 @@ pub(crate) struct RefractingLayers {
 
 impl RefractingLayers {
     /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `separation`: of the centres of Sun and occluder as seen from the
-    /// point, in solar radii; `depth`: distance behind the occluder; `scale`: solar radii per unit of length.
-    pub(crate) fn light(&self, separation: f64, depth: f64, scale: f64) -> f64 {
-        let layer = |(edge, transmittance): (&DVec4, &DVec3)| {
+    /// point, in solar radii; `depth`: distance behind the occluder; `to_solar_radii`: factor from the layers' unit of length to solar
+    /// radii.
+    pub(crate) fn refracted_fraction(&self, separation: f64, depth: f64, to_solar_radii: f64) -> f64 {
+        let layer_fraction = |(edge, transmittance): (&DVec4, &DVec3)| {
             // As seen from the point, the layer's light left the Sun on a circle about the occluder's centre, of this radius in solar radii.
-            let radius = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * scale;
+            let radius = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * to_solar_radii;
             // The fraction of the circle's circumference that lies on the Sun's disc.
             let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-            (edge.z * edge.z - edge.x * edge.x) * scale * scale * visible_fraction * crate::units::luminance(transmittance.to_array())
+            (edge.z * edge.z - edge.x * edge.x)
+                * to_solar_radii
+                * to_solar_radii
+                * visible_fraction
+                * crate::units::luminance(transmittance.to_array())
         };
-        self.edges.iter().zip(&self.transmittances).map(layer).sum()
+        self.edges.iter().zip(&self.transmittances).map(layer_fraction).sum()
     }
 }
 
@@ -56,14 +61,14 @@ pub(crate) fn refracts(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && rayleigh(air).is_some())
 }
 
-/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. The distances are those from the point, in the
-/// same unit.
+/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `body_distance`: from the point to the body whose
+/// air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
 pub(crate) fn bending_fraction(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
-/// The largest angle in [`RefractingLayers::edges`], radians: that of the ray that grazes the ground. `None` if it is unknown.
-pub(crate) fn max_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
+/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the ray that grazes the ground. `None` if the refractivity is unknown.
+pub(crate) fn max_reduced_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
     Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * bending_fraction)
 }
@@ -78,12 +83,12 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
-    // Layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the spacings tried (powers, exponentials,
-    // other factors) this one approximated the integral best; tests/atmosphere/refracted_limb.rs bounds its error.
-    let thin_km = 0.75 * rayleigh.scale_height_km;
-    let height_km = |edge: f64| thin_km * (edge / LAYERS as f64 * (air.top_km / thin_km).asinh()).sinh();
+    // The heights of the edges follow a sinh: layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the
+    // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its error.
+    let sinh_scale_km = 0.75 * rayleigh.scale_height_km;
+    let height_km = |edge: f64| sinh_scale_km * (edge / LAYERS as f64 * (air.top_km / sinh_scale_km).asinh()).sinh();
     // Radius and reduced bending angle at an edge.
-    let at = |edge: usize| {
+    let edge_at = |edge: usize| {
         let h = height_km(edge as f64);
         let local_refractivity = refractivity * (-h / rayleigh.scale_height_km).exp();
         // Refraction makes a ray's impact parameter larger than its grazing radius.
@@ -93,7 +98,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
         )
     };
     let edges = (0..LAYERS).map(|k| {
-        let ((r0, b0), (r1, b1)) = (at(k), at(k + 1));
+        let ((r0, b0), (r1, b1)) = (edge_at(k), edge_at(k + 1));
         DVec4::new(r0, b0, r1, b1)
     });
     let transmittances = (0..LAYERS).map(|k| {
@@ -105,17 +110,17 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
         };
         (0..HEIGHTS_PER_LAYER).map(sample).sum::<DVec3>() / HEIGHTS_PER_LAYER as f64
     });
-    Some(RefractingLayers { top: at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
+    Some(RefractingLayers { top: edge_at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
 }
 
-/// Integration steps from the grazing point to the top of the air.
-const STEPS: usize = 48;
+/// Integration steps of the optical depth from the grazing point to the top of the air.
+const OPTICAL_DEPTH_STEPS: usize = 48;
 
 /// Transmittance of clear air along a straight ray that grazes at a height, per channel.
 fn clear_transmittance(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec3 {
     let grazing_km = radius_km + height_km;
     let half_km = ((radius_km + air.top_km).powi(2) - grazing_km * grazing_km).max(0.0).sqrt();
-    let half = optical_depth(air, half_km, STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
+    let half = optical_depth(air, half_km, OPTICAL_DEPTH_STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
     (-2.0 * half).exp()
 }
 
@@ -125,11 +130,12 @@ fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
     (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_SCALE_HEIGHT_KM).exp())).exp()
 }
 
-/// Fraction of rays grazing at a height that meet no cloud: a ray crosses each kind of cloud once per correlation length of its path below the cloud tops.
+/// Fraction of rays grazing at a height that meet no cloud. On each correlation length of its path below the tops of a kind of cloud, a ray meets that cloud with
+/// a probability equal to its cover.
 fn cloud_transmittance(radius_km: f64, height_km: f64) -> f64 {
     let clear = |(top_km, cover): (f64, f64)| {
         let path_km = 2.0 * ((radius_km + top_km).powi(2) - (radius_km + height_km).powi(2)).max(0.0).sqrt();
-        (1.0 - cover).powf(path_km / CLOUD_FIELD_KM)
+        (1.0 - cover).powf(path_km / CLOUD_CORRELATION_KM)
     };
-    CLOUD_TOPS.into_iter().map(clear).product()
+    CLOUD_TOPS_KM_AND_COVER.into_iter().map(clear).product()
 }

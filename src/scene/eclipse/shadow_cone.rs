@@ -1,10 +1,10 @@
-//! The shadow cones of a body in front of the Sun, and their outlines on the ground of the lit body.
+//! The shadow cones of an occluder, and the edges of its shadow on the receiver's ground.
 //!
-//! In: the axis from the lit body to the Sun and the occluder's outline relative to it, as in the shader (shaders/lib/eclipse/occluders.wesl). Out:
-//! generating lines of the cones, and the outlines of umbra and penumbra on the ground, as points of the unit sphere. Always: lengths are the lit body's
-//! equatorial radii in its axes; the cones touch the Sun's sphere and the occluder's outline, so that the shader's fraction of sunlight is 1 outside the
-//! penumbra and 0 in the umbra of an opaque occluder. Not modelled: light refracted by the occluder's air, and self-intersections of the umbra of an
-//! elongated body.
+//! In: the axis from the receiver to the Sun and the occluder's outline projected along it, as in the shader (shaders/lib/eclipse/occluders.wesl). Out:
+//! generators of the cones (the straight lines of which a cone consists), and the edges of umbra and penumbra on the ground, as points of the unit sphere.
+//! Always: positions are in the receiver's body axes and equatorial radii; the cones touch the Sun's sphere and the occluder's outline, so that the shader's
+//! fraction of sunlight is 1 outside the penumbra and 0 in the umbra of an opaque occluder. Not modelled: light refracted by the occluder's air, and
+//! self-intersections of the umbra of an elongated body.
 
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, outline};
 use glam::{DMat3, DVec2, DVec3};
@@ -13,7 +13,7 @@ use std::f64::consts::{PI, TAU};
 /// Which cone: the penumbra's apex lies between Sun and occluder, the umbra's apex behind the occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ConeKind {
-    /// Umbra, and behind its apex the antumbra.
+    /// Umbra, and beyond its apex the antumbra.
     Umbra,
     Penumbra,
 }
@@ -36,28 +36,28 @@ pub(crate) struct ShadowCone {
     /// Unit vector along the major axis of the occluder's outline, and the outline's semi-axes.
     long_axis: DVec2,
     semi_axes: DVec2,
-    /// Semi-axes of the lit body divided by its equatorial radius.
+    /// Semi-axes of the receiver divided by its equatorial radius.
     axis_ratios: DVec3,
 }
 
-/// A generating line of a cone, or its axis.
+/// A generator of a cone, or the cone's axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeLine {
     /// The point on the occluder's outline, or its centre.
     pub from: DVec3,
     /// Unit vector, away from the Sun.
-    pub along: DVec3,
+    pub direction: DVec3,
 }
 
-/// Number of generating lines in the search for the ends of a cone's outline.
-const SEARCH_LINES: u32 = 720;
-/// Number of intervals between the points of an outline.
-const OUTLINE_INTERVALS: u32 = 360;
+/// Number of generators in the search for the ends of a shadow's edge.
+const SEARCH_GENERATORS: u32 = 720;
+/// Number of intervals between the points of an edge.
+const EDGE_INTERVALS: u32 = 360;
 
 /// The point of a line nearest to the centre of the unit sphere, and the square of half the line's chord in the sphere: positive where the line meets the
-/// sphere, negative where it misses. `along`: unit vector.
-pub(crate) fn nearest_point_and_half_chord_sq(point: DVec3, along: DVec3) -> (DVec3, f64) {
-    let foot = point - along * point.dot(along);
+/// sphere, negative where it misses. `direction`: unit vector.
+pub(crate) fn nearest_point_and_half_chord_sq(point: DVec3, direction: DVec3) -> (DVec3, f64) {
+    let foot = point - direction * point.dot(direction);
     (foot, 1.0 - foot.length_squared())
 }
 
@@ -67,7 +67,7 @@ impl ShadowCone {
         Self { axis, offset_across, along, long_axis, semi_axes, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
     }
 
-    /// The shadow that the lit body itself casts behind it.
+    /// The shadow that the receiver itself casts behind it.
     pub(crate) fn own_shadow(axis: Axis, receiver: &Receiver<'_>) -> Self {
         let axis_ratios = receiver.body.radii_km / receiver.radius_km();
         let (long_axis, semi_axes) = outline(&axis, DMat3::IDENTITY, axis_ratios);
@@ -79,26 +79,26 @@ impl ShadowCone {
         self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.sunward * along
     }
 
-    /// The generating line that touches the outline at an angle about the axis, counted from the lit body's north.
-    pub(crate) fn line_at(&self, kind: ConeKind, angle: f64) -> ConeLine {
+    /// The generator that touches the occluder's outline at the angle `angle` (the ellipse's parameter), radians from the receiver's north.
+    pub(crate) fn generator_at(&self, kind: ConeKind, angle: f64) -> ConeLine {
         let north = self.axis.offset_across(DVec3::Z).try_normalize().unwrap_or(DVec2::X);
         let (sin, cos) = (angle + self.long_axis.angle_to(north)).sin_cos();
-        let turned = |v: DVec2| self.long_axis * v.x + self.long_axis.perp() * v.y;
-        let outline_point = self.offset_across + turned(self.semi_axes * DVec2::new(cos, sin));
-        let outwards = turned(DVec2::new(self.semi_axes.y * cos, self.semi_axes.x * sin)).normalize_or_zero();
+        let from_outline_axes = |v: DVec2| self.long_axis * v.x + self.long_axis.perp() * v.y;
+        let outline_point = self.offset_across + from_outline_axes(self.semi_axes * DVec2::new(cos, sin));
+        let outwards = from_outline_axes(DVec2::new(self.semi_axes.y * cos, self.semi_axes.x * sin)).normalize_or_zero();
         let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
         let on_sun = match kind {
             ConeKind::Umbra => outwards * sun_radius,
             ConeKind::Penumbra => outwards * -sun_radius,
         };
         let from = self.in_body_axes(outline_point, self.along);
-        ConeLine { from, along: (from - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
+        ConeLine { from, direction: (from - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
     }
 
     /// The line through the centres of the Sun and the occluder.
     pub(crate) fn axis_line(&self) -> ConeLine {
         let from = self.in_body_axes(self.offset_across, self.along);
-        ConeLine { from, along: (from - self.axis.sunward * self.axis.sun_distance).normalize() }
+        ConeLine { from, direction: (from - self.axis.sunward * self.axis.sun_distance).normalize() }
     }
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
@@ -107,47 +107,51 @@ impl ShadowCone {
         if sun_radius > radius { radius * (self.axis.sun_distance - self.along) / (sun_radius - radius) } else { f64::INFINITY }
     }
 
-    /// Radius of a cone at the distance of the lit body's centre.
+    /// Radius of a cone at the distance of the receiver's centre.
     pub(crate) fn radius(&self, kind: ConeKind) -> f64 {
-        let widening = self.along / self.axis.cot_sun_radius;
-        if kind == ConeKind::Penumbra { self.semi_axes.x + widening } else { (self.semi_axes.x - widening).abs() }
+        let half_penumbra_width = self.along / self.axis.cot_sun_radius;
+        match kind {
+            ConeKind::Penumbra => self.semi_axes.x + half_penumbra_width,
+            ConeKind::Umbra => (self.semi_axes.x - half_penumbra_width).abs(),
+        }
     }
 
-    /// Whether the lit body's centre is beyond the umbra's apex.
+    /// Whether the receiver's centre is farther from the occluder than the umbra's apex.
     pub(crate) fn is_antumbra(&self) -> bool {
         self.umbra_length() < self.along
     }
 
     /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
     pub(crate) fn half_chord_sq(&self, line: ConeLine) -> f64 {
-        let (point, along) = self.in_unit_sphere(line);
-        nearest_point_and_half_chord_sq(point, along).1
+        let (point, direction) = self.in_unit_sphere(line);
+        nearest_point_and_half_chord_sq(point, direction).1
     }
 
     /// Where the line first meets the ground behind the occluder, on the unit sphere; `None` if it misses.
     pub(crate) fn ground_point(&self, line: ConeLine) -> Option<DVec3> {
-        let (point, along) = self.in_unit_sphere(line);
-        let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(point, along);
-        let entry = foot - along * half_chord_sq.max(0.0).sqrt();
-        (half_chord_sq >= 0.0 && (entry - point).dot(along) > 0.0).then(|| entry.normalize())
+        let (point, direction) = self.in_unit_sphere(line);
+        let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(point, direction);
+        let entry = foot - direction * half_chord_sq.max(0.0).sqrt();
+        (half_chord_sq >= 0.0 && (entry - point).dot(direction) > 0.0).then(|| entry.normalize())
     }
 
+    /// Point and unit direction of a line in the frame in which the receiver is the unit sphere.
     fn in_unit_sphere(&self, line: ConeLine) -> (DVec3, DVec3) {
-        (line.from / self.axis_ratios, (line.along / self.axis_ratios).normalize())
+        (line.from / self.axis_ratios, (line.direction / self.axis_ratios).normalize())
     }
 
-    /// The outline of a cone on the ground: one closed line, or pieces that end where its generating lines graze the ground.
-    pub(crate) fn outline(&self, kind: ConeKind) -> Vec<GroundLine> {
-        let step = TAU / f64::from(SEARCH_LINES);
-        let half_chord_sq = |angle: f64| self.half_chord_sq(self.line_at(kind, angle));
-        let meets = |k: u32| half_chord_sq(step * f64::from(k)) > 0.0;
-        let Some(first_miss) = (0..SEARCH_LINES).find(|k| !meets(*k)) else {
-            let at = |k: u32| self.ground_point(self.line_at(kind, TAU * f64::from(k) / f64::from(OUTLINE_INTERVALS)));
-            let points: Vec<DVec3> = (0..OUTLINE_INTERVALS).filter_map(at).collect();
-            return if points.len() == OUTLINE_INTERVALS as usize { vec![GroundLine { points, is_closed: true }] } else { Vec::new() };
+    /// The shadow's edge on the ground, where a cone meets it: one closed line, or arcs that end where generators graze the ground.
+    pub(crate) fn edge_on_ground(&self, kind: ConeKind) -> Vec<GroundLine> {
+        let step = TAU / f64::from(SEARCH_GENERATORS);
+        let half_chord_sq = |angle: f64| self.half_chord_sq(self.generator_at(kind, angle));
+        let meets_ground = |k: u32| half_chord_sq(step * f64::from(k)) > 0.0;
+        let Some(first_miss) = (0..SEARCH_GENERATORS).find(|k| !meets_ground(*k)) else {
+            let at = |k: u32| self.ground_point(self.generator_at(kind, TAU * f64::from(k) / f64::from(EDGE_INTERVALS)));
+            let points: Vec<DVec3> = (0..EDGE_INTERVALS).filter_map(at).collect();
+            return if points.len() == EDGE_INTERVALS as usize { vec![GroundLine { points, is_closed: true }] } else { Vec::new() };
         };
-        // Bisects for the angle at which the line grazes the ground.
-        let graze = |mut inside: f64, mut outside: f64| {
+        // Bisects for the angle at which the generator grazes the ground, between one that meets the ground and one that misses.
+        let grazing_angle = |mut inside: f64, mut outside: f64| {
             for _ in 0..50 {
                 let middle = 0.5 * (inside + outside);
                 if half_chord_sq(middle) > 0.0 { inside = middle } else { outside = middle }
@@ -156,12 +160,12 @@ impl ShadowCone {
         };
         let mut lines = Vec::new();
         let mut begin_angle = None;
-        for k in first_miss..first_miss + SEARCH_LINES {
+        for k in first_miss..first_miss + SEARCH_GENERATORS {
             let (now, next) = (step * f64::from(k), step * f64::from(k + 1));
-            match (begin_angle, meets(k % SEARCH_LINES), meets((k + 1) % SEARCH_LINES)) {
-                (None, false, true) => begin_angle = Some(graze(next, now)),
+            match (begin_angle, meets_ground(k % SEARCH_GENERATORS), meets_ground((k + 1) % SEARCH_GENERATORS)) {
+                (None, false, true) => begin_angle = Some(grazing_angle(next, now)),
                 (Some(from), true, false) => {
-                    lines.extend(self.arc(kind, from, graze(now, next)));
+                    lines.extend(self.arc(kind, from, grazing_angle(now, next)));
                     begin_angle = None;
                 }
                 _ => {}
@@ -170,13 +174,14 @@ impl ShadowCone {
         lines
     }
 
-    /// A piece of an outline. Points are denser at the ends, because the outline moves fast along the ground where the generating lines graze it.
+    /// A part of the edge between two angles. The points are denser in angle at the ends: there the generators graze the ground, and a small change of the angle
+    /// moves the point far along it.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
-            let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(OUTLINE_INTERVALS)).cos());
-            self.ground_point(self.line_at(kind, from + (to - from) * fraction))
+            let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(EDGE_INTERVALS)).cos());
+            self.ground_point(self.generator_at(kind, from + (to - from) * fraction))
         };
-        let points: Vec<DVec3> = (0..=OUTLINE_INTERVALS).filter_map(at).collect();
+        let points: Vec<DVec3> = (0..=EDGE_INTERVALS).filter_map(at).collect();
         (points.len() > 3).then_some(GroundLine { points, is_closed: false })
     }
 }
@@ -198,48 +203,48 @@ mod tests {
         let sun = body(10);
         let axis = Axis::of(&receiver, sun).expect("lit");
         let found = candidates(&ephemeris, catalog.bodies().iter(), sun, &receiver);
-        let occluder = found.iter().find(|o| o.body.id == NaifId(occluder)).expect("before the Sun");
+        let occluder = found.iter().find(|o| o.body.id == NaifId(occluder)).expect("in front of the Sun");
         check(&ShadowCone::of(axis, occluder, &receiver), sun.radii_km.x / receiver.radius_km());
     }
 
-    /// The generating lines touch the Sun's sphere, and pass the occluder's centre at a distance between its outline's semi-axes.
+    /// The generators touch the Sun's sphere, and pass the occluder's centre at a distance between its outline's semi-axes.
     #[test]
-    fn generating_lines_touch_both_bodies() {
+    fn generators_touch_both_bodies() {
         for (receiver, occluder, time) in
             [(399, 301, "2024-04-08T18:17:16Z"), (599, 501, "2024-12-07T20:00:00Z"), (301, 399, "2025-03-14T07:00:00Z")]
         {
             with_cone(receiver, occluder, time, |cone, sun_radius| {
                 let sun = cone.axis.sunward * cone.axis.sun_distance;
-                let distance = |line: ConeLine, point: DVec3| (point - line.from).cross(line.along).length();
+                let distance = |line: ConeLine, point: DVec3| (point - line.from).cross(line.direction).length();
                 for kind in [ConeKind::Umbra, ConeKind::Penumbra] {
                     for k in 0..24 {
-                        let line = cone.line_at(kind, TAU * f64::from(k) / 24.0);
+                        let line = cone.generator_at(kind, TAU * f64::from(k) / 24.0);
                         assert!((distance(line, sun) / sun_radius - 1.0).abs() < 1e-4, "{receiver} {kind:?} {k}");
                         let from_occluder = distance(line, cone.in_body_axes(cone.offset_across, cone.along));
                         let semi_axes = cone.semi_axes.y * 0.9999..=cone.semi_axes.x * 1.0001;
                         assert!(semi_axes.contains(&from_occluder), "{receiver} {kind:?} {k}: {from_occluder}");
                         // The sign tells which limb of the Sun the line touches.
                         let outwards = line.from - cone.in_body_axes(cone.offset_across, cone.along);
-                        assert_eq!(line.along.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
+                        assert_eq!(line.direction.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
                     }
                 }
             });
         }
     }
 
-    /// An umbra and a penumbra within the disc have one closed outline each; a penumbra that crosses the limb has an open outline whose ends graze the
-    /// ground; before first contact there are no outlines.
+    /// An umbra and a penumbra that lie on the disc seen from the Sun have one closed edge each; a penumbra that crosses the limb has an open edge whose ends graze
+    /// the ground; before first contact there are no edges.
     #[test]
-    fn outlines_close_or_end_at_the_limb() {
+    fn edges_close_or_end_at_the_limb() {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {
-            let umbra = cone.outline(ConeKind::Umbra);
+            let umbra = cone.edge_on_ground(ConeKind::Umbra);
             assert!(umbra.len() == 1 && umbra[0].is_closed, "{umbra:?}");
             // The shadow's axis passes the Earth's centre at 0.343 radii (gamma), and the penumbra's radius is 0.536: all of the penumbra is on the disc.
-            let penumbra = cone.outline(ConeKind::Penumbra);
+            let penumbra = cone.edge_on_ground(ConeKind::Penumbra);
             assert!(penumbra.len() == 1 && penumbra[0].is_closed, "{}", penumbra.len());
         });
         with_cone(399, 301, "2024-04-08T16:50:00Z", |cone, _| {
-            let penumbra = cone.outline(ConeKind::Penumbra);
+            let penumbra = cone.edge_on_ground(ConeKind::Penumbra);
             assert!(!penumbra.is_empty() && penumbra.iter().all(|line| !line.is_closed), "{}", penumbra.len());
             for end in penumbra.iter().flat_map(|line| [line.points[0], line.points[line.points.len() - 1]]) {
                 // There the Sun is on the horizon, to within its angular radius of a quarter of a degree.
@@ -248,7 +253,7 @@ mod tests {
             }
         });
         with_cone(399, 301, "2024-04-08T14:00:00Z", |cone, _| {
-            assert!(cone.outline(ConeKind::Umbra).is_empty() && cone.outline(ConeKind::Penumbra).is_empty());
+            assert!(cone.edge_on_ground(ConeKind::Umbra).is_empty() && cone.edge_on_ground(ConeKind::Penumbra).is_empty());
         });
     }
 }

@@ -1,9 +1,9 @@
-//! The path of a shadow over the ground of the lit body: the centre line and the limits of the umbra.
+//! The path of a shadow over the receiver's ground: the centre line and the limits of the umbra.
 //!
-//! In: a receiver and its occluder at one time. Out: lines on the ground for the passage whose middle is nearest in time. A limit is the envelope of the
-//! umbra's outlines: the points where the outline is parallel to its own motion over the rotating ground. Always: the geometry is that of [`ShadowCone`] at
-//! each instant, light time to the receiver's centre included. `events::path` computes the limits of the Moon's shadow on the Earth by another method, from
-//! the moment of deepest eclipse at each place.
+//! In: a receiver and its occluder at one time. Out: lines on the ground for one passage, that is, one crossing of the shadow over the receiver: the passage whose
+//! middle is nearest to that time. A limit is the envelope of the umbra's edges at all instants: the points where the edge is parallel to its own motion over the
+//! rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path`
+//! computes the limits of the Moon's shadow on the Earth by another method, from the moment of deepest eclipse at each place.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
@@ -16,15 +16,15 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 /// A passage is found if its middle is at most this far from the receiver's time, seconds.
-const MAX_OFFSET_S: f64 = 6.0 * 3600.0;
+const MAX_MIDDLE_OFFSET_S: f64 = 6.0 * 3600.0;
 /// Upper limit of half a passage's duration, seconds: half of Callisto's passage takes about 2.5 hours.
-const MAX_HALF_S: f64 = 6.0 * 3600.0;
-/// Number of intervals between the instants of a ground line.
-const INTERVALS: u32 = 200;
-/// Number of the umbra's generators (the straight lines of its cone) in the search for the limits.
+const MAX_HALF_DURATION_S: f64 = 6.0 * 3600.0;
+/// Number of intervals between the instants at which the points of a line are computed.
+const INSTANT_INTERVALS: u32 = 200;
+/// Number of the umbra's generators in the search for the limits.
 const GENERATORS: u32 = 64;
-/// Step of the central difference that gives the outline's motion over the ground, seconds: half its interval.
-const STEP_S: f64 = 1.0;
+/// The motion of the umbra's edge over the ground is the difference between this many seconds later and earlier.
+const DIFFERENCE_STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
 #[derive(Clone, Debug)]
@@ -32,7 +32,7 @@ pub(crate) struct ShadowPath {
     /// The path of the shadow's axis; `None` if it misses the ground.
     pub centre_line: Option<GroundLine>,
     pub limits: Vec<GroundLine>,
-    /// When the shadow's axis is nearest to the body's centre.
+    /// When the shadow's axis is nearest to the receiver's centre.
     pub middle: Instant,
 }
 
@@ -57,7 +57,7 @@ impl Default for ShadowPaths {
 }
 
 impl ShadowPaths {
-    /// The path of an occluder's shadow over the receiver; `None` if the middle of the passage is more than `MAX_OFFSET_S` away, or if the penumbra misses.
+    /// The path of an occluder's shadow over the receiver; `None` if the middle of the passage is more than `MAX_MIDDLE_OFFSET_S` away, or if the penumbra misses.
     pub(crate) fn of(
         &self,
         ephemeris: &Ephemeris,
@@ -66,7 +66,7 @@ impl ShadowPaths {
         occluder: &Occluder<'_>,
     ) -> Option<Arc<ShadowPath>> {
         let geometry = PassageGeometry { ephemeris, sun, receiver, occluder };
-        let (middle_s, half_s) = geometry.passage()?;
+        let (middle_s, half_duration_s) = geometry.passage()?;
         let key = PassageKey {
             radii_km: [sun.radii_km, receiver.body.radii_km, occluder.body.radii_km],
             ids: [receiver.body.id.0, occluder.body.id.0],
@@ -75,11 +75,11 @@ impl ShadowPaths {
         let is_same_passage = |cached: &PassageKey, requested: &PassageKey| {
             cached.ids == requested.ids && cached.radii_km == requested.radii_km && (cached.middle_s - requested.middle_s).abs() < 60.0
         };
-        Some(self.0.get_compatible(is_same_passage, key, || Arc::new(geometry.path(middle_s, half_s))))
+        Some(self.0.get_compatible(is_same_passage, key, || Arc::new(geometry.path(middle_s, half_duration_s))))
     }
 }
 
-/// The bodies of a passage as functions of time; times are seconds relative to the receiver's time.
+/// The bodies of a passage as functions of time. All times `s` and `..._s` are seconds relative to the receiver's time.
 struct PassageGeometry<'a, 'b> {
     ephemeris: &'a Ephemeris,
     sun: &'a Body,
@@ -100,51 +100,51 @@ impl PassageGeometry<'_, '_> {
         self.at(s).map(|(_, cone)| cone)
     }
 
-    /// Vector from the body's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
-    fn axis_vector(&self, s: f64) -> Option<DVec3> {
+    /// Vector from the receiver's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
+    fn nearest_axis_point(&self, s: f64) -> Option<DVec3> {
         let (receiver, cone) = self.at(s)?;
-        let ConeLine { from, along } = cone.axis_line();
-        Some(receiver.body_from_icrf.transpose() * (from - along * from.dot(along)))
+        let ConeLine { from, direction } = cone.axis_line();
+        Some(receiver.body_from_icrf.transpose() * (from - direction * from.dot(direction)))
     }
 
-    /// Middle of the passage and an upper limit of half its duration, seconds. The middle is where the shadow's axis is nearest to the body's centre, found by
-    /// repeated linear extrapolation.
+    /// Middle of the passage and an upper limit of half its duration, seconds. The middle is when the shadow's axis is nearest to the receiver's centre, found
+    /// by repeated linear extrapolation; the factor of 1.2 is a margin for the curvature of the motion.
     fn passage(&self) -> Option<(f64, f64)> {
         let mut s = 0.0;
         for _ in 0..8 {
-            let (axis_vector, next) = (self.axis_vector(s)?, self.axis_vector(s + 60.0)?);
-            let velocity = (next - axis_vector) / 60.0;
-            let step = -axis_vector.dot(velocity) / velocity.length_squared();
+            let (axis_point, next) = (self.nearest_axis_point(s)?, self.nearest_axis_point(s + 60.0)?);
+            let velocity = (next - axis_point) / 60.0;
+            let step = -axis_point.dot(velocity) / velocity.length_squared();
             s += step;
-            if !s.is_finite() || s.abs() > MAX_OFFSET_S {
+            if !s.is_finite() || s.abs() > MAX_MIDDLE_OFFSET_S {
                 return None;
             }
             if step.abs() < 0.1 {
                 let cone = self.cone(s)?;
-                let (nearest, contact_distance) = (axis_vector.length(), 1.0 + cone.radius(ConeKind::Penumbra));
-                let half_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
-                return (nearest < contact_distance).then_some((s, half_s.min(MAX_HALF_S)));
+                let (nearest, contact_distance) = (axis_point.length(), 1.0 + cone.radius(ConeKind::Penumbra));
+                let half_duration_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
+                return (nearest < contact_distance).then_some((s, half_duration_s.min(MAX_HALF_DURATION_S)));
             }
         }
         None
     }
 
     /// The lines of the passage with this middle and at most this half duration.
-    fn path(&self, middle_s: f64, half_s: f64) -> ShadowPath {
+    fn path(&self, middle_s: f64, half_duration_s: f64) -> ShadowPath {
         let axis_meets_ground = |s: f64| self.cone(s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
-        let axis_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
+        let centre_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
         let ground_line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
-        let centre_line =
-            span(middle_s, half_s, axis_meets_ground).and_then(|span| ground_line(instants(span).filter_map(axis_point).collect()));
+        let centre_line = span(middle_s, half_duration_s, axis_meets_ground)
+            .and_then(|span| ground_line(instants(span).filter_map(centre_point).collect()));
         let umbra_meets_ground = |s: f64| {
             let generator_meets_ground = |cone: &ShadowCone, k: u32| {
-                cone.half_chord_sq(cone.line_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(GENERATORS))) > 0.0
+                cone.half_chord_sq(cone.generator_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(GENERATORS))) > 0.0
             };
             self.cone(s).is_some_and(|cone| (0..GENERATORS).any(|k| generator_meets_ground(&cone, k)))
         };
         let mut limits = Vec::new();
-        if let Some(span) = span(middle_s, half_s, umbra_meets_ground) {
-            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limits(s).unwrap_or_default()).collect();
+        if let Some(span) = span(middle_s, half_duration_s, umbra_meets_ground) {
+            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limit_points(s).unwrap_or_default()).collect();
             for side in 0..2 {
                 let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
                 limits.extend(runs.filter_map(|run| ground_line(run.iter().filter_map(|sides| sides[side]).collect())));
@@ -153,21 +153,22 @@ impl PassageGeometry<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The points of the umbra's outline where its motion over the ground is tangential to the outline: the one on the left of the motion, seen from above, then
-    /// the one on its right.
-    fn limits(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
-        let (before, now, after) = (self.cone(s - STEP_S)?, self.cone(s)?, self.cone(s + STEP_S)?);
-        let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.line_at(ConeKind::Umbra, angle));
-        // The point, its motion, and a number with the sign of the motion's component across the outline.
-        let at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
+    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the one on
+    /// its right.
+    fn limit_points(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
+        let (before, now, after) = (self.cone(s - DIFFERENCE_STEP_S)?, self.cone(s)?, self.cone(s + DIFFERENCE_STEP_S)?);
+        let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
+        // The point of the edge on a generator, its motion, and a number with the sign of the motion's component across the edge.
+        let motion_at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             const ANGLE_STEP: f64 = 1e-4;
             let (point, motion) = (ground_point(&now, angle)?, ground_point(&after, angle)? - ground_point(&before, angle)?);
-            let around = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;
-            Some((point, motion, point.dot(motion.cross(around))))
+            let along_edge = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;
+            Some((point, motion, point.dot(motion.cross(along_edge))))
         };
-        let all: Vec<_> = (0..GENERATORS).map(|k| TAU * f64::from(k) / f64::from(GENERATORS)).map(|angle| (angle, at(angle))).collect();
-        let outline: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
-        let middle = outline.iter().sum::<DVec3>() / outline.len().max(1) as f64;
+        let all: Vec<_> =
+            (0..GENERATORS).map(|k| TAU * f64::from(k) / f64::from(GENERATORS)).map(|angle| (angle, motion_at(angle))).collect();
+        let edge: Vec<DVec3> = all.iter().filter_map(|(_, found)| found.map(|(point, ..)| point)).collect();
+        let centroid = edge.iter().sum::<DVec3>() / edge.len().max(1) as f64;
         let mut sides = [None; 2];
         for k in 0..all.len() {
             let ((from, Some((.., begin))), (_, Some((.., end)))) = (all[k], all[(k + 1) % all.len()]) else { continue };
@@ -177,11 +178,11 @@ impl PassageGeometry<'_, '_> {
             let (mut low, mut high) = (from, from + TAU / f64::from(GENERATORS));
             for _ in 0..40 {
                 let angle = 0.5 * (low + high);
-                let (.., component) = at(angle)?;
+                let (.., component) = motion_at(angle)?;
                 if (component > 0.0) == (begin > 0.0) { low = angle } else { high = angle }
             }
-            let (point, motion, _) = at(low)?;
-            let is_left = point.cross(motion).dot(point - middle) > 0.0;
+            let (point, motion, _) = motion_at(low)?;
+            let is_left = point.cross(motion).dot(point - centroid) > 0.0;
             sides[usize::from(!is_left)] = Some(point);
         }
         Some(sides)
@@ -189,7 +190,7 @@ impl PassageGeometry<'_, '_> {
 }
 
 /// The interval around the middle in which a condition holds; `None` if it does not hold in the middle.
-fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
+fn span(middle_s: f64, half_duration_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
     let end = |mut outside: f64| {
         let mut inside = middle_s;
         for _ in 0..40 {
@@ -198,12 +199,12 @@ fn span(middle_s: f64, half_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64;
         }
         inside
     };
-    holds(middle_s).then(|| [end(middle_s - half_s), end(middle_s + half_s)])
+    holds(middle_s).then(|| [end(middle_s - half_duration_s), end(middle_s + half_duration_s)])
 }
 
 /// Instants of an interval, denser at its ends, where a shadow runs fast over the ground.
 fn instants([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
-    (0..=INTERVALS).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INTERVALS)).cos()))
+    (0..=INSTANT_INTERVALS).map(move |k| from + (to - from) * 0.5 * (1.0 - (PI * f64::from(k) / f64::from(INSTANT_INTERVALS)).cos()))
 }
 
 #[cfg(test)]
@@ -211,15 +212,15 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// Calls `check` with the catalog and the paths over a receiver near a time, each with the code of its occluder. Code 10 is the Sun.
-    fn paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
+    /// Calls `check` with the catalog and the shadow paths over a receiver near a time, each with the NAIF code of its occluder.
+    fn with_paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         let body = |id| catalog.body(NaifId(id)).expect("in the catalog");
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
-        let found = candidates(&ephemeris, catalog.bodies().iter(), body(10), &receiver);
+        let found = candidates(&ephemeris, catalog.bodies().iter(), body(NaifId::SUN.0), &receiver);
         let cache = ShadowPaths::default();
-        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, cache.of(&ephemeris, body(10), &receiver, o)?));
+        let path_of = |o: &Occluder<'_>| Some((o.body.id.0, cache.of(&ephemeris, body(NaifId::SUN.0), &receiver, o)?));
         check(&catalog, found.iter().filter_map(path_of).collect());
     }
 
@@ -237,7 +238,7 @@ mod tests {
     /// The centre line and the limits of 2024-04-08 agree with NASA's published path at greatest eclipse.
     #[test]
     fn the_path_of_2024_agrees_with_nasa() {
-        paths(399, "2024-04-08T18:17:16Z", |catalog, found| {
+        with_paths(399, "2024-04-08T18:17:16Z", |catalog, found| {
             let [(301, path)] = &found[..] else { panic!("{} paths", found.len()) };
             assert!(
                 (path.middle.tdb_seconds_past_j2000() - Instant::parse("2024-04-08T18:17:16Z").expect("a time").tdb_seconds_past_j2000())
@@ -257,8 +258,8 @@ mod tests {
             assert!(distance_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
         });
         // Twelve hours before the eclipse no passage is found; five hours before it, this passage is found.
-        paths(399, "2024-04-08T06:00:00Z", |_, found| assert!(found.is_empty()));
-        paths(399, "2024-04-08T13:20:00Z", |_, found| assert_eq!(found.len(), 1));
+        with_paths(399, "2024-04-08T06:00:00Z", |_, found| assert!(found.is_empty()));
+        with_paths(399, "2024-04-08T13:20:00Z", |_, found| assert_eq!(found.len(), 1));
     }
 
     /// The centre lines of moons' shadows on Jupiter span less than 15 degrees of latitude, and a large moon's limits are 0.2 to 2.5 of its diameters apart.
@@ -266,7 +267,7 @@ mod tests {
     fn the_shadow_of_a_moon_crosses_jupiter_along_a_belt() {
         let mut seen = 0;
         for time in ["2024-12-07T20:00:00Z", "2024-12-08T12:00:00Z", "2024-12-09T06:00:00Z", "2024-12-10T00:00:00Z"] {
-            paths(599, time, |catalog, found| {
+            with_paths(599, time, |catalog, found| {
                 let radii_km = catalog.body(NaifId(599)).expect("Jupiter").radii_km;
                 for (moon, path) in found.iter().filter(|(_, path)| path.centre_line.is_some()) {
                     let line = &path.centre_line.as_ref().expect("a centre line").points;

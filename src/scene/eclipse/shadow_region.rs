@@ -1,15 +1,16 @@
 //! Where an occluder's shadow lies near its receiver, and whether it meets the image.
 //!
 //! In: an occluder, the extent of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of the
-//! receiver in the penumbra, and whether any of it can be in the image. Always: the bound is outer; a shadow in the image is never judged to be outside.
+//! receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so
+//! a shadow in the image is never judged to be outside.
 
 use crate::scene::camera::{Camera, Placement};
 use glam::{DVec2, DVec3};
 
-/// Pixels by which the frustum is widened on each side, because a pixel at the edge also shows what lies just outside.
+/// Pixels by which the frustum is widened on each side, because a pixel at the image's edge also shows what lies just outside.
 const MARGIN_PX: f64 = 2.0;
-/// Factor on the penumbra's radius: the cone that touches Sun and occluder is wider than `radius + behind * widening`, by a part of about the square of the
-/// Sun's angular radius.
+/// Factor on the penumbra's radius. The cone that touches Sun and occluder is wider than `radius + behind * widening` (see [`ShadowRegion::of`]) by a fraction of
+/// about the square of the Sun's angular radius in radians.
 const RADIUS_MARGIN: f64 = 1.001;
 
 /// The image's frustum in a receiver's axes and equatorial radii.
@@ -17,7 +18,7 @@ const RADIUS_MARGIN: f64 = 1.001;
 pub struct Frustum {
     position: DVec3,
     /// Inward unit normals of its planes, all through the camera: the four sides, then the plane perpendicular to the view axis.
-    inward: [DVec3; 5],
+    inward_normals: [DVec3; 5],
     /// Tangent of the angle of the smallest pixel, which is at a corner.
     smallest_pixel_tangent: f64,
 }
@@ -30,7 +31,7 @@ impl Frustum {
         let sides = [forward * tan.x - right, forward * tan.x + right, forward * tan.y - up, forward * tan.y + up];
         Self {
             position: placement.body_from_icrf * -placement.centre_km / placement.radii_km.x,
-            inward: [sides[0], sides[1], sides[2], sides[3], forward].map(DVec3::normalize),
+            inward_normals: [sides[0], sides[1], sides[2], sides[3], forward].map(DVec3::normalize),
             smallest_pixel_tangent: camera.pixel_tangent() / (1.0 + camera.tan_half_fov.length_squared()),
         }
     }
@@ -45,7 +46,7 @@ pub enum ReceiverShape {
     EquatorialPlane,
 }
 
-/// A capsule whose radius grows along it: the part of a penumbra that can touch a receiver.
+/// A tapered capsule (a capsule whose radius grows along it): the part of a penumbra that can touch a receiver.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ShadowRegion {
     /// Centre and radius of both ends, the one nearer to the Sun first.
@@ -54,10 +55,10 @@ pub(crate) struct ShadowRegion {
 
 impl ShadowRegion {
     /// The part of the penumbra that may touch the receiver, behind an occluder at `centre` with this `radius`; `None` if the penumbra misses the receiver.
-    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance from the occluder.
+    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder.
     pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
-        // Distances behind the occluder, along its axis, at which a cross section of the penumbra can contain a point of the receiver.
+        // Distances behind the occluder, along the shadow's axis, at which a cross section of the penumbra can contain a point of the receiver.
         let along = centre.dot(sunward);
         let far_radius = radius_at((along + max_radius).max(0.0));
         let from_axis_sq = (centre - sunward * along).length_squared();
@@ -65,11 +66,12 @@ impl ShadowRegion {
         if from_axis_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
-        // A cross section is perpendicular to the axis, so it holds no point of the receiver farther along than `max_radius`.
-        let half = half_chord.min(max_radius);
-        let (mut from, mut to) = ((along - half).max(0.0), along + half);
+        // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the receiver.
+        let half_length = half_chord.min(max_radius);
+        let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
         if shape == ReceiverShape::EquatorialPlane {
-            // A cross section reaches as far from the plane as its radius times the cosine of the Sun's altitude over the plane.
+            // A cross section extends along the plane's normal by its radius times the cosine of the Sun's altitude over the plane. One factor is that of
+            // `radius_at`, the other an additional margin.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
@@ -89,7 +91,10 @@ impl ShadowRegion {
 
     /// Whether any of it can be in the image.
     pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
-        frustum.inward.iter().all(|inward| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*inward) > -radius))
+        frustum
+            .inward_normals
+            .iter()
+            .all(|normal| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*normal) > -radius))
     }
 
     /// Lower limit of the size of a pixel that shows the region, in equatorial radii.
@@ -141,7 +146,7 @@ mod tests {
     }
 
     fn is_inside(frustum: &Frustum, point: DVec3) -> bool {
-        frustum.inward.iter().all(|inward| (point - frustum.position).dot(*inward) > 0.0)
+        frustum.inward_normals.iter().all(|normal| (point - frustum.position).dot(*normal) > 0.0)
     }
 
     fn camera(random: &mut Random, position: DVec3) -> Frustum {

@@ -1,7 +1,7 @@
-//! The occluders between the Sun and a placed body, and the fraction of sunlight that they leave.
+//! The occluders between the Sun and a placed body, and the fraction of sunlight that they let through.
 //!
-//! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders with a reason, or a value computed from their
-//! shadows. The candidates are computed once per placed body.
+//! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or a value
+//! computed from their shadows. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::Reason;
@@ -18,7 +18,7 @@ use crate::scene::resources::Context;
 use crate::scene::surface::meshes;
 use glam::DVec3;
 
-/// The eclipse model that the user set, or the best that the quality allows.
+/// The eclipse model that the user set, or the default of the quality.
 pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
     match (request.effects.eclipse_model(), request.quality) {
         (Some(model), _) => EclipseModelChoice::Requested(model),
@@ -51,6 +51,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             position_km: placed.position_km,
             time: placed.emitted_at,
             body_from_icrf: placed.body_from_icrf,
+            // Without a velocity, aberration is left out.
             velocity_km_s: state.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
             sun_from_body_km: placed.sun_from_body_km,
         };
@@ -69,7 +70,7 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` if the body is the Sun. With a `camera`, only shadows in its image matter; without one, all
+/// The occluders of a part of a placed body; `None` if the body is the Sun. With a `camera`, only shadows in its image count; without one, all
 /// shadows on the side that faces the viewer.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
@@ -90,17 +91,17 @@ pub(crate) fn sun_occluders<'a>(
             (air.max(clouds).max(mesh), ReceiverShape::Ball)
         }
     };
-    let viewer = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
+    let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
-    let extent = ReceiverExtent { max_radius, shape, camera: Some(viewer), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
+    let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
-    Some(SunOccluders { receiver, sun, camera: viewer, occluders: found.occluders, reason: found.reason })
+    Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
 }
 
 /// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
 pub(crate) fn visible_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
+    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean_sunlight_fraction(camera)).unwrap_or(1.0)
 }
 
 /// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
@@ -117,10 +118,13 @@ pub(crate) fn evaluate_shadow<T>(
     evaluate_shadow_with_model(context, placed, diameter_px, requested_model(context.request), evaluate)
 }
 
-/// Like [`visible_sunlight_fraction`], but always by the best model, even if the user switched eclipses off: a magnitude does not depend on the image's
-/// settings.
-pub(crate) fn best_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean(camera)).unwrap_or(1.0)
+/// Like [`visible_sunlight_fraction`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the
+/// image's settings.
+pub(crate) fn visible_sunlight_fraction_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| {
+        shadow.mean_sunlight_fraction(camera)
+    })
+    .unwrap_or(1.0)
 }
 
 fn evaluate_shadow_with_model<T>(

@@ -11,7 +11,7 @@ use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver, limb_darkening}
 use crate::scene::eclipse::refraction;
 use glam::{DVec2, DVec3, Vec2};
 
-/// Uniforms of the occluders for a model.
+/// Uniforms of the occluders for a model; the defaults if the receiver is inside the Sun.
 pub(crate) fn uniforms_of_occluders(
     occluders: &[Occluder<'_>],
     model: EclipseModel,
@@ -46,7 +46,7 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
         }
         _ => None,
     };
-    // The first occluder's air is treated as refracting layers, so its opaque outline extends to their top.
+    // Light through the first occluder's air is added layer by layer, so the opaque outline extends to the top of the layers.
     let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
     let outline = |index: usize, occluder: &Occluder<'_>| {
         let semi_axes = occluder.semi_axes + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });

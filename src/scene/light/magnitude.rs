@@ -19,7 +19,8 @@ const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.
 pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> Option<f64> {
-    let sunlight_fraction = if may_be_eclipsed(p, placed) { sun_occluders::best_sunlight_fraction(context, p, LARGE_DISC_PX) } else { 1.0 };
+    let sunlight_fraction =
+        if may_be_eclipsed(p, placed) { sun_occluders::visible_sunlight_fraction_by_best_model(context, p, LARGE_DISC_PX) } else { 1.0 };
     let irradiance = p.irradiance * sunlight_fraction;
     (irradiance > 0.0).then(|| photometry::magnitude(irradiance))
 }

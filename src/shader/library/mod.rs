@@ -291,7 +291,7 @@ impl ShaderLibrary {
                 if !self.write_error_reported.swap(true, Ordering::Relaxed) {
                     let folder = path.parent().unwrap_or(path).display();
                     (self.report)(&format!(
-                        "shader library: {folder} cannot be written ({e}); modules are kept in memory only, --cache DIR names another place"
+                        "shader library: {folder} cannot be written ({e}); modules are kept in memory only unless --cache DIR names another folder"
                     ));
                 }
             }

@@ -70,6 +70,20 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
     (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
 }
 
+/// Number of decades by which the weight of a crescent falls before the crescent sets behind the limb.
+const SETTING_DECADES: f64 = 9.0;
+
+/// Weight of the lit part of a sphere: 1, but near 0 if the lit part lies behind the limb, which for a near viewer covers more than half of the sphere.
+/// `distance_radii`: from the viewer to the sphere's centre.
+pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
+    // Widths on the disc that a viewer at infinity sees, in its radii: of the lit part, and of the rim that this viewer does not see.
+    let lit_width = 2.0 * (0.5 * phase_angle).cos().powi(2);
+    let inverse_sq = distance_radii.max(1.0).powi(-2);
+    let hidden_width = inverse_sq / (1.0 + (1.0 - inverse_sq).sqrt());
+    let visible_part = if lit_width > hidden_width { 1.0 - hidden_width / lit_width } else { 0.0 };
+    10.0_f64.powf(-SETTING_DECADES * (1.0 - smoothstep(2.0 * visible_part)))
+}
+
 /// Area between a circle of radius 1 and a chord that spans twice this angle at the centre.
 fn segment_area(half_angle: f64) -> f64 {
     // For small angles the difference loses its digits; the series has a relative error below 3e-10 there.
@@ -150,6 +164,21 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use glam::DMat3;
+
+    /// A crescent that a near viewer cannot see has no weight; a half-lit disc, and the thinnest crescent from far away, have all of it.
+    #[test]
+    fn a_crescent_behind_the_limb_has_no_weight() {
+        let weight = |phase_deg: f64, distance_radii: f64| lit_part_weight(phase_deg.to_radians(), distance_radii);
+        for (phase_deg, distance_radii) in [(0.0, 3.0), (90.0, 3.0), (130.0, 3.0), (176.0, 221.0), (179.9, 1e9)] {
+            assert_eq!(weight(phase_deg, distance_radii), 1.0, "phase {phase_deg}, {distance_radii} radii");
+        }
+        // The terminator is on the limb where the cosine of 180 degrees less the phase is that of the limb's angle: at 163.66 degrees from 3.55 radii.
+        for (phase_deg, distance_radii) in [(163.66, 3.5), (180.0, 1e9), (179.9, 221.0)] {
+            assert!(weight(phase_deg, distance_radii) < 1.1e-9, "phase {phase_deg}, {distance_radii} radii");
+        }
+        let decades = (300..800).map(|k| weight(163.66, 0.01 * f64::from(k)).log10()).collect::<Vec<f64>>();
+        assert!(decades.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 0.15), "{decades:?}");
+    }
 
     /// Bodies around frames of all sizes, round and elongated: one that counts as beside the frame blocks no ray. Most of those that block none are found.
     #[test]

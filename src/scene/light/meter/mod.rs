@@ -9,6 +9,7 @@
 //! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of
 //! bodies behind it.
 
+mod city_lights;
 mod geometry;
 mod ground;
 mod log_mean;
@@ -35,7 +36,10 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{drawn_disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
-use geometry::{area_px, frame_position_weight, is_beside_frame, ray_and_limb, visible_fraction_behind_body, weighted_in_frame_fraction};
+use geometry::{
+    area_px, frame_position_weight, is_beside_frame, lit_part_weight, ray_and_limb, visible_fraction_behind_body,
+    weighted_in_frame_fraction,
+};
 use glam::{DVec2, DVec3};
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
@@ -194,10 +198,14 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
-        // The Sun is so bright that bodies of less than a pixel matter, too. A body whose centre is the camera's position has an area of 0: it hides nothing.
-        let min_px = if p.body.id == NaifId::SUN { 0.0 } else { 1.0 };
-        let nearer = self.meter.placed.iter().filter(is_nearer).filter(|o| area_px(self.meter.camera, o) > min_px);
-        nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product()
+        // The Sun is so bright that bodies of less than a pixel matter, too. In front of others a body gains its opacity while its area grows from one pixel to
+        // two. A body at whose centre the camera is counts as behind it.
+        let opacity = |o: &PlacedBody<'_>| {
+            let area = area_px(self.meter.camera, o);
+            if p.body.id == NaifId::SUN { f64::from(area > 0.0) } else { smoothstep(area - 1.0) }
+        };
+        let nearer = self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0);
+        nearer.map(|(o, opacity)| opacity * visible_fraction_behind_body(&o.placement, towards, radius) + 1.0 - opacity).product()
     }
 
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
@@ -253,20 +261,26 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
-        if diameter_px < 1.0 && self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target {
-            // A point: all of the body's light, spread over a sprite. The sprite's effective area is the reciprocal of its peak, in pixels.
+        let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
+        let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
+        if point_weight > 0.0 {
+            // A point: all of the body's light, spread over a sprite.
             let pixel_sr = camera.pixel_tangent().powi(2);
             let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
-            mean.add(weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px(), shown, foreground_radiance);
-            return (mean, 0.0);
+            let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
+            mean.add(point_weight * sprite_share, shown, foreground_radiance);
+            if point_weight >= 1.0 {
+                return (mean, 0.0);
+            }
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| self.meter.night_light_weight > 0.0);
+        let night_light_weight = self.night_light_weight(p);
+        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| night_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
-            night_light_weight: self.meter.night_light_weight,
+            night_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
@@ -283,7 +297,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let dilution = area / (area + (1.0 - self.disc_light_fraction(p, diameter_px)) / point_peak());
-                let visible_share = share * self.visible_fraction(p) * far_weight;
+                let visible_share = share * self.visible_fraction(p) * far_weight * (1.0 - point_weight);
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
@@ -300,7 +314,7 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
     /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
-    /// crescent is sampled.
+    /// crescent is sampled; it is that of a viewer at infinity, except for [`lit_part_weight`].
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -316,7 +330,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let up = viewer.cross(perpendicular);
         let terminator = phase_angle - FRAC_PI_2;
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
-        for (from, to) in [(-FRAC_PI_2, terminator), (terminator, FRAC_PI_2)] {
+        let lit_weight = lit_part_weight(phase_angle, p.distance_km / p.body.radii_km.max_element());
+        for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {
             for k in 0..columns * rows {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
@@ -324,7 +339,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(area, ground.radiance(n, n, viewer, shadow, 1.0));
+                    add(weight * area, ground.radiance(n, n, viewer, shadow, 1.0));
                 }
             }
         }

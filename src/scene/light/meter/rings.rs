@@ -18,6 +18,8 @@ use std::sync::Arc;
 const RING_RAYS: u32 = 28;
 /// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the reading changes gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
+/// Sizes of the rings' rectangle, with its margins, between which the rings gain their weight. Below, they are part of a point.
+const SMALLEST_RINGS_PX: [f64; 2] = [4.0, 8.0];
 /// Phase angles between which ring-shine on the night side fades in, radians.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
@@ -28,7 +30,9 @@ impl MeteredFrame<'_, '_> {
         let weight = smoothstep((p.phase_angle - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        if weight <= 0.0 || diameter_px < 2.0 || rings.is_empty() || user_choice == Some(false) {
+        // A body that is drawn as a point has no ground that ring-shine could light.
+        let weight = weight * self.disc_light_fraction(p, diameter_px);
+        if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
         }
         let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
@@ -68,13 +72,15 @@ impl MeteredFrame<'_, '_> {
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
-        if (size * camera.half_size()).max_element() < 4.0 {
+        let [from, to] = SMALLEST_RINGS_PX;
+        let share_of_size = smoothstep(((size * camera.half_size()).max_element() - from) / (to - from));
+        if share_of_size <= 0.0 {
             return mean;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
-        let share = size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
+        let share = share_of_size * size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
         // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.

@@ -1,0 +1,100 @@
+//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, city lights around a camera on the ground.
+
+use super::metering::assert_changes_smoothly;
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::catalog::NaifId;
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, Look, Position, Up, ViewRequest};
+use orrery::time::Instant;
+
+const SIDE: u32 = 96;
+const SATURN: NaifId = NaifId(699);
+
+fn view(target: NaifId, time: &str, position: Position) -> ViewRequest {
+    let time = Instant::parse(time).expect("a time");
+    ViewRequest { position, fov_deg: Some(45.0), width: SIDE, height: SIDE, ..ViewRequest::of(target, time) }
+}
+
+fn stops(request: &ViewRequest) -> f64 {
+    SESSION.scene(request).expect("a scene").exposure.stops
+}
+
+/// Saturn's rings and their light on its night side leave the reading gradually when Saturn becomes a point, in steps of 2 % of the distance. The exposure once
+/// jumped by 0.7 stops where the rings' rectangle was 4 pixels wide, and by 2 stops where the globe was 2 pixels wide.
+#[test]
+fn rings_of_a_point_leave_the_reading_gradually() {
+    let lit = |k: f64| {
+        let position = Position::Over { towards: None, distance_radii: Some(300.0 * 1.02_f64.powf(k)) };
+        view(SATURN, "2024-04-08T12:00:00Z", position)
+    };
+    assert_changes_smoothly("lit Saturn", 0.3, 100, lit);
+    let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
+    // This meridian is on the night side then.
+    let night_side = |k: f64| {
+        let offset_km = DVec3::X * (45.0 * 1.02_f64.powf(k) * radius_km);
+        view(SATURN, "2024-04-08T12:00:00Z", Position::Offset { body: SATURN, offset_km, axes: Axes::BodyFixed })
+    };
+    assert_changes_smoothly("Saturn's night side", 0.3, 60, night_side);
+}
+
+/// Mars in the frame of Phobos, and Jupiter that hides Io, become points without a step: where they were a pixel wide, the exposure jumped by 0.5 and by 2.3
+/// stops. The distances are from the target, in its radii.
+#[test]
+fn bodies_beside_the_target_become_points_gradually() {
+    for (target, direction, from_radii) in
+        [(NaifId(401), DVec3::new(-0.5, 0.0, 3.0_f64.sqrt() / 2.0), 25_000.0), (NaifId(501), DVec3::X, 5_000.0)]
+    {
+        let radius_km = SESSION.catalog().body(target).expect("a moon").radii_km.x;
+        let at = |k: f64| {
+            let offset_km = direction * (from_radii * 1.02_f64.powf(k) * radius_km);
+            view(target, "2024-04-08T12:00:00Z", Position::Offset { body: target, offset_km, axes: Axes::BodyFixed })
+        };
+        assert_changes_smoothly(&format!("{target:?}"), 0.3, 50, at);
+    }
+}
+
+/// Mercury's night side with the lit part behind the limb is exposed for the dark: from 3 radii on, where the meter no longer looks at single rays alone, it once
+/// counted the crescent that a viewer at infinity would see, and the image was black.
+#[test]
+fn a_crescent_behind_the_limb_is_not_metered() {
+    let mercury = |distance_radii: f64| {
+        let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
+        view(NaifId(199), "2024-04-08T12:00:00Z", position)
+    };
+    for distance_radii in [2.9, 3.05, 3.1] {
+        let stops = stops(&mercury(distance_radii));
+        assert!(stops > 18.0, "{distance_radii} radii: {stops} stops");
+    }
+    let in_sight = stops(&mercury(6.0));
+    assert!(in_sight < 3.0, "{in_sight} stops");
+}
+
+/// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground, which once hid the stars. A camera that looks down,
+/// and one in an aircraft, see the lights; between them the exposure does not jump.
+#[test]
+fn city_lights_around_the_camera_do_not_hide_the_stars() {
+    let (latitude_deg, longitude_deg) = (48.85_f64, 2.35_f64);
+    let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
+    let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
+    let up = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
+    let south = DVec3::new(sin_lat * cos_lon, sin_lat * sin_lon, -cos_lat);
+    let looking = |altitude_deg: f64, height_km: f64| {
+        let (sin, cos) = altitude_deg.to_radians().sin_cos();
+        let position = Position::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km };
+        let look = Look::Along { direction: south * cos + up * sin, axes: Axes::BodyFixed };
+        ViewRequest { look, up: Up::Zenith, fov_deg: Some(75.0), ..view(NaifId::EARTH, "2026-11-28T22:00:00Z", position) }
+    };
+    for altitude_deg in [10.0, 0.0] {
+        let lit = looking(altitude_deg, 0.002);
+        let dark = ViewRequest { effects: EffectOverrides::parse("-night").expect("effects"), ..lit.clone() };
+        let (lit, dark) = (stops(&lit), stops(&dark));
+        assert!(dark > 18.0 && (lit - dark).abs() < 0.3, "at {altitude_deg} degrees: {lit} stops, without lights {dark}");
+    }
+    for (altitude_deg, height_km) in [(-85.0, 0.002), (-85.0, 10.0), (0.0, 10.0)] {
+        let stops = stops(&looking(altitude_deg, height_km));
+        assert!(stops < 15.5, "at {altitude_deg} degrees, {height_km} km: {stops} stops");
+    }
+    assert_changes_smoothly("turned down", 1.0, 50, |k| looking(10.0 - 1.5 * k, 0.002));
+    assert_changes_smoothly("raised", 1.0, 60, |k| looking(0.0, 0.05 * 1.08_f64.powf(k)));
+}
