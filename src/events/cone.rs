@@ -1,7 +1,7 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
-//! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where its axis or its
-//! nearest side meets the ground. The gap is exact: the greatest distance between the spheroid and a plane that touches the cone along a side.
+//! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the ground
+//! or is nearest to it. The gap is exact: the greatest distance between the spheroid and a plane that is tangent to the cone along a generatrix.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
@@ -66,16 +66,16 @@ pub(super) struct Cone {
 }
 
 impl Cone {
-    /// The penumbra, from which a part of the Sun is hidden.
+    /// The cone of the penumbra, which encloses the umbra.
     pub(crate) fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
-        let (to_sun, distance_km) = axis(sun_km, moon_km);
+        let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
         let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
         Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), axis_direction: -to_sun, sin_half }
     }
 
-    /// The umbra if the apex is beyond the Earth's centre, else the antumbra: the nappe from the apex towards the Sun, or away from it.
+    /// If the apex is farther from the Sun than the Earth's centre, the umbra: the nappe from the apex towards the Sun. Otherwise the antumbra, the other nappe.
     pub(crate) fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
-        let (to_sun, distance_km) = axis(sun_km, moon_km);
+        let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
         let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
         let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
         let apex_is_behind_earth = apex_km.dot(to_sun) < 0.0;
@@ -84,10 +84,10 @@ impl Cone {
 
     /// The axis as a cone without width.
     pub(crate) fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
-        Self { apex_km: moon_km, axis_direction: -axis(sun_km, moon_km).0, sin_half: 0.0 }
+        Self { apex_km: moon_km, axis_direction: -moon_to_sun(sun_km, moon_km).0, sin_half: 0.0 }
     }
 
-    /// Gap between cone and spheroid, km, negative if they overlap; and the unit vector from the cone's nearest side to the spheroid.
+    /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
         let offset_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
@@ -96,14 +96,14 @@ impl Cone {
         let cos_half = (1.0 - self.sin_half * self.sin_half).sqrt();
         let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.axis_direction * self.sin_half;
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
-        // The flattening rotates the nearest side by 0.2 degrees at most where the cone grazes.
-        let nearest_side = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
-        (gap(nearest_side), nearest_side)
+        // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9.
+        let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        (gap(nearest_normal), nearest_normal)
     }
 }
 
 /// Unit vector from the Moon to the Sun, and their distance.
-pub(super) fn axis(sun_km: DVec3, moon_km: DVec3) -> (DVec3, f64) {
+pub(super) fn moon_to_sun(sun_km: DVec3, moon_km: DVec3) -> (DVec3, f64) {
     let to_sun = sun_km - moon_km;
     let distance_km = to_sun.length();
     (to_sun / distance_km, distance_km)
@@ -120,7 +120,7 @@ mod tests {
         let sun = DVec3::X * 1.5e8;
         for (perpendicular, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
             let moon = DVec3::X * 4e5 + perpendicular * 7000.0;
-            let (to_sun, _) = axis(sun, moon);
+            let (to_sun, _) = moon_to_sun(sun, moon);
             // The centre's distance from the nearest side, by the triangle of apex, centre and side.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
             let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);

@@ -1,4 +1,4 @@
-//! Contacts of an event: names and instants, by time.
+//! Contacts of an event: names and instants.
 
 use crate::time::Instant;
 

@@ -1,39 +1,39 @@
-//! A position over some hours as a Chebyshev polynomial, so that contacts are found without the ephemeris.
+//! A position as a Chebyshev polynomial over a span of hours or days, which is faster to evaluate than the ephemeris.
 
 use crate::ephemeris::{EphemerisError, chebyshev};
 use glam::DVec3;
 use std::cell::RefCell;
 
-/// Number of terms per axis: over a day and a half of the Moon, or half an orbit of Io, the error is under a metre.
+/// Number of terms per axis. The error is under a metre over 38 hours of the Moon's motion, or over half an orbit of Io.
 const TERMS: usize = 14;
 
 /// A fitted position, km. Times are seconds from the middle of the span.
 #[derive(Clone, Debug)]
 pub(super) struct FittedPosition {
     /// Half of the span.
-    half_s: f64,
+    half_span_s: f64,
     /// Chebyshev coefficients of x, y and z.
     axes: [Vec<f64>; 3],
 }
 
 impl FittedPosition {
-    /// Fits `position` from -`half_s` to `half_s`.
+    /// Fits `position` from -`half_span_s` to `half_span_s`.
     ///
     /// # Errors
     /// The first error of `position`.
-    pub(crate) fn over(half_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
+    pub(crate) fn over(half_span_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
         let failed = RefCell::new(None);
         let axes = chebyshev::fit_nodes(TERMS, |u| {
-            position(u * half_s).unwrap_or_else(|e| {
+            position(u * half_span_s).unwrap_or_else(|e| {
                 failed.borrow_mut().get_or_insert(e);
                 DVec3::ZERO
             })
         });
-        failed.into_inner().map_or(Ok(Self { half_s, axes }), Err)
+        failed.into_inner().map_or(Ok(Self { half_span_s, axes }), Err)
     }
 
     pub(crate) fn at(&self, s: f64) -> DVec3 {
-        DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_s).0))
+        DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_span_s).0))
     }
 }
 

@@ -1,9 +1,9 @@
 //! Contacts of a solar eclipse at the Moon's true limb, with its mountains and valleys.
 //!
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants (first contact C1 to fourth contact C4) at which
-//! the Sun's disc and the Moon's true silhouette touch, where on the limb, and the delay after the contact of the mean limb, that of a sphere. In a total
+//! the Sun's disc and the Moon's true silhouette touch, where on the limb, and the delay after the contact of the mean limb (the Moon as a sphere). In a total
 //! eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and
-//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed again at each contact; if the Sun shines through a valley even at
+//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if the Sun shines through a valley even at
 //! maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
@@ -35,7 +35,7 @@ pub struct LimbContact {
     pub delay_s: f64,
     /// Position angle of the contact on the limb, from celestial north (ICRF) through east.
     pub position_angle_deg: f64,
-    /// Height of the silhouette at the contact, above the map's sphere.
+    /// Height of the silhouette at the contact, above the reference sphere of the map of heights.
     pub height_km: f64,
 }
 
@@ -74,10 +74,10 @@ impl<'a> Silhouette<'a> {
         (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
-    /// How far the silhouette's nearest (or farthest) point lies outside the Sun's disc, radians, and the index of that point.
-    fn outside(&self, touch: Touch, s: f64) -> (f64, usize) {
+    /// Angle by which the silhouette's nearest (or, for [`Touch::All`], farthest) point lies outside the Sun's disc, and the index of that point.
+    fn distance_outside_sun_rad(&self, touch: Touch, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
-        let sun_radius = (self.station.bodies().sun_radius_km / sun_km.length()).min(1.0).asin();
+        let sun_radius = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();
         let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
         let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
         let nearest_or_farthest = if touch == Touch::Any { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };
@@ -85,7 +85,7 @@ impl<'a> Silhouette<'a> {
     }
 
     fn contact(&self, name: &'static str, s: f64, touch: Touch, mean_s: f64) -> LimbContact {
-        let (_, k) = self.outside(touch, s);
+        let (_, k) = self.distance_outside_sun_rad(touch, s);
         let (_, moon_km) = self.station.sun_and_moon_km(s);
         let (towards, edge) = (moon_km.normalize(), self.direction(k, moon_km));
         let east = DVec3::Z.cross(towards).normalize();
@@ -114,12 +114,13 @@ impl SolarEclipse {
         let station = self.geometry.station(place);
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        // The first instant from `from_s` to `to_s` at which `outside` has the sign `sign`, with a silhouette computed for that instant.
+        // The first instant, searched from `from_s` to `to_s`, at which `sign` times the distance outside the Sun is no longer negative. The first round uses the
+        // silhouette of the mean contact, the second that of the instant found by the first.
         let first_touch = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
             let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
             let mut at_s = None;
             for _ in 0..2 {
-                let signed_distance = |s: f64| sign * silhouette.outside(touch, s).0;
+                let signed_distance = |s: f64| sign * silhouette.distance_outside_sun_rad(touch, s).0;
                 let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
                 let steps = ((to_s - from_s) / step_s).ceil() as i32;
                 if signed_distance(from_s) >= 0.0 {
@@ -133,7 +134,7 @@ impl SolarEclipse {
             Ok(at_s.map(|s| silhouette.contact(name, s, touch, mean_s)))
         };
         let (c1, c4) = mean_limb.outer;
-        // Outside is positive before C1 and after C4.
+        // The distance outside the Sun is positive before C1 and after C4.
         found.extend(first_touch("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
         if let Some((c2, c3)) = mean_limb.inner {
             // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.

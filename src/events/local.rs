@@ -1,10 +1,10 @@
 //! Local circumstances of an eclipse: contacts, magnitude, altitudes, limited by sunrise and sunset.
 //!
-//! In: a place and the sky of the eclipse. Out: circumstances, or none if the discs do not overlap above the horizon. Contacts are those of the mean
-//! limbs; altitudes are without refraction; rising and setting are those of the upper limb with the conventional refraction of 34 arcmin.
+//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean limbs
+//! (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of 34 arcmin.
 
 use super::numeric::{time_of_minimum, zero_crossing};
-use super::sky::{EarthSky, EclipseBodies};
+use super::sky::{BodyRadii, EarthSky};
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
@@ -13,12 +13,12 @@ use std::f64::consts::{PI, TAU};
 
 /// Refraction at the horizon by the convention of almanacs, radians.
 const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
-/// Longest time from maximum to either end: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
+/// Longest time from the maximum to the first or the last contact: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 const SEARCH_STEP_S: f64 = 120.0;
-/// A place beside the centre line has its least separation of the discs within this time before or after the nearest place on the centre line; the separation
-/// has only one minimum in that span. The difference is 52 minutes at 20 degrees from the path of 1529-11-11.
-const CENTRAL_SEARCH_S: f64 = 5400.0;
+/// At a place beside the path, the discs are nearest to each other within this time before or after the instant at which they are nearest at the closest place of
+/// the centre line. The separation has only one minimum in that span. An extreme: 52 minutes, at 20 degrees from the path of 1529-11-11.
+const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,21 +43,21 @@ impl GeodeticPosition {
     }
 }
 
-/// An instant of an eclipse with the body's position in the sky.
+/// An instant of an eclipse, with the position in the sky of the eclipsed body: the Sun, or the Moon in a lunar eclipse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalContact {
     /// As in [`LocalCircumstances::contacts`], or `maximum`.
     pub name: &'static str,
     /// When it is seen from the place.
     pub time: Instant,
-    /// Altitude of the body's centre, without refraction.
+    /// Altitude of the eclipsed body's centre, without refraction.
     pub altitude_deg: f64,
     /// Azimuth from north through east.
     pub azimuth_deg: f64,
 }
 
 impl LocalContact {
-    /// Whether the disc's upper limb is above the horizon or at it, with refraction. A maximum at rising or setting is at the horizon.
+    /// Whether the disc's upper limb is at or above the horizon, with refraction. A maximum that coincides with rising or setting counts as up.
     pub fn is_up(&self) -> bool {
         self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD > -HORIZON_TOLERANCE_RAD
     }
@@ -65,21 +65,22 @@ impl LocalContact {
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
 const DISC_RADIUS_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
-/// A body this far below the horizon is at the horizon, radians: risings and settings are found to 1e-4 s, in which altitudes change by up to 1e-8.
+/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by up
+/// to 1e-8.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 
 /// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalCircumstances {
-    /// Whether any part of the eclipse is above the horizon; if not, the other fields are purely geometric.
+    /// Whether any part of the eclipse is above the horizon; if not, the other fields ignore the horizon.
     pub visible: bool,
-    /// C1 to C4 of a solar eclipse or transit, P1 to P4 of a lunar eclipse, by time; [`LocalContact::is_up`] marks those above the horizon.
+    /// C1 to C4 of a solar eclipse or transit; P1, U1 to U4 and P4 of a lunar eclipse; by time; [`LocalContact::is_up`] marks those above the horizon.
     pub contacts: Vec<LocalContact>,
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
     /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. In a lunar
-    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. At one instant it is the
-    /// same everywhere, but the Moon may be above the horizon only before or after the greatest eclipse.
+    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it differs
+    /// between places only because the Moon may be above the horizon only before or after the greatest eclipse.
     pub magnitude: f64,
     /// Part of the Moon's diameter inside the penumbra at maximum; `None` for a solar eclipse.
     pub penumbral_magnitude: Option<f64>,
@@ -89,19 +90,19 @@ pub struct LocalCircumstances {
     pub rise: Option<Instant>,
     /// Setting between first and last contact.
     pub set: Option<Instant>,
-    /// Seconds from second to third contact: of totality, of annularity, or with the planet entirely on the Sun's disc.
+    /// Seconds from second to third contact: the duration of totality or annularity, or that for which the planet is entirely on the Sun's disc.
     pub central_duration_s: Option<f64>,
 }
 
-/// Angular radii and separation of the discs of the Sun and the Moon as seen from a place, radians.
+/// Angular radii and separation of the discs of the Sun and the Moon (in a transit: the planet) as seen from a place, radians.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
     /// The Sun's radius.
-    pub sun: f64,
+    pub sun_radius: f64,
     /// The Moon's radius for the umbra.
-    pub moon: f64,
+    pub moon_radius: f64,
     /// The Moon's radius for the penumbra.
-    penumbral_moon: f64,
+    penumbral_moon_radius: f64,
     /// Angle between the centres.
     separation: f64,
 }
@@ -109,23 +110,23 @@ pub(super) struct Discs {
 impl Discs {
     /// Angle between the limbs, negative if the discs overlap.
     fn limb_gap(&self) -> f64 {
-        self.separation - self.sun - self.penumbral_moon
+        self.separation - self.sun_radius - self.penumbral_moon_radius
     }
 
-    /// Angle from internal tangency of the discs; negative if one disc lies within the other.
+    /// Separation of the centres less that at internal tangency; negative if one disc lies within the other.
     pub(crate) fn distance_from_internal_tangency(&self) -> f64 {
-        self.separation - (self.sun - self.moon).abs()
+        self.separation - (self.sun_radius - self.moon_radius).abs()
     }
 
-    /// (L1 - m) / (L1 + L2) of the Besselian method. While neither disc lies within the other, it is the part of the Sun's diameter that is covered; it is 1 when
-    /// the Moon just covers the Sun.
+    /// The covered part of the Sun's diameter while neither disc lies within the other: (L1 - m) / (L1 + L2) in Besselian notation. It is 1 when the Moon just
+    /// covers the Sun, and exceeds 1 when the Moon covers more.
     pub(crate) fn covered_diameter(&self) -> f64 {
-        -self.limb_gap() / (2.0 * self.sun + self.penumbral_moon - self.moon)
+        -self.limb_gap() / (2.0 * self.sun_radius + self.penumbral_moon_radius - self.moon_radius)
     }
 
-    /// The ratio of the radii.
+    /// The Moon's angular radius over the Sun's.
     pub(crate) fn ratio(&self) -> f64 {
-        self.moon / self.sun
+        self.moon_radius / self.sun_radius
     }
 
     /// The part of the Sun's diameter that is covered. If one disc lies within the other, the ratio of their radii.
@@ -134,7 +135,7 @@ impl Discs {
     }
 
     fn obscuration(&self) -> f64 {
-        let (d, r) = (self.separation / self.sun, self.moon / self.sun);
+        let (d, r) = (self.separation / self.sun_radius, self.moon_radius / self.sun_radius);
         if d >= 1.0 + r {
             return 0.0;
         }
@@ -155,33 +156,35 @@ pub(super) struct MeanContacts {
     pub maximum_s: f64,
     /// First and last contact.
     pub outer: (f64, f64),
-    /// Second and third contact; `None` if no disc comes to lie within the other.
+    /// Second and third contact; `None` if neither disc comes to lie within the other.
     pub inner: Option<(f64, f64)>,
     /// Whether the Moon's disc is smaller than the Sun's at the maximum.
     pub is_annular: bool,
 }
 
-/// A place under the sky of an eclipse.
+/// An observer's place on the Earth during an eclipse. Times are seconds, as in [`EarthSky`].
 pub(super) struct Station<'a> {
     sky: &'a EarthSky,
-    bodies: EclipseBodies,
+    radii: BodyRadii,
+    /// The place, ITRS.
     point_km: DVec3,
+    /// Unit vector to the geodetic zenith, ITRS.
     normal: DVec3,
 }
 
 impl<'a> Station<'a> {
-    pub(crate) fn new(sky: &'a EarthSky, bodies: EclipseBodies, place: GeodeticPosition) -> Self {
-        let (point_km, normal) = ground_point_km(bodies.earth_radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
-        Self { sky, bodies, point_km, normal }
+    pub(crate) fn new(sky: &'a EarthSky, radii: BodyRadii, place: GeodeticPosition) -> Self {
+        let (point_km, normal) = ground_point_km(radii.earth_radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
+        Self { sky, radii, point_km, normal }
     }
 
     pub(crate) fn discs(&self, s: f64) -> Discs {
         let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
-            sun: radius(self.bodies.sun_radius_km, sun),
-            moon: radius(self.bodies.moon_radius_km, moon),
-            penumbral_moon: radius(self.bodies.penumbral_moon_radius_km, moon),
+            sun_radius: radius(self.radii.sun_radius_km, sun),
+            moon_radius: radius(self.radii.moon_radius_km, moon),
+            penumbral_moon_radius: radius(self.radii.penumbral_moon_radius_km, moon),
             separation: angle_rad(sun, moon),
         }
     }
@@ -196,12 +199,12 @@ impl<'a> Station<'a> {
         self.sky.instant(s)
     }
 
-    pub(crate) fn bodies(&self) -> EclipseBodies {
-        self.bodies
+    pub(crate) fn radii(&self) -> BodyRadii {
+        self.radii
     }
 
     /// Altitude and azimuth, radians, of a body at `body_km` from the Earth's centre, GCRS.
-    fn horizontal(&self, body_km: DVec3, s: f64) -> (f64, f64) {
+    fn altitude_azimuth_rad(&self, body_km: DVec3, s: f64) -> (f64, f64) {
         let from_station_km = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
         let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
         let north = self.normal.cross(east);
@@ -210,13 +213,13 @@ impl<'a> Station<'a> {
     }
 
     fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
-        let (altitude, azimuth) = self.horizontal(body(s), s);
+        let (altitude, azimuth) = self.altitude_azimuth_rad(body(s), s);
         LocalContact { name, time: self.sky.instant(s), altitude_deg: altitude.to_degrees(), azimuth_deg: azimuth.to_degrees() }
     }
 
     /// Altitude of the Sun, degrees.
     pub(crate) fn sun_altitude_deg(&self, s: f64) -> f64 {
-        self.horizontal(self.sky.sun_km(s), s).0.to_degrees()
+        self.altitude_azimuth_rad(self.sky.sun_km(s), s).0.to_degrees()
     }
 
     /// When the discs are nearest to each other, searched around `near_s`.
@@ -228,7 +231,7 @@ impl<'a> Station<'a> {
         time_of_minimum(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
     }
 
-    /// Second and third contact around the least separation; `None` if no disc comes to lie within the other.
+    /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
         let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
@@ -236,9 +239,9 @@ impl<'a> Station<'a> {
             .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, outside), zero_crossing(maximum_s, maximum_s + SEARCH_S, outside)))
     }
 
-    /// The instant of the least separation, which must be within [`CENTRAL_SEARCH_S`] of `near_s`, if one disc lies within the other then.
-    pub(crate) fn central_instant_near(&self, near_s: f64) -> Option<f64> {
-        let maximum_s = time_of_minimum(near_s - CENTRAL_SEARCH_S, near_s + CENTRAL_SEARCH_S, |s| self.discs(s).separation);
+    /// The instant of the least separation, searched within [`NEAR_PATH_SEARCH_S`] of `near_s`; `None` if neither disc lies within the other then.
+    pub(crate) fn total_or_annular_instant_near(&self, near_s: f64) -> Option<f64> {
+        let maximum_s = time_of_minimum(near_s - NEAR_PATH_SEARCH_S, near_s + NEAR_PATH_SEARCH_S, |s| self.discs(s).separation);
         (self.discs(maximum_s).distance_from_internal_tangency() < 0.0).then_some(maximum_s)
     }
 
@@ -250,39 +253,39 @@ impl<'a> Station<'a> {
             let discs = self.discs(maximum_s);
             let outer =
                 (zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap), zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap));
-            MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon < discs.sun }
+            MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon_radius < discs.sun_radius }
         })
     }
 
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
-    pub(crate) fn solar(&self, near_s: f64) -> Option<LocalCircumstances> {
-        let MeanContacts { maximum_s, outer: (first, last), inner: central, .. } = self.mean_contacts(near_s)?;
+    pub(crate) fn solar_circumstances(&self, near_s: f64) -> Option<LocalCircumstances> {
+        let MeanContacts { maximum_s, outer: (first, last), inner, .. } = self.mean_contacts(near_s)?;
         let sun = |s: f64| self.sky.sun_km(s);
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
-        if let Some((second, third)) = central {
+        if let Some((second, third)) = inner {
             contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);
         }
         let above_horizon = self.spans_above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
-        // The separation increases monotonically on either side of the maximum; if the maximum is below the horizon, the best instant is a rising
-        // or a setting.
-        let best = above_horizon.best(maximum_s, magnitude);
+        // The separation increases monotonically before and after the maximum. So if the maximum is below the horizon, the largest visible magnitude is at a
+        // rising or a setting.
+        let visible_maximum_s = above_horizon.instant_of_largest_magnitude(maximum_s, magnitude);
         Some(LocalCircumstances {
-            visible: best.is_some(),
+            visible: visible_maximum_s.is_some(),
             contacts,
-            maximum: self.contact("maximum", best.unwrap_or(maximum_s), sun),
-            magnitude: magnitude(best.unwrap_or(maximum_s)),
+            maximum: self.contact("maximum", visible_maximum_s.unwrap_or(maximum_s), sun),
+            magnitude: magnitude(visible_maximum_s.unwrap_or(maximum_s)),
             penumbral_magnitude: None,
-            obscuration: Some(self.discs(best.unwrap_or(maximum_s)).obscuration()),
+            obscuration: Some(self.discs(visible_maximum_s.unwrap_or(maximum_s)).obscuration()),
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
-            central_duration_s: central.map(|(a, b)| b - a),
+            central_duration_s: inner.map(|(a, b)| b - a),
         })
     }
 
     /// Circumstances at the place of an eclipse of the Moon with these contacts (name, seconds), greatest at `greatest_s`.
-    /// `magnitude` and `penumbral_magnitude` at an instant, as in [`LocalCircumstances`].
-    pub(crate) fn lunar(
+    /// `magnitude` and `penumbral_magnitude`: those of [`LocalCircumstances`], as functions of time.
+    pub(crate) fn lunar_circumstances(
         &self,
         contacts: &[(&'static str, f64)],
         greatest_s: f64,
@@ -292,13 +295,13 @@ impl<'a> Station<'a> {
         let moon = |s: f64| self.sky.near_body_km(s);
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let above_horizon = self.spans_above_horizon(first, last, moon);
-        let best = above_horizon.best(greatest_s, &magnitude);
+        let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
         LocalCircumstances {
-            visible: best.is_some(),
+            visible: visible_maximum_s.is_some(),
             contacts: contacts.iter().map(|(name, s)| self.contact(name, *s, moon)).collect(),
-            maximum: self.contact("maximum", best.unwrap_or(greatest_s), moon),
-            magnitude: magnitude(best.unwrap_or(greatest_s)),
-            penumbral_magnitude: Some(penumbral_magnitude(best.unwrap_or(greatest_s))),
+            maximum: self.contact("maximum", visible_maximum_s.unwrap_or(greatest_s), moon),
+            magnitude: magnitude(visible_maximum_s.unwrap_or(greatest_s)),
+            penumbral_magnitude: Some(penumbral_magnitude(visible_maximum_s.unwrap_or(greatest_s))),
             obscuration: None,
             rise: above_horizon.rise.map(|s| self.sky.instant(s)),
             set: above_horizon.set.map(|s| self.sky.instant(s)),
@@ -307,7 +310,7 @@ impl<'a> Station<'a> {
     }
 
     fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
-        let upper_limb_altitude_rad = |s: f64| self.horizontal(body(s), s).0 + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD;
+        let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD;
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };
         let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
         let mut current = first;
@@ -342,8 +345,8 @@ struct AboveHorizon {
 }
 
 impl AboveHorizon {
-    /// The instant of the largest magnitude above the horizon; `maximum_s`: that of the geometric maximum.
-    fn best(&self, maximum_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
+    /// The instant of the largest magnitude while the body is above the horizon. `maximum_s`: instant of the largest magnitude regardless of the horizon.
+    fn instant_of_largest_magnitude(&self, maximum_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
         let nearest = self.spans.iter().map(|(from, to)| maximum_s.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))
     }

@@ -1,8 +1,8 @@
 //! Eclipses of the Moon.
 //!
 //! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light time is
-//! included: the light that comes from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s before. So the axis of the shadow is opposite
-//! to the place where the Sun was seen 2.6 s earlier. Almanacs use the Sun of the same instant: their instants are 0.2 s later.
+//! included: the light received from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s before. So the axis of the shadow is opposite
+//! to the Sun's apparent position 2.6 s earlier. Almanacs use the Sun's position at the instant itself; their instants are 0.2 s later.
 //!
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
@@ -11,7 +11,7 @@ use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{time_of_minimum, zero_crossing};
-use super::sky::{EarthSky, EclipseBodies};
+use super::sky::{BodyRadii, EarthSky};
 use crate::catalog::{EclipseRadii, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
@@ -58,19 +58,19 @@ pub struct LunarEclipse {
     pub class: LunarType,
     /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
     pub greatest: Instant,
-    /// Least distance of the Moon's centre from the axis in the Earth's equatorial radii, positive north of the axis.
+    /// Least distance of the Moon's centre from the axis of the shadow, in the Earth's equatorial radii; positive if the Moon passes north of the axis.
     pub gamma: f64,
     /// Part of the Moon's diameter inside the umbra; negative outside.
     pub umbral_magnitude: f64,
     /// Part of the Moon's diameter inside the penumbra.
     pub penumbral_magnitude: f64,
-    /// Where the Moon is overhead at greatest eclipse.
+    /// The place where the Moon is in the zenith at greatest eclipse.
     pub place: GeodeticPosition,
     /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
     pub contacts: Vec<Contact>,
     /// Number of the Saros series.
     pub saros: i64,
-    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the theories' span.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
     pub saros_member: Option<i64>,
     geometry: LunarEclipseGeometry,
 }
@@ -79,7 +79,7 @@ pub struct LunarEclipse {
 #[derive(Clone, Debug)]
 struct LunarEclipseGeometry {
     sky: EarthSky,
-    bodies: EclipseBodies,
+    radii: BodyRadii,
     greatest_s: f64,
 }
 
@@ -96,7 +96,7 @@ struct ShadowAtMoon {
 impl LunarEclipseGeometry {
     /// The Moon's radius in eclipses of the Moon: the one that is used for the penumbra in solar eclipses.
     fn penumbral_moon_radius_km(&self) -> f64 {
-        self.bodies.penumbral_moon_radius_km
+        self.radii.penumbral_moon_radius_km
     }
 
     fn relative_to_shadow(&self, s: f64) -> ShadowAtMoon {
@@ -105,13 +105,13 @@ impl LunarEclipseGeometry {
         let distance_km = sun_km.length();
         let antisolar = -sun_km / distance_km;
         let behind_km = moon_km.dot(antisolar);
-        let (earth_radius_km, sun_radius_km) = (self.bodies.earth_radii_km.x, self.bodies.sun_radius_km);
+        let (earth_radius_km, sun_radius_km) = (self.radii.earth_radii_km.x, self.radii.sun_radius_km);
         // Radius, at the Moon's distance, of a cone with this half angle. `sign`: 1 if the cone widens away from the Sun, -1 if it narrows.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * behind_km * sin_half) / cos_half
         };
-        let enlargement_km = if self.bodies.radii == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
+        let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
             offset_from_axis: moon_km - antisolar * behind_km,
             umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
@@ -130,31 +130,31 @@ impl LunarEclipseGeometry {
 }
 
 /// The eclipse of the Moon at a full moon, if there is one.
-pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
+pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
     debug_assert_eq!(full_moon.phase, Phase::Full);
-    if !full_moon.may_eclipse() {
+    if !full_moon.can_be_eclipse() {
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
-    let mut geometry = LunarEclipseGeometry { sky, bodies, greatest_s: 0.0 };
+    let mut geometry = LunarEclipseGeometry { sky, radii, greatest_s: 0.0 };
     let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.relative_to_shadow(s).offset_from_axis.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Adds the instants at which the fraction of the diameter inside a shadow passes `fraction`.
+    // Adds the first and the last instant at which `magnitude` is `fraction`, if it exceeds that at greatest eclipse.
     let mut contacts = Vec::new();
-    let mut add = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
+    let mut add_contacts = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
         let outside = |s: f64| fraction - magnitude(s);
         if outside(greatest_s) < 0.0 {
             contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_SEARCH_S, outside)));
             contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, outside)));
         }
     };
-    add("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
-    add("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
-    add("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
+    add_contacts("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
+    add_contacts("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
+    add_contacts("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis;
     let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
@@ -165,10 +165,10 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, full_moon
             _ => LunarType::Penumbral,
         },
         greatest: geometry.sky.instant(greatest_s),
-        gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / bodies.earth_radii_km.x,
+        gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / radii.earth_radii_km.x,
         umbral_magnitude,
         penumbral_magnitude,
-        // The zenith's declination is the geodetic latitude (the Moon's distance changes it by at most 0.004 degrees).
+        // Where the Moon is in the zenith, its declination is the geodetic latitude, but for at most 0.004 degrees of parallax: the vertical misses the Earth's centre.
         place: GeodeticPosition {
             latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
             longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
@@ -189,13 +189,13 @@ impl LunarEclipse {
 
     /// Local circumstances at a place.
     pub fn seen_from(&self, place: GeodeticPosition) -> LocalCircumstances {
-        let station = Station::new(&self.geometry.sky, self.geometry.bodies, place);
+        let station = Station::new(&self.geometry.sky, self.geometry.radii, place);
         let seconds_of = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
         let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, seconds_of(*t))).collect();
         let magnitude = |s: f64| {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
+        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
     }
 }

@@ -6,7 +6,7 @@
 use crate::time::Instant;
 
 /// TT Julian date of the mean new moon of lunation 0 (Meeus 1998, eq. 49.1).
-const FIRST_JD_TT: f64 = 2_451_550.097_66;
+const LUNATION_0_JD_TT: f64 = 2_451_550.097_66;
 /// Days between mean new moons.
 const SYNODIC_MONTH_DAYS: f64 = 29.530_588_861;
 const LUNATIONS_PER_CENTURY: f64 = 1236.85;
@@ -27,10 +27,10 @@ pub(super) struct Syzygy {
 }
 
 impl Syzygy {
-    /// The last syzygy whose mean instant is not after `t`. The quadratic terms of the mean instant are ignored: half a day in 3000 BC.
-    pub(crate) fn before(phase: Phase, t: Instant) -> Self {
+    /// The last syzygy whose mean instant is not after `t`. The nonlinear terms of the mean instant are ignored, which is an error of half a day in 3000 BC.
+    pub(crate) fn at_or_before(phase: Phase, t: Instant) -> Self {
         let offset = if phase == Phase::New { 0.0 } else { 0.5 };
-        let lunation = ((t.jd_tt() - FIRST_JD_TT) / SYNODIC_MONTH_DAYS - offset).floor() as i64;
+        let lunation = ((t.jd_tt() - LUNATION_0_JD_TT) / SYNODIC_MONTH_DAYS - offset).floor() as i64;
         Self { phase, lunation }
     }
 
@@ -45,12 +45,12 @@ impl Syzygy {
 
     pub(crate) fn mean_instant(self) -> Instant {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
-        let jd_tt = FIRST_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
+        let jd_tt = LUNATION_0_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
         Instant::from_jd_tt(jd_tt)
     }
 
-    /// Whether the Moon is near enough to its node: the sine of its mean argument of latitude is at most 0.36 (Meeus 1998, chapter 54).
-    pub(crate) fn may_eclipse(self) -> bool {
+    /// Whether the Moon is near enough to its node for an eclipse: the absolute sine of its mean argument of latitude is at most 0.36 (Meeus 1998, chapter 54).
+    pub(crate) fn can_be_eclipse(self) -> bool {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let argument_deg = 160.7108 + 390.670_502_84 * self.k() - 0.001_611_8 * centuries * centuries;
         argument_deg.to_radians().sin().abs() <= 0.36
@@ -60,8 +60,8 @@ impl Syzygy {
     ///
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
     /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
-    /// (Espenak and Meeus 2006). Of the numbers that agree modulo 223, the result is the one nearest to the series that is then in the middle of
-    /// its life.
+    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the possible numbers, the result is the one nearest to that of the series that is
+    /// at this date in the middle of its life.
     pub(crate) fn saros(self) -> i64 {
         let (reference_lunation, reference_series, middle_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),
@@ -94,7 +94,7 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
-            let mut syzygy = Syzygy::before(phase, Instant::parse(day_before).expect("a day"));
+            let mut syzygy = Syzygy::at_or_before(phase, Instant::parse(day_before).expect("a day"));
             if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 syzygy = syzygy.next();
             }

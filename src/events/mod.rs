@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
-//! In: catalog, ephemeris, a span of time. Out: eclipses by time, and transits and phenomena of moons in the order in which they are found, with their instants
-//! as the Earth's centre receives the light; for eclipses and transits also local circumstances. The geometry is that of the shaders: bodies are where the light
-//! passed them, and radii are the catalog's ([`EclipseRadii`](crate::catalog::EclipseRadii)). Nothing is drawn here and no file is read.
+//! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at which
+//! the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the shaders, and
+//! radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
 
 mod cone;
 mod contacts;
@@ -34,13 +34,13 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 use lunation::{Phase, Syzygy};
 use saros::SeriesStarts;
-use sky::EclipseBodies;
+use sky::BodyRadii;
 use std::ops::Range;
 
 /// Eclipses of the Sun whose greatest phase is in `from..to`.
 ///
 /// # Errors
-/// The catalog lacks a body, or the theories do not cover the span.
+/// The catalog lacks a body, or the ephemeris does not cover the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     find_solar(catalog, ephemeris, from..to, true)
 }
@@ -79,23 +79,34 @@ pub fn uncounted_lunar_eclipses(
     find_lunar(catalog, ephemeris, from..to, false)
 }
 
-/// `counts`: whether the eclipses get their numbers in the Saros series.
-fn find_solar(catalog: &Catalog, ephemeris: &Ephemeris, span: Range<Instant>, counts: bool) -> Result<Vec<SolarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, bodies, new_moon);
+/// `with_saros_member`: whether the eclipses get their numbers in the Saros series.
+fn find_solar(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    span: Range<Instant>,
+    with_saros_member: bool,
+) -> Result<Vec<SolarEclipse>, EphemerisError> {
+    let radii = BodyRadii::of(catalog)?;
+    let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, radii, new_moon);
     let set_member = |e: &mut SolarEclipse, member| e.saros_member = member;
-    eclipses_at_phase(Phase::New, span, |e| e.greatest, eclipse_at, counts.then_some(set_member))
+    eclipses_at_phase(Phase::New, span, |e| e.greatest, eclipse_at, with_saros_member.then_some(set_member))
 }
 
 /// As [`find_solar`].
-fn find_lunar(catalog: &Catalog, ephemeris: &Ephemeris, span: Range<Instant>, counts: bool) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    let bodies = EclipseBodies::of(catalog)?;
-    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, bodies, full_moon);
+fn find_lunar(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    span: Range<Instant>,
+    with_saros_member: bool,
+) -> Result<Vec<LunarEclipse>, EphemerisError> {
+    let radii = BodyRadii::of(catalog)?;
+    let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, radii, full_moon);
     let set_member = |e: &mut LunarEclipse, member| e.saros_member = member;
-    eclipses_at_phase(Phase::Full, span, |e| e.greatest, eclipse_at, counts.then_some(set_member))
+    eclipses_at_phase(Phase::Full, span, |e| e.greatest, eclipse_at, with_saros_member.then_some(set_member))
 }
 
-/// The eclipses that `eclipse_at` finds at the syzygies of a phase. `set_member`: sets an eclipse's number in its Saros series; `None` to leave it out.
+/// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number in its Saros series; `None` skips the
+/// numbering.
 fn eclipses_at_phase<E>(
     phase: Phase,
     span: Range<Instant>,
@@ -105,13 +116,13 @@ fn eclipses_at_phase<E>(
 ) -> Result<Vec<E>, EphemerisError> {
     let mut found = Vec::new();
     let mut starts = SeriesStarts::default();
-    // Mean and true phase differ by less than a day.
+    // The mean new or full moon and the greatest eclipse differ by less than a day.
     const MARGIN_S: f64 = 86_400.0;
-    let mut syzygy = Syzygy::before(phase, span.start.plus_seconds(-MARGIN_S));
+    let mut syzygy = Syzygy::at_or_before(phase, span.start.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {
-                // The start is unknown if the series may have begun before the theories' span.
+                // `None` if the series may have begun before the span of the ephemeris.
                 set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
             }
             found.push(eclipse);

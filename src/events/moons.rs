@@ -1,8 +1,8 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. The regions that a moon enters are bounded by planes that touch the planet's spheroid and
-//! the observer. The observer is the Earth's centre for transits and occultations; for shadow transits and eclipses it is the Sun, whose planes touch its sphere
-//! or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
+//! In: a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the planet's spheroid. For transits
+//! and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the Sun, and the planes are tangent to its
+//! sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
 //! eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: the planets' atmospheres,
 //! which delay eclipses by a minute or so.
 
@@ -53,7 +53,7 @@ impl MoonEventType {
 pub struct MoonEvent {
     /// What happens.
     pub class: MoonEventType,
-    /// The moon in transit, or the one that is occulted or eclipsed.
+    /// The moon that is in transit, casts the shadow, is occulted or is eclipsed.
     pub moon: NaifId,
     /// The planet of the moon.
     pub planet: NaifId,
@@ -62,9 +62,9 @@ pub struct MoonEvent {
     /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
     /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
-    /// Contacts by time. `begin` and `end`: the moon's centre passes the planet's edge, seen from the Earth or from the Sun's centre. I, II, III, IV: the
-    /// limbs touch, in transits and occultations. P1 and P4: the penumbra touches and leaves; U2 and U3: the moon is entirely inside the umbra. U1 and U4:
-    /// umbra or antumbra of another moon touches and leaves.
+    /// Contacts by time. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's centre. I to IV: the limbs touch,
+    /// in transits and occultations. P1 and P4: first and last contact with the penumbra. U2 and U3: begin and end of the time for which the moon is entirely inside
+    /// the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
     pub contacts: Vec<Contact>,
 }
 
@@ -81,7 +81,7 @@ impl MoonEvent {
 /// Events whose greatest phase is in `from..to`, moon by moon. Moons that the catalog lacks are left out.
 ///
 /// # Errors
-/// The theories do not cover the span.
+/// The ephemeris does not cover the span.
 pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<MoonEvent>, EphemerisError> {
     let mut found = Vec::new();
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
@@ -114,20 +114,20 @@ impl MoonAndPlanet<'_> {
     /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
     /// planet.
     fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
-        let system = NaifId(self.planet.id.0 / 100);
-        // Distance from the line, in the plane of the orbit, km; and a number that is positive in front of the planet.
+        let barycentre = NaifId(self.planet.id.0 / 100);
+        // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
-            let towards = self.ephemeris.state(observer, system, t, None)?.state.pos_km;
+            let towards = self.ephemeris.state(observer, barycentre, t, None)?.state.pos_km;
             let perpendicular = pos_km.cross(vel_km_s).cross(towards);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(towards)))
         };
         // Light from the planet takes less than two hours.
-        const LIGHT_S: f64 = 7200.0;
+        const LIGHT_TIME_S: f64 = 7200.0;
         let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
         let mut found = Vec::new();
-        let mut at = from.plus_seconds(-LIGHT_S - step_s);
+        let mut at = from.plus_seconds(-LIGHT_TIME_S - step_s);
         let mut offset = offsets(at)?.0;
         while at < to {
             let next = at.plus_seconds(step_s);
@@ -153,13 +153,13 @@ impl MoonAndPlanet<'_> {
     }
 }
 
-/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun: what it cannot see lies in shadow. Times are seconds from
-/// the middle, at the planet; vectors are from the planet's centre, km, ICRF axes.
+/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun for events of shadows. Times are those at which the light is at
+/// the planet, in seconds from `middle`; vectors are from the planet's centre, km, ICRF axes.
 struct MoonConjunction {
     observer: NaifId,
     middle: Instant,
     /// Half of the fitted span.
-    half_s: f64,
+    half_span_s: f64,
     moon: FittedPosition,
     /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
     to_observer: FittedPosition,
@@ -184,13 +184,14 @@ impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
-        let half_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
+        // Twice the time from the middle until the moon has crossed half of the planet.
+        let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::over(half_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
-        let to_observer = FittedPosition::over(half_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
+        let moon = FittedPosition::over(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let to_observer = FittedPosition::over(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
-        Ok(Self { observer, middle, half_s, moon, to_observer, planet_velocity_km_s, pole })
+        Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
     }
 
     /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it, the delay in seconds,
@@ -203,27 +204,30 @@ impl MoonConjunction {
         (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_observer)
     }
 
-    /// How far the moon's centre lies outside the region, km.
+    /// How far the moon's centre lies outside the region that the planes bound, km; negative inside.
     fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, planes: BoundingPlanes) -> f64 {
         let (moon_km, _, to_observer) = self.geometry_of_light(s);
         let distance_km = to_observer.length();
         let towards = to_observer / distance_km;
-        let radius_km = match planes {
+        // The observer's radius, negative if planet and observer are on the same side of a plane.
+        let signed_observer_radius_km = match planes {
             BoundingPlanes::Centre => 0.0,
             BoundingPlanes::ExternalTangent => -pair.sun_radius_km,
             BoundingPlanes::InternalTangent => pair.sun_radius_km,
         };
         let radii_km = pair.planet.radii_km;
+        // Support function: distance from the planet's centre to the tangent plane with this unit normal.
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
         let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
         let other = towards.cross(perpendicular);
         let beyond = |angle: f64| {
             let across = perpendicular * angle.cos() + other * angle.sin();
             // The normal is tilted so that the plane touches both planet and observer.
-            let tilt = (support_km(across) + radius_km) / distance_km;
+            let tilt = (support_km(across) + signed_observer_radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;
             moon_km.dot(normal) - support_km(normal)
         };
+        // The plane that the moon is farthest beyond. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
         beyond(minimum(-0.3, 0.3, 1e-5, |angle| -beyond(angle)))
     }
 
@@ -246,7 +250,7 @@ impl MoonConjunction {
             (true, false) => MoonEventType::Eclipse,
         };
         let radius_km = pair.moon.radii_km.x;
-        // Names of both contacts, the bounding planes, and the distance of the moon's centre outside them.
+        // Names of the first and the last contact, the bounding planes, and the distance of the moon's centre outside them at these contacts.
         let limits: &[(&str, &str, BoundingPlanes, f64)] = match class {
             MoonEventType::Transit | MoonEventType::Occultation => &[
                 ("I", "IV", BoundingPlanes::Centre, radius_km),
@@ -266,7 +270,8 @@ impl MoonConjunction {
             let (moon_km, _, to_observer) = self.geometry_of_light(s);
             moon_km.cross(to_observer.normalize_or_zero()).length()
         };
-        let search_s = self.half_s - 30.0;
+        // The positions are evaluated up to a few seconds of light time before or after an instant of the search.
+        let search_s = self.half_span_s - 30.0;
         let greatest_s = time_of_minimum(-search_s, search_s, sideways_km);
         let mut contacts = Vec::new();
         for &(first, last, planes, distance_km) in limits {

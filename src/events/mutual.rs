@@ -15,24 +15,25 @@ use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 
 const JUPITER: NaifId = NaifId(599);
+const JUPITER_BARYCENTRE: NaifId = NaifId(5);
 /// Time between samples: two moons pass each other at 32 km/s at most.
 const STEP_S: f64 = 600.0;
 /// Two moons do not meet if their centres are farther apart than this, across the line of sight, at the sample nearest to their passage.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
-/// Largest sine of the elevation of the Earth or the Sun above Jupiter's equator, that of 4 degrees. Two moons in line on one side of Jupiter are at least
-/// 249 000 km apart in depth (Io and Europa). Seen 3 degrees (one less, for the inclinations of the orbits) from the plane, they pass at a distance of
-/// 13 000 km, too far for an event.
+/// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of the
+/// orbits. At the other 3 degrees, two moons on the same side of Jupiter, at least 249 000 km apart along the line of sight (Io and Europa), pass each other at
+/// a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
-const HALF_S: f64 = 8.0 * 3600.0;
-/// Time between samples of a passage. Near its greatest elongation a moon may be passed twice within hours: a contact is the first exit from the region, not
-/// that of the other passage.
+const HALF_SPAN_S: f64 = 8.0 * 3600.0;
+/// Time between samples of a passage. Near greatest elongation one moon may pass another twice within hours; small steps find the contact of this passage, not
+/// that of the other one.
 const CONTACT_STEP_S: f64 = 60.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
 ///
 /// # Errors
-/// The theories do not cover the span.
+/// The ephemeris does not cover the span.
 pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<MoonEvent>, EphemerisError> {
     let moons: Vec<&Body> = GALILEAN.iter().filter_map(|id| catalog.body(*id)).filter(|b| b.parent == Some(JUPITER)).collect();
     let mut found = Vec::new();
@@ -46,7 +47,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
         while at < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, NaifId(5), at, None)?.state.pos_km.normalize_or_zero();
+            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, at, None)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, at)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
@@ -63,8 +64,8 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                             MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
                         let event = conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest));
                         // Two conjunctions may belong to one event.
-                        let new = event.filter(|e| !found.iter().any(|earlier| is_same(earlier, e)));
-                        found.extend(new);
+                        let new_event = event.filter(|e| !found.iter().any(|earlier| is_same(earlier, e)));
+                        found.extend(new_event);
                     }
                 }
             }
@@ -81,8 +82,8 @@ fn is_same(a: &MoonEvent, b: &MoonEvent) -> bool {
     (a.class, a.moon, a.by_moon) == (b.class, b.moon, b.by_moon) && apart_s.abs() < CONTACT_STEP_S
 }
 
-/// Two moons around their conjunction. Times are those of light at the farther moon, in seconds from the sample of least distance; vectors are from Jupiter's
-/// centre, km. `observer`: the Earth, for which the nearer moon occults the farther, or the Sun, from which it shades it.
+/// Two moons around their conjunction. Times are those at which the light leaves or reaches the farther moon, in seconds from `middle`; vectors are from Jupiter's
+/// centre, km, ICRF axes. `observer`: the Earth in an occultation, the Sun in an eclipse. The nearer moon is the one nearer to the observer.
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
@@ -97,12 +98,12 @@ struct MutualConjunction<'a> {
 
 /// Position of the nearer moon relative to the line from the farther moon's centre to the observer, km.
 struct Offset {
-    /// Distance from the line.
+    /// Distance of the nearer moon's centre from the line.
     offset_km: f64,
-    /// Distance from the farther moon along the line.
+    /// Distance of the nearer moon from the farther moon along the line.
     depth_km: f64,
     /// Distance of the observer from the farther moon.
-    observer_km: f64,
+    observer_distance_km: f64,
 }
 
 /// A region behind the nearer moon, which the farther moon may enter.
@@ -124,8 +125,9 @@ impl<'a> MutualConjunction<'a> {
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let instant = |s: f64| middle.plus_seconds(s);
-        let fit = |moon: &Body| FittedPosition::over(HALF_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
-        let to_observer = FittedPosition::over(HALF_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
+        let fit =
+            |moon: &Body| FittedPosition::over(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
+        let to_observer = FittedPosition::over(HALF_SPAN_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_observer.at(0.0)) > 0.0;
@@ -137,35 +139,36 @@ impl<'a> MutualConjunction<'a> {
     fn offset(&self, s: f64) -> Offset {
         let far_km = self.far_km.at(s);
         let to_observer = self.to_observer.at(s) - far_km;
-        let observer_km = to_observer.length();
-        let towards = to_observer / observer_km;
+        let observer_distance_km = to_observer.length();
+        let towards = to_observer / observer_distance_km;
         // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
         let depth_km = (self.near_km.at(s) - far_km).dot(towards);
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
-        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), observer_km }
+        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), observer_distance_km }
     }
 
-    /// Distance of the farther moon from a region behind the nearer one, km; negative if it touches the region.
+    /// Distance of the farther moon's limb from a region behind the nearer one, km; negative if the limb is inside the region.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let offset = self.offset(s);
         let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);
         // Distance of the observer from the nearer moon.
-        let observer_from_near_km = offset.observer_km - offset.depth_km;
+        let near_to_observer_km = offset.observer_distance_km - offset.depth_km;
         let radius_km = match region {
-            Region::Hidden => near_radius_km * offset.observer_km / observer_from_near_km,
-            Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / observer_from_near_km,
-            Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / observer_from_near_km).abs(),
+            Region::Hidden => near_radius_km * offset.observer_distance_km / near_to_observer_km,
+            Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / near_to_observer_km,
+            Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / near_to_observer_km).abs(),
         };
         // The line from the observer through the nearer moon's centre passes the farther moon at this distance.
-        offset.offset_km * offset.observer_km / observer_from_near_km - radius_km - far_radius_km
+        offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
-    /// When the farther moon, which is inside the region at `inside_s`, was last outside before (`direction` -1), or is first outside after it (1).
+    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At `inside_s`
+    /// a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let outside = |s: f64| self.distance_outside_km(s, region);
         let mut inside = inside_s;
-        while inside.abs() < 0.95 * HALF_S {
+        while inside.abs() < 0.95 * HALF_SPAN_S {
             let next = inside + direction * CONTACT_STEP_S;
             if outside(next) >= 0.0 {
                 return zero_crossing(inside, next, outside);
@@ -188,7 +191,7 @@ impl<'a> MutualConjunction<'a> {
             let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
             reception_time(ephemeris, planet_km + self.far_km.at(s), at)
         };
-        // The first region contains the others.
+        // The first region in `limits` contains the others.
         let outermost = limits[0].2;
         if self.distance_outside_km(conjunction_s, outermost) >= 0.0 {
             return Ok(None);

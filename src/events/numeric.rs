@@ -20,26 +20,26 @@ pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -
     0.5 * (negative + other)
 }
 
-/// The minimum of `f` between `a` and `b`, if it has only one, by golden-section search to `tolerance`.
+/// The argument at which `f`, which has one minimum between `a` and `b`, is least, by golden-section search to `tolerance`.
 pub(super) fn minimum(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
-    const SECTION: f64 = 0.618_033_988_749_895;
-    let (mut left, mut right) = (b - SECTION * (b - a), a + SECTION * (b - a));
+    const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
+    let (mut left, mut right) = (b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a));
     let (mut f_left, mut f_right) = (f(left), f(right));
     while b - a > tolerance {
         if f_left < f_right {
             (b, right, f_right) = (right, left, f_left);
-            left = b - SECTION * (b - a);
+            left = b - INVERSE_GOLDEN_RATIO * (b - a);
             f_left = f(left);
         } else {
             (a, left, f_left) = (left, right, f_right);
-            right = a + SECTION * (b - a);
+            right = a + INVERSE_GOLDEN_RATIO * (b - a);
             f_right = f(right);
         }
     }
     0.5 * (a + b)
 }
 
-/// The instant of the minimum of `f` between `a` and `b`, if it has only one.
+/// As [`minimum`], for a function of time in seconds.
 pub(super) fn time_of_minimum(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
     minimum(a, b, TOLERANCE_S, f)
 }

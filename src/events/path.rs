@@ -1,7 +1,7 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is the farthest place, on a great circle across the path, at which the eclipse is still
-//! central (total or annular). Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
+//! In: a solar eclipse. Out: places at equal steps of time. A limit is the farthest place, on a great circle perpendicular to the path, at which the eclipse is
+//! still total or annular. Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;
@@ -9,19 +9,19 @@ use crate::time::Instant;
 use std::f64::consts::FRAC_PI_2;
 
 /// Steps along the centre line.
-const POINTS: i32 = 120;
-/// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the phase is not central.
-const FIRST_WIDTH_DEG: f64 = 0.02;
-/// The search gives up above this distance; the last one that is tried is 20.48 degrees. Antumbrae that graze the ground reach more than 11 degrees, 1200 km,
-/// to the side on which their limit is sunlit.
-const MAX_WIDTH_DEG: f64 = 25.0;
+const STEPS: i32 = 120;
+/// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the eclipse is neither total nor annular.
+const FIRST_OFFSET_DEG: f64 = 0.02;
+/// The search for a limit gives up above this distance; since the distance is doubled, the last one tried is 20.48 degrees. Where the antumbra grazes the ground, a
+/// sunlit limit can be more than 11 degrees (1200 km) from the centre line.
+const MAX_OFFSET_DEG: f64 = 25.0;
 
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
 pub struct EclipsePath {
     /// Where the axis of the shadow meets the ground, by time.
     pub centre_line: Vec<(Instant, GeodeticPosition)>,
-    /// North of the centre line; a point is missing where the umbra extends beyond the sunlit ground.
+    /// North of the centre line; a point is missing where the umbra or antumbra extends beyond the sunlit ground.
     pub northern_limit: Vec<GeodeticPosition>,
     /// South of the centre line, likewise.
     pub southern_limit: Vec<GeodeticPosition>,
@@ -33,10 +33,10 @@ impl SolarEclipse {
         let geometry = &self.geometry;
         let (from, to) = geometry.central_span()?;
         let mut path = EclipsePath::default();
-        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; a limit without a point counts as on the centre line.
+        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces it.
         let mut left_is_north_by_deg = 0.0;
-        for i in 0..=POINTS {
-            let fraction = (f64::from(i) / f64::from(POINTS)).clamp(1e-5, 1.0 - 1e-5);
+        for i in 0..=STEPS {
+            let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
             let s = from + (to - from) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
             path.centre_line.push((geometry.sky.instant(s), centre));
@@ -59,28 +59,28 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction that still has a central phase; `None` if the Sun is then more than a degree
-    /// below its horizon, or if the place is too far away.
+    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular; `None` if the Sun is then more than a
+    /// degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. Times are seconds, as in the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
-        let is_central =
-            |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).central_instant_near(s).is_some();
-        let (mut inside, mut outside) = (0.0, FIRST_WIDTH_DEG);
-        while is_central(outside) {
+        let is_total_or_annular =
+            |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).total_or_annular_instant_near(s).is_some();
+        let (mut inside, mut outside) = (0.0, FIRST_OFFSET_DEG);
+        while is_total_or_annular(outside) {
             inside = outside;
             outside *= 2.0;
-            if outside > MAX_WIDTH_DEG {
+            if outside > MAX_OFFSET_DEG {
                 return None;
             }
         }
         while outside - inside > 1e-4 {
             let middle = 0.5 * (inside + outside);
-            if is_central(middle) { inside = middle } else { outside = middle }
+            if is_total_or_annular(middle) { inside = middle } else { outside = middle }
         }
         let place = destination(centre, bearing_rad, inside);
         let station = geometry.station(place);
         // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
-        let greatest_s = station.central_instant_near(s).unwrap_or(s);
+        let greatest_s = station.total_or_annular_instant_near(s).unwrap_or(s);
         (station.sun_altitude_deg(greatest_s) > -1.0).then_some(place)
     }
 }
@@ -92,7 +92,7 @@ fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
     (east.sin() * b.cos()).atan2(a.cos() * b.sin() - a.sin() * b.cos() * east.cos())
 }
 
-/// The place at a distance on the sphere.
+/// The place at a bearing and a distance (degrees of arc) from another on the sphere.
 fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
     let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
     let sin_lat = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);

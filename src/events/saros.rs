@@ -1,7 +1,7 @@
 //! The number of an eclipse in its Saros series.
 //!
-//! In: an eclipse, and a function that reports whether there is an eclipse at another phase of the same series. Out: its number, starting at 1. A series
-//! begins with the first eclipse that the chosen radii of the Sun and the Moon give: with a smaller shadow it may begin later.
+//! In: the new or full moon of an eclipse, and a function that reports whether there is an eclipse at another new or full moon of the same series. Out: the number,
+//! starting at 1. The first eclipse of a series depends on the radii of the Sun and the Moon: with a smaller shadow the series may begin later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;
@@ -19,30 +19,32 @@ pub(super) struct SeriesStarts {
 }
 
 impl SeriesStarts {
-    /// Number of the eclipse at `syzygy` in its series. The eclipses of a series follow each other without a gap, so bisection finds the first. A probe
-    /// where `exists` fails counts as without an eclipse: it is usually far before the series, and before the theories' span.
+    /// Number of the eclipse at `syzygy` in its series. `is_eclipse_at`: whether there is an eclipse at a new or full moon. The eclipses of a series have no gaps,
+    /// so bisection finds the first. If `is_eclipse_at` fails, the search assumes no eclipse there: such an instant is before the span of the ephemeris, and usually
+    /// before the series.
     ///
     /// # Errors
-    /// The error of `exists` at the phase before the earliest known eclipse, which may then not be the first.
-    pub(crate) fn member<E>(&mut self, syzygy: Syzygy, exists: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
+    /// The error of `is_eclipse_at` 223 lunations before the earliest eclipse found, which therefore may not be the first of its series.
+    pub(crate) fn member<E>(&mut self, syzygy: Syzygy, is_eclipse_at: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
         let series = syzygy.saros();
         let first = match self.first_lunations.get(&series) {
             Some(first) => *first,
             None => {
-                let (mut earlier_members, mut too_many) = (0, MAX_MEMBERS);
-                let mut error_at_too_many = None;
-                while too_many - earlier_members > 1 {
-                    let middle = (earlier_members + too_many) / 2;
-                    match exists(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy }) {
-                        Ok(true) => earlier_members = middle,
-                        Ok(false) => (too_many, error_at_too_many) = (middle, None),
-                        Err(e) => (too_many, error_at_too_many) = (middle, Some(e)),
+                // The number of eclipses of the series before this one is at least `lower` and less than `upper`.
+                let (mut lower, mut upper) = (0, MAX_MEMBERS);
+                let mut error_at_upper = None;
+                while upper - lower > 1 {
+                    let middle = (lower + upper) / 2;
+                    match is_eclipse_at(Syzygy { lunation: syzygy.lunation - SAROS_LUNATIONS * middle, ..syzygy }) {
+                        Ok(true) => lower = middle,
+                        Ok(false) => (upper, error_at_upper) = (middle, None),
+                        Err(e) => (upper, error_at_upper) = (middle, Some(e)),
                     }
                 }
-                if let Some(e) = error_at_too_many {
+                if let Some(e) = error_at_upper {
                     return Err(e);
                 }
-                let first = syzygy.lunation - SAROS_LUNATIONS * earlier_members;
+                let first = syzygy.lunation - SAROS_LUNATIONS * lower;
                 self.first_lunations.insert(series, first);
                 first
             }
@@ -61,15 +63,15 @@ mod tests {
     fn members_are_counted_from_the_first() {
         let at = |lunation| Syzygy { phase: Phase::New, lunation };
         let calls = Cell::new(0);
-        let exists = |s: Syzygy| {
+        let is_eclipse_at = |s: Syzygy| {
             calls.set(calls.get() + 1);
             Ok::<_, ()>(s.lunation >= 300 - 29 * SAROS_LUNATIONS)
         };
         let mut starts = SeriesStarts::default();
-        assert_eq!(starts.member(at(300), exists), Ok(30));
+        assert_eq!(starts.member(at(300), is_eclipse_at), Ok(30));
         let calls_of_one_search = calls.get();
         assert!(calls_of_one_search < 9);
-        assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), exists), Ok(31));
+        assert_eq!(starts.member(at(300 + SAROS_LUNATIONS), is_eclipse_at), Ok(31));
         assert_eq!(calls.get(), calls_of_one_search, "the series is known");
         assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
     }
@@ -79,11 +81,11 @@ mod tests {
     fn only_a_start_at_the_end_of_the_span_is_unknown() {
         let at = |lunation| Syzygy { phase: Phase::Full, lunation };
         for (computable, expected) in [(19, Err("too early")), (20, Ok(20)), (24, Ok(20)), (60, Ok(20))] {
-            let exists = |s: Syzygy| match (300 - s.lunation) / SAROS_LUNATIONS {
+            let is_eclipse_at = |s: Syzygy| match (300 - s.lunation) / SAROS_LUNATIONS {
                 earlier if earlier > computable => Err("too early"),
                 earlier => Ok(earlier <= 19),
             };
-            assert_eq!(SeriesStarts::default().member(at(300), exists), expected, "{computable} earlier phases");
+            assert_eq!(SeriesStarts::default().member(at(300), is_eclipse_at), expected, "{computable} earlier phases");
         }
     }
 }

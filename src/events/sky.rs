@@ -1,6 +1,6 @@
-//! Apparent places of the Sun, and of the Moon or a planet near it, from the Earth's centre over some hours.
+//! Apparent positions of the Sun, and of the Moon or an inferior planet, from the Earth's centre over some hours.
 //!
-//! In: the ephemeris and an instant. Out: apparent places by Chebyshev polynomials, accurate to under a metre, so that contacts are found without the
+//! In: the ephemeris and an instant. Out: apparent positions by Chebyshev polynomials, accurate to under a metre, so that contacts are found without the
 //! ephemeris. Light time and the aberration of the Earth's motion are included: in the Earth's own frame, light that passes the Moon meets the ground on
 //! a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the same frame. Not included:
 //! bending of light, refraction.
@@ -13,22 +13,22 @@ use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
 /// Angular velocity of the Earth relative to the ICRF, radians per second (IERS Conventions 2010, eq. 5.15).
-const EARTH_RAD_PER_S: f64 = 7.292_115_146_7e-5;
+const EARTH_ROTATION_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 
 /// The apparent position of a body from the Earth's centre at `t`: km, ICRF axes.
 ///
 /// # Errors
-/// The theories do not cover `t`.
-pub(super) fn seen_from_earth_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
+/// The ephemeris does not cover `t`.
+pub(super) fn apparent_position_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
     let offset_km = ephemeris.light_time_position(body, earth.pos_km, t)?.0 - earth.pos_km;
     let distance_km = offset_km.length();
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// Radii of the three bodies of an eclipse, km, from the catalog. In a transit, the planet stands for the Moon.
+/// Radii of the Sun, the Moon and the Earth, km, from the catalog. For a transit, the Moon's radii are replaced by the planet's.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct EclipseBodies {
+pub(super) struct BodyRadii {
     pub sun_radius_km: f64,
     /// The Moon's radius for the umbra.
     pub moon_radius_km: f64,
@@ -36,14 +36,14 @@ pub(super) struct EclipseBodies {
     pub penumbral_moon_radius_km: f64,
     pub earth_radii_km: DVec3,
     /// The convention that these radii follow; it also sets the enlargement of the Earth's shadow.
-    pub radii: EclipseRadii,
+    pub convention: EclipseRadii,
 }
 
-impl EclipseBodies {
+impl BodyRadii {
     /// The radii of a catalog.
     ///
     /// # Errors
-    /// The catalog lacks one of the bodies.
+    /// The catalog lacks one of the three bodies.
     pub(crate) fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let radii_km = |id, name| {
             let body = catalog.body(id).ok_or_else(|| EphemerisError::other(format!("the catalog has no {name}: eclipses need it")))?;
@@ -55,28 +55,29 @@ impl EclipseBodies {
             moon_radius_km,
             penumbral_moon_radius_km: moon_radius_km * catalog.eclipse_radii().penumbral_moon_ratio(),
             earth_radii_km: radii_km(NaifId::EARTH, "Earth")?,
-            radii: catalog.eclipse_radii(),
+            convention: catalog.eclipse_radii(),
         })
     }
 }
 
-/// Fitted positions of the Sun and of the body in front of it. Times are seconds from the middle.
+/// Fitted apparent positions of the Sun and of a nearer body, from the Earth's centre. Times are seconds from the middle of the span.
 #[derive(Clone, Debug)]
 pub(super) struct EarthSky {
     middle: Instant,
     sun: FittedPosition,
+    /// The Moon, or the planet in transit.
     near_body: FittedPosition,
     itrs_from_gcrs_at_middle: DMat3,
 }
 
 impl EarthSky {
-    /// The sky from `half_s` before to `half_s` after `middle`. `near_body`: the Moon, for which `half_s` may be a day at most, or a planet that passes in
-    /// front of the Sun.
+    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that passes
+    /// in front of the Sun.
     ///
     /// # Errors
-    /// The theories do not cover the span.
-    pub(crate) fn around(ephemeris: &Ephemeris, near_body: NaifId, middle: Instant, half_s: f64) -> Result<Self, EphemerisError> {
-        let fit = |body| FittedPosition::over(half_s, |s| seen_from_earth_km(ephemeris, body, middle.plus_seconds(s)));
+    /// The ephemeris does not cover the span.
+    pub(crate) fn around(ephemeris: &Ephemeris, near_body: NaifId, middle: Instant, half_span_s: f64) -> Result<Self, EphemerisError> {
+        let fit = |body| FittedPosition::over(half_span_s, |s| apparent_position_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,
@@ -98,7 +99,7 @@ impl EarthSky {
     }
 
     pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
-        DMat3::from_rotation_z(-EARTH_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
+        DMat3::from_rotation_z(-EARTH_ROTATION_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
     }
 
     /// The Earth's pole of date.

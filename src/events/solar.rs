@@ -4,12 +4,12 @@
 //! eclipse is when the axis of the shadow is nearest to the Earth's centre (Explanatory Supplement, 3rd ed., section 11.3). Not here: the Moon's
 //! mountains, refraction.
 
-use super::cone::{Cone, Spheroid, axis};
+use super::cone::{Cone, Spheroid, moon_to_sun};
 use super::contacts::Contact;
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::lunation::{Phase, Syzygy};
 use super::numeric::{time_of_minimum, zero_crossing};
-use super::sky::{EarthSky, EclipseBodies};
+use super::sky::{BodyRadii, EarthSky};
 use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
@@ -18,8 +18,8 @@ use crate::time::Instant;
 const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The penumbra leaves the Earth within 4 hours of the greatest eclipse.
 const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
-/// Number of places along the centre line that are tested for umbra or antumbra.
-const LINE_SAMPLES: i32 = 24;
+/// Steps along the centre line; at each end of a step, the eclipse is classified as total or annular.
+const LINE_STEPS: i32 = 24;
 
 /// The type of a solar eclipse: along the centre line if there is one, else at the place of greatest eclipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,22 +51,22 @@ pub struct SolarEclipse {
     pub central: bool,
     /// Instant of greatest eclipse, when the light reaches the Earth's centre; contacts are given in the same way.
     pub greatest: Instant,
-    /// Least distance of the axis from the Earth's centre in equatorial radii, positive if the axis passes north of it.
+    /// Least distance of the shadow's axis from the Earth's centre, in the Earth's equatorial radii; positive if the axis passes north of the centre.
     pub gamma: f64,
-    /// At the place of greatest eclipse, as in canons: in a central eclipse the ratio of the diameters; else the part of the Sun's diameter that is covered, by
-    /// the Besselian method, which gives more than 1 where the Sun is covered entirely.
+    /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground: the Moon's apparent diameter over the Sun's. Otherwise the
+    /// covered part of the Sun's diameter by the Besselian formula, which exceeds 1 where the Sun is covered entirely.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: GeodeticPosition,
-    /// Altitude of the Sun there at greatest eclipse.
+    /// Altitude of the Sun at `place` at greatest eclipse.
     pub sun_altitude_deg: f64,
-    /// Duration of totality or annularity at that place.
+    /// Duration of totality or annularity at `place`.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: the umbra or antumbra does.
     pub contacts: Vec<Contact>,
     /// Number of the Saros series.
     pub saros: i64,
-    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the theories' span.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
     pub saros_member: Option<i64>,
     pub(super) geometry: SolarEclipseGeometry,
 }
@@ -75,33 +75,33 @@ pub struct SolarEclipse {
 #[derive(Clone, Debug)]
 pub(super) struct SolarEclipseGeometry {
     pub sky: EarthSky,
-    pub bodies: EclipseBodies,
+    pub radii: BodyRadii,
     pub greatest_s: f64,
 }
 
 impl SolarEclipseGeometry {
     fn earth(&self) -> Spheroid {
-        let radii_km = self.bodies.earth_radii_km;
+        let radii_km = self.radii.earth_radii_km;
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
     }
 
     fn penumbra_gap_km(&self, s: f64) -> f64 {
         let cone =
-            Cone::penumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.bodies.sun_radius_km, self.bodies.penumbral_moon_radius_km);
+            Cone::penumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.penumbral_moon_radius_km);
         cone.gap_km(&self.earth()).0
     }
 
     fn umbra_gap_km(&self, s: f64) -> f64 {
-        Cone::umbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.bodies.sun_radius_km, self.bodies.moon_radius_km)
+        Cone::umbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km)
             .gap_km(&self.earth())
             .0
     }
 
-    /// Where the axis meets the ground.
+    /// The place where the axis of the shadow meets the ground.
     pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
-        let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)));
+        let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)));
         let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
-        Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.bodies.earth_radii_km))
+        Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.radii.earth_radii_km))
     }
 
     /// The place nearest to the axis if the axis misses the ground.
@@ -109,24 +109,24 @@ impl SolarEclipseGeometry {
         let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_body_km(s)).gap_km(&self.earth());
         GeodeticPosition::of_surface_point(
             self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth),
-            self.bodies.earth_radii_km,
+            self.radii.earth_radii_km,
         )
     }
 
     pub(crate) fn station(&self, place: GeodeticPosition) -> Station<'_> {
-        Station::new(&self.sky, self.bodies, place)
+        Station::new(&self.sky, self.radii, place)
     }
 
     /// When the axis meets and leaves the ground; `None` if it misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
-        let distance_outside =
-            |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), axis(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
-        let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, distance_outside);
-        (distance_outside(middle) < 0.0).then(|| {
+        let minus_half_chord_sq =
+            |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
+        let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, minus_half_chord_sq);
+        (minus_half_chord_sq(middle) < 0.0).then(|| {
             (
-                zero_crossing(middle, middle - SHADOW_SEARCH_S, distance_outside),
-                zero_crossing(middle, middle + SHADOW_SEARCH_S, distance_outside),
+                zero_crossing(middle, middle - SHADOW_SEARCH_S, minus_half_chord_sq),
+                zero_crossing(middle, middle + SHADOW_SEARCH_S, minus_half_chord_sq),
             )
         })
     }
@@ -134,15 +134,15 @@ impl SolarEclipseGeometry {
     /// Whether the Moon's disc is larger than the Sun's at a place.
     fn is_total(&self, s: f64, place: GeodeticPosition) -> bool {
         let discs = self.station(place).discs(s);
-        discs.moon > discs.sun
+        discs.moon_radius > discs.sun_radius
     }
 
-    /// The type of a central eclipse, from samples of the centre line.
+    /// The type of a central eclipse whose axis meets the ground between these two instants, from samples of the centre line.
     fn type_along_line(&self, (from, to): (f64, f64)) -> SolarType {
         // Slightly inside the span, where the axis certainly meets the ground.
         let margin = 1e-4 * (to - from);
-        let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_SAMPLES);
-        let total: Vec<bool> = (0..=LINE_SAMPLES).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
+        let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_STEPS);
+        let total: Vec<bool> = (0..=LINE_STEPS).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
         match (total.contains(&true), total.contains(&false)) {
             (true, true) => SolarType::Hybrid,
             (true, false) => SolarType::Total,
@@ -152,30 +152,31 @@ impl SolarEclipseGeometry {
 }
 
 /// The eclipse of the Sun at a new moon, if there is one.
-pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
+pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
     debug_assert_eq!(new_moon.phase, Phase::New);
-    if !new_moon.may_eclipse() {
+    if !new_moon.can_be_eclipse() {
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     // Vector from the Earth's centre to the nearest point of the axis.
     let nearest_on_axis_km = |s: f64| {
-        let (moon_km, (to_sun, _)) = (sky.near_body_km(s), axis(sky.sun_km(s), sky.near_body_km(s)));
+        let (moon_km, (to_sun, _)) = (sky.near_body_km(s), moon_to_sun(sky.sun_km(s), sky.near_body_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
     let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| nearest_on_axis_km(s).length());
     let nearest = nearest_on_axis_km(greatest_s);
-    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / bodies.earth_radii_km.x;
-    let geometry = SolarEclipseGeometry { sky, bodies, greatest_s };
+    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / radii.earth_radii_km.x;
+    let geometry = SolarEclipseGeometry { sky, radii, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
-    let span = |gap: &dyn Fn(f64) -> f64| {
+    // First and last contact of the cone whose gap this is.
+    let contacts_of = |gap: &dyn Fn(f64) -> f64| {
         let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
         (end(-1.0), end(1.0))
     };
-    let penumbra = span(&|s| geometry.penumbra_gap_km(s));
-    let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| span(&|s| geometry.umbra_gap_km(s)));
+    let penumbra = contacts_of(&|s| geometry.penumbra_gap_km(s));
+    let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| contacts_of(&|s| geometry.umbra_gap_km(s)));
     let central_span = geometry.central_span();
     let centre = geometry.centre(greatest_s);
     let place = centre.unwrap_or_else(|| geometry.nearest_place(greatest_s));
@@ -211,6 +212,6 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, bodies: EclipseBodies, new_moon:
 impl SolarEclipse {
     /// Local circumstances at a place; `None` if the Moon misses the Sun.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
-        self.geometry.station(place).solar(self.geometry.greatest_s)
+        self.geometry.station(place).solar_circumstances(self.geometry.greatest_s)
     }
 }

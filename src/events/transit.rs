@@ -1,27 +1,27 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
 //! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as seen from the Earth's centre and from places on
-//! the ground. The planet's position is that where the light passed it, the Sun's that where the light left it. Not here: the black drop.
+//! the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
 use super::numeric::{time_of_minimum, zero_crossing};
-use super::sky::{EarthSky, EclipseBodies, seen_from_earth_km};
+use super::sky::{BodyRadii, EarthSky, apparent_position_km};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::time::Instant;
 use crate::units::RAD_PER_ARCSEC;
 
-/// The planets between the Earth and the Sun.
-const INNER: [NaifId; 2] = [NaifId(199), NaifId(299)];
+/// Mercury and Venus.
+const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
 const STEP_S: f64 = 2.0 * 86_400.0;
-/// Within a step of a transit the planet is nearer to the Sun than this, radians: it moves by at most 1.9 degrees a day.
+/// The sample nearest to a transit has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Half of the fitted span. The longest transits take 8 hours.
-const HALF_S: f64 = 6.0 * 3600.0;
+const HALF_SPAN_S: f64 = 6.0 * 3600.0;
 
-/// A transit of an inner planet.
+/// A transit of an inferior planet.
 #[derive(Clone, Debug)]
 pub struct Transit {
     /// Mercury or Venus.
@@ -30,9 +30,9 @@ pub struct Transit {
     pub greatest: Instant,
     /// Least angle between the centres.
     pub separation_arcsec: f64,
-    /// Distance of the centres over the Sun's radius, positive where the planet passes north of the Sun's centre (celestial north).
+    /// Least separation of the centres in units of the Sun's angular radius; positive if the planet passes (celestial) north of the Sun's centre.
     pub gamma: f64,
-    /// The planet's diameter over the Sun's; less if the planet is never entirely in front of the Sun.
+    /// The planet's apparent diameter over the Sun's; if the planet is never entirely in front of the Sun, the covered part of the Sun's diameter.
     pub magnitude: f64,
     /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
@@ -48,25 +48,25 @@ impl Transit {
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
-        Station::new(&self.conjunction.sky, self.conjunction.bodies, place).solar(self.greatest_s)
+        Station::new(&self.conjunction.sky, self.conjunction.radii, place).solar_circumstances(self.greatest_s)
     }
 }
 
 /// Transits whose greatest phase is in `from..to`, planet by planet.
 ///
 /// # Errors
-/// The catalog lacks a body, or the theories do not cover the span.
+/// The catalog lacks a body, or the ephemeris does not cover the span.
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
-    let eclipse_bodies = EclipseBodies::of(catalog)?;
+    let eclipse_radii = BodyRadii::of(catalog)?;
     let mut found = Vec::new();
-    for planet in INNER {
+    for planet in INFERIOR_PLANETS {
         let body =
             catalog.body(planet).ok_or_else(|| EphemerisError::other(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_radius_km = body.radii_km.x;
-        let bodies = EclipseBodies { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_bodies };
+        let radii = BodyRadii { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_radii };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
-            let (sun_km, planet_km) = (seen_from_earth_km(ephemeris, NaifId::SUN, t)?, seen_from_earth_km(ephemeris, planet, t)?);
+            let (sun_km, planet_km) = (apparent_position_km(ephemeris, NaifId::SUN, t)?, apparent_position_km(ephemeris, planet, t)?);
             Ok(if planet_km.length() < sun_km.length() { angle_rad(sun_km, planet_km) } else { std::f64::consts::PI })
         };
         let steps = ((to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000()) / STEP_S).ceil() as i64 + 1;
@@ -75,7 +75,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         for i in 0..=steps {
             let next = elongation(at(i + 1))?;
             if current <= previous && current < next && current < MAX_ELONGATION_RAD {
-                let conjunction = PlanetConjunction::around(ephemeris, planet, at(i), bodies)?;
+                let conjunction = PlanetConjunction::around(ephemeris, planet, at(i), radii)?;
                 found.extend(conjunction.transit(planet).filter(|t| (from..to).contains(&t.greatest)));
             }
             (previous, current) = (current, next);
@@ -84,54 +84,55 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
     Ok(found)
 }
 
-/// The discs of the Sun and a planet for some hours.
+/// The apparent positions of the Sun and a planet for some hours around an inferior conjunction.
 #[derive(Clone, Debug)]
 struct PlanetConjunction {
     sky: EarthSky,
-    bodies: EclipseBodies,
+    radii: BodyRadii,
 }
 
 impl PlanetConjunction {
-    fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, bodies: EclipseBodies) -> Result<Self, EphemerisError> {
+    fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, radii: BodyRadii) -> Result<Self, EphemerisError> {
         // Fitted over some days to find the middle, then over the hours of a transit.
-        let over_days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, bodies };
-        let middle = over_days.sky.instant(time_of_minimum(-STEP_S, STEP_S, |s| over_days.separation(s)));
-        Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_S)?, bodies })
+        let over_days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, radii };
+        let middle = over_days.sky.instant(time_of_minimum(-STEP_S, STEP_S, |s| over_days.separation_rad(s)));
+        Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_SPAN_S)?, radii })
     }
 
-    fn separation(&self, s: f64) -> f64 {
+    fn separation_rad(&self, s: f64) -> f64 {
         angle_rad(self.sky.sun_km(s), self.sky.near_body_km(s))
     }
 
-    /// Angular radii of the Sun and the planet.
-    fn discs(&self, s: f64) -> (f64, f64) {
+    /// Angular radii of the Sun and the planet, radians.
+    fn angular_radii_rad(&self, s: f64) -> (f64, f64) {
         let radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).asin();
         (
-            radius(self.bodies.sun_radius_km, self.sky.sun_km(s).length()),
-            radius(self.bodies.moon_radius_km, self.sky.near_body_km(s).length()),
+            radius(self.radii.sun_radius_km, self.sky.sun_km(s).length()),
+            radius(self.radii.moon_radius_km, self.sky.near_body_km(s).length()),
         )
     }
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
-        let outer = |s: f64| self.separation(s) - self.discs(s).0 - self.discs(s).1;
-        let inner = |s: f64| self.separation(s) - self.discs(s).0 + self.discs(s).1;
-        let greatest_s = time_of_minimum(-HALF_S, HALF_S, |s| self.separation(s));
-        if outer(greatest_s) >= 0.0 {
+        // Angles from external and internal tangency of the discs; negative if they overlap, or if the planet is entirely on the Sun.
+        let outer_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
+        let inner_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
+        let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));
+        if outer_gap(greatest_s) >= 0.0 {
             return None;
         }
-        let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_S, f));
-        let mut contacts = vec![("I", contact(-1.0, &outer)), ("IV", contact(1.0, &outer))];
-        if inner(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", contact(-1.0, &inner)), ("III", contact(1.0, &inner))]);
+        let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, f));
+        let mut contacts = vec![("I", contact(-1.0, &outer_gap)), ("IV", contact(1.0, &outer_gap))];
+        if inner_gap(greatest_s) < 0.0 {
+            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap)), ("III", contact(1.0, &inner_gap))]);
         }
-        let (sun_radius, planet_radius) = self.discs(greatest_s);
+        let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
         let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
         Some(Transit {
             planet,
             greatest: self.sky.instant(greatest_s),
-            separation_arcsec: self.separation(greatest_s) / RAD_PER_ARCSEC,
-            gamma: (self.separation(greatest_s) / sun_radius).copysign(north),
-            magnitude: (-outer(greatest_s) / 2.0).min(planet_radius) / sun_radius,
+            separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
+            gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(north),
+            magnitude: (-outer_gap(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
             conjunction: self,
             greatest_s,

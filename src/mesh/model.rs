@@ -1,4 +1,4 @@
-//! Turns a file's faces into vertices: one for each combination of position, normal, texture coordinate and colour.
+//! Builds a mesh from a file's faces, with one vertex for each combination of position, normal, texture coordinate and colour.
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture coordinates
@@ -6,7 +6,7 @@
 //! into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
-use super::self_shadow::Solid;
+use super::self_shadow::RayCastMesh;
 use crate::units::srgb_to_linear;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -27,7 +27,7 @@ pub struct ShapeFrame {
     pub two_sided: bool,
 }
 
-/// The reason why triangles cannot be the shape of the body.
+/// The reason why a file's triangles cannot be the shape of the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A file in another unit, or of another body.
@@ -57,8 +57,8 @@ pub enum ShapeError {
 const FARTHEST_VERTEX_RANGE: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
-/// Distance from the axis, in radii, within which a corner is at the pole.
-const ON_AXIS: f64 = 1e-7;
+/// A corner is at a pole if its distance from the axis of rotation, in the unit-sphere frame, is below this.
+const AXIS_TOLERANCE: f64 = 1e-7;
 
 /// A shape ready to be drawn. Attribute arrays are flat, one vertex after the other.
 pub struct Mesh {
@@ -75,7 +75,7 @@ pub struct Mesh {
     /// Distance of the farthest vertex from the centre, in the unit-sphere frame.
     pub max_radius: f64,
     /// The same mesh in f64, for self-shadowing.
-    pub(super) solid: Solid,
+    pub(super) ray_cast_mesh: RayCastMesh,
 }
 
 impl std::fmt::Debug for Mesh {
@@ -91,9 +91,9 @@ impl PartialEq for Mesh {
     }
 }
 
-/// A vertex in double precision.
+/// A vertex in f64.
 #[derive(Clone, Copy)]
-struct Point {
+struct Vertex {
     /// Body axes.
     position_km: DVec3,
     /// Unit vector, body axes.
@@ -104,7 +104,7 @@ struct Point {
     colour: DVec3,
 }
 
-/// The key by which corners share a vertex.
+/// Corners with the same key share one vertex.
 #[derive(PartialEq, Eq, Hash)]
 struct VertexKey {
     position_id: u32,
@@ -114,10 +114,10 @@ struct VertexKey {
     colour: [u64; 3],
 }
 
-/// For each position of the file, the index of the first position with the same coordinates. Some files repeat positions for each face.
-fn welded(positions: &[DVec3]) -> Vec<u32> {
+/// Welds the positions: for each one, the index of the first position with the same coordinates. Some files repeat positions for each face.
+fn weld(positions: &[DVec3]) -> Vec<u32> {
     let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    // The sum turns minus zero into zero.
+    // Adding zero turns -0.0 into 0.0, whose bits differ.
     let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
     (0..).zip(positions).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
 }
@@ -129,12 +129,12 @@ impl ShapeFrame {
     }
 
     fn on_axis(&self, position_km: DVec3) -> bool {
-        (position_km / self.radii_km).truncate().length() < ON_AXIS
+        (position_km / self.radii_km).truncate().length() < AXIS_TOLERANCE
     }
 }
 
 /// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses the triangle or meets an edge.
-fn pole_inside(positions: [DVec3; 3]) -> Option<DVec3> {
+fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
     let p = positions.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
     let sum = weights.x + weights.y + weights.z;
@@ -143,14 +143,14 @@ fn pole_inside(positions: [DVec3; 3]) -> Option<DVec3> {
 }
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
-fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
+fn unwrap_map_coordinates(frame: &ShapeFrame, corners: &mut [Vertex; 3]) {
     let polar = corners.map(|c| frame.on_axis(c.position_km));
     let Some(first) = polar.iter().position(|p| !p) else { return };
     let u0 = corners[first].uv.x;
     for k in (0..3).filter(|k| !polar[*k]) {
         corners[k].uv.x += (u0 - corners[k].uv.x).round();
     }
-    // The smallest u is moved to 0..1, so that neighbouring triangles agree.
+    // All are shifted so that the smallest u is in 0..1, as in neighbouring triangles.
     let shift = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].uv.x).fold(f64::INFINITY, f64::min).floor();
     (0..3).for_each(|k| corners[k].uv.x -= shift);
     let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].uv.x, n + 1.0));
@@ -159,26 +159,27 @@ fn join_map_coordinates(frame: &ShapeFrame, corners: &mut [Point; 3]) {
 
 #[derive(Default)]
 struct MeshBuilder {
-    /// The index in `points` of each vertex so far.
-    known: FxHashMap<VertexKey, u32>,
-    points: Vec<Point>,
-    /// For each vertex the index of its position: vertices at one position are one point of the surface.
+    /// The index in `vertices` of each vertex so far.
+    vertex_indices: FxHashMap<VertexKey, u32>,
+    vertices: Vec<Vertex>,
+    /// For each vertex an id that vertices at the same position share.
     position_ids: Vec<u32>,
     indices: Vec<u32>,
 }
 
 impl MeshBuilder {
-    fn vertex(&mut self, position_id: u32, point: Point) -> u32 {
+    /// The index of a vertex, which is added if there is none like it.
+    fn add_vertex(&mut self, position_id: u32, vertex: Vertex) -> u32 {
         let key = VertexKey {
             position_id,
-            normal: point.normal.to_array().map(f64::to_bits),
-            uv: point.uv.to_array().map(f64::to_bits),
-            colour: point.colour.to_array().map(f64::to_bits),
+            normal: vertex.normal.to_array().map(f64::to_bits),
+            uv: vertex.uv.to_array().map(f64::to_bits),
+            colour: vertex.colour.to_array().map(f64::to_bits),
         };
-        let next = self.points.len() as u32;
-        let index = *self.known.entry(key).or_insert(next);
+        let next = self.vertices.len() as u32;
+        let index = *self.vertex_indices.entry(key).or_insert(next);
         if index == next {
-            self.points.push(point);
+            self.vertices.push(vertex);
             self.position_ids.push(position_id);
         }
         index
@@ -192,18 +193,18 @@ impl MeshBuilder {
             let side = high - low;
             side.x * side.y + side.y * side.z + side.z * side.x
         };
-        let corner = |k: &u32| self.points[*k as usize].position_km;
+        let corner = |k: &u32| self.vertices[*k as usize].position_km;
         let sum_of_triangles: f64 = self.indices.chunks_exact(3).map(|t| half_box_area(&mut t.iter().map(corner))).sum();
         sum_of_triangles / half_box_area(&mut self.indices.iter().map(corner))
     }
 
     /// Adds a triangle. `has_file_uv`: its texture coordinates are those of the file, which stay as they are.
-    fn triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Point; 3], has_file_uv: bool) {
+    fn add_triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Vertex; 3], has_file_uv: bool) {
         if !has_file_uv {
-            join_map_coordinates(frame, &mut corners);
+            unwrap_map_coordinates(frame, &mut corners);
         }
         for (position_id, corner) in position_ids.into_iter().zip(corners) {
-            let index = self.vertex(position_id, corner);
+            let index = self.add_vertex(position_id, corner);
             self.indices.push(index);
         }
     }
@@ -221,7 +222,7 @@ impl Mesh {
     /// The angle of the Sun's centre above the horizon that the shape itself forms, at each vertex, in units of `radius_rad`, the Sun's angular radius.
     /// `towards_sun`: unit vector, body axes.
     pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
-        self.solid.sun_heights(towards_sun, radius_rad)
+        self.ray_cast_mesh.sun_heights(towards_sun, radius_rad)
     }
 
     /// Builds the mesh of a body from a file.
@@ -230,19 +231,19 @@ impl Mesh {
     /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area.
     pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
         let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
-        let used_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
-        let largest_km = frame.radii_km.max_element();
-        let farthest_km = used_km().map(DVec3::length).fold(0.0, f64::max);
-        if !FARTHEST_VERTEX_RANGE.contains(&(farthest_km / largest_km)) {
-            return Err(ShapeError::Size { farthest_km, radius_km: largest_km });
+        let corner_positions_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
+        let largest_radius_km = frame.radii_km.max_element();
+        let farthest_km = corner_positions_km().map(DVec3::length).fold(0.0, f64::max);
+        if !FARTHEST_VERTEX_RANGE.contains(&(farthest_km / largest_radius_km)) {
+            return Err(ShapeError::Size { farthest_km, radius_km: largest_radius_km });
         }
-        let position_ids = welded(&positions_km);
+        let position_ids = weld(&positions_km);
         let mut normals = vec![DVec3::ZERO; positions_km.len()];
         let at = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
         let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
         let triangles_with_area: Vec<&[Corner; 3]> =
-            obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_km * largest_km).collect();
+            obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_radius_km * largest_radius_km).collect();
         for t in &triangles_with_area {
             t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area_vector(t));
         }
@@ -250,12 +251,12 @@ impl Mesh {
         for t in &triangles_with_area {
             let face_normal = area_vector(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
-            let point = |c: &Corner| {
+            let vertex = |c: &Corner| {
                 let position_km = at(c);
                 let file_normal = c.normal.map(|n| obj.normals[n as usize]);
                 let file_uv =
                     c.texture.filter(|_| has_file_uv).map(|index| obj.textures[index as usize]).map(|uv| DVec2::new(uv.x, 1.0 - uv.y));
-                Point {
+                Vertex {
                     position_km,
                     normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
                     uv: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
@@ -265,22 +266,22 @@ impl Mesh {
                         .map_or(DVec3::ONE, |srgb| DVec3::from_array(srgb.to_array().map(srgb_to_linear))),
                 }
             };
-            let corners = [point(&t[0]), point(&t[1]), point(&t[2])];
+            let corners = [vertex(&t[0]), vertex(&t[1]), vertex(&t[2])];
             let corner_ids = [0, 1, 2].map(|k| position_ids[t[k].position as usize]);
-            match pole_inside(corners.map(|c| c.position_km)).filter(|_| !has_file_uv) {
-                None => builder.triangle(frame, corner_ids, corners, has_file_uv),
+            match pole_weights(corners.map(|c| c.position_km)).filter(|_| !has_file_uv) {
+                None => builder.add_triangle(frame, corner_ids, corners, has_file_uv),
                 Some(weights) => {
-                    let interpolated = |value: fn(&Point) -> DVec3| {
+                    let interpolated = |value: fn(&Vertex) -> DVec3| {
                         value(&corners[0]) * weights.x + value(&corners[1]) * weights.y + value(&corners[2]) * weights.z
                     };
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
-                    let pole = Point { position_km, normal, uv: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
-                    // A new position, after those of the file.
-                    let new_id = (positions_km.len() + builder.points.len()) as u32;
+                    let pole = Vertex { position_km, normal, uv: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
+                    // An id that no position of the file and no earlier pole has.
+                    let pole_id = (positions_km.len() + builder.vertices.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
-                        builder.triangle(frame, [corner_ids[a], corner_ids[b], new_id], [corners[a], corners[b], pole], false);
+                        builder.add_triangle(frame, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], false);
                     }
                 }
             }
@@ -297,19 +298,19 @@ impl Mesh {
 
     /// Converts the builder's f64 vertices to arrays of f32.
     fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
-        let flat = |value: &dyn Fn(&Point) -> DVec3| -> Arc<Vec<f32>> {
-            Arc::new(builder.points.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
+        let flat = |value: &dyn Fn(&Vertex) -> DVec3| -> Arc<Vec<f32>> {
+            Arc::new(builder.vertices.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
         };
-        let colours = coloured.then(|| Arc::new(builder.points.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let max_radius = builder.points.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
+        let colours = coloured.then(|| Arc::new(builder.vertices.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
+        let max_radius = builder.vertices.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
             positions: flat(&|p| p.position_km / frame.radii_km),
             normals: flat(&|p| p.normal),
-            map_coordinates: Arc::new(builder.points.iter().flat_map(|p| p.uv.as_vec2().to_array()).collect()),
+            map_coordinates: Arc::new(builder.vertices.iter().flat_map(|p| p.uv.as_vec2().to_array()).collect()),
             colours,
             max_radius,
-            solid: Solid::new(
-                builder.points.iter().map(|p| (p.position_km, p.normal)).collect(),
+            ray_cast_mesh: RayCastMesh::new(
+                builder.vertices.iter().map(|p| (p.position_km, p.normal)).collect(),
                 &builder.position_ids,
                 &builder.indices,
                 frame.two_sided,

@@ -2,12 +2,12 @@
 //!
 //! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
 //! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v` (a third number is ignored), `vn x y z`
-//! and `f`. Groups, materials, smoothing, lines and points are ignored; any other keyword is an error, so that a truncated or foreign file is not
-//! mistaken for a small shape. Not supported: curves, `v` with a weight, lines continued by a backslash.
+//! and `f`. Groups, materials, smoothing, lines and points are ignored; any other keyword is an error, so that a truncated file, or one in another format, is
+//! not mistaken for a small shape. Not supported: curves, `v` with a weight, lines continued by a backslash.
 
 use glam::{DVec2, DVec3};
 
-/// Maximum number of each kind of vertex data in one file, and of triangles: 4 million triangles take some 0.5 GB while they are prepared.
+/// Maximum number of positions, of texture coordinates, of normals and of triangles in one file: 4 million triangles take some 0.5 GB while the mesh is built.
 pub(crate) const MAX_COUNT: usize = 4_000_000;
 /// Maximum number of corners of a face.
 pub(crate) const MAX_CORNERS: usize = 64;
@@ -32,7 +32,7 @@ pub struct Obj {
     pub colours: Vec<DVec3>,
     /// Texture coordinates: right and up from the map's lower left corner.
     pub textures: Vec<DVec2>,
-    /// Unit vectors.
+    /// Vertex normals: unit vectors.
     pub normals: Vec<DVec3>,
     /// The faces, split into triangles.
     pub triangles: Vec<[Corner; 3]>,
@@ -50,8 +50,8 @@ pub struct ObjError {
 /// Keywords that do not affect the shape.
 const IGNORED: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
 
-/// A line for a message, shortened.
-fn shown(line: &str) -> String {
+/// A line or word, shortened for a message.
+fn shortened(line: &str) -> String {
     let mut text: String = line.chars().take(60).collect();
     if text.len() < line.len() {
         text.push('…');
@@ -59,7 +59,8 @@ fn shown(line: &str) -> String {
     text
 }
 
-fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
+/// Parses exactly `N` finite numbers below 1e12 in magnitude.
+fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     let mut all = [0.0; N];
     if words.len() != N {
         return None;
@@ -71,7 +72,7 @@ fn numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
 }
 
 /// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
-fn index(word: &str, length: usize) -> Option<u32> {
+fn parse_index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
     let index = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
     usize::try_from(index).ok().filter(|index| *index < length && n != 0).and_then(|index| u32::try_from(index).ok())
@@ -79,7 +80,7 @@ fn index(word: &str, length: usize) -> Option<u32> {
 
 impl Obj {
     /// Parses a corner of a face.
-    fn corner(&self, word: &str) -> Result<Corner, String> {
+    fn parse_corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
         let lists = [("v", self.positions.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
         let mut found = [None; 3];
@@ -87,68 +88,68 @@ impl Obj {
             found[k] = match parts.next() {
                 None => None,
                 Some("") if k == 1 => None,
-                Some(part) => Some(index(part, length).ok_or_else(|| match length {
-                    0 => format!("corner `{}` refers to a `{name}` that no earlier line defines", shown(word)),
-                    _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shown(word)),
+                Some(part) => Some(parse_index(part, length).ok_or_else(|| match length {
+                    0 => format!("corner `{}` refers to a `{name}` that no earlier line defines", shortened(word)),
+                    _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shortened(word)),
                 })?),
             };
         }
         match (found, parts.next()) {
             ([Some(position), texture, normal], None) => Ok(Corner { position, texture, normal }),
-            _ => Err(format!("corner `{}`: expected v, v/vt, v//vn or v/vt/vn", shown(word))),
+            _ => Err(format!("corner `{}`: expected v, v/vt, v//vn or v/vt/vn", shortened(word))),
         }
     }
 
-    /// Reads one line: its keyword `word`, the words after it, and the entire text for messages.
-    fn line(&mut self, word: &str, rest: &[&str], line: &str) -> Result<(), String> {
-        let expected = |what: &str| format!("`{}`: expected {what}", shown(line));
+    /// Parses one line: its keyword, the words after it, and the entire text for messages.
+    fn parse_line(&mut self, keyword: &str, rest: &[&str], line: &str) -> Result<(), String> {
+        let expected = |what: &str| format!("`{}`: expected {what}", shortened(line));
         let check_room = |length: usize, what: &str| match length < MAX_COUNT {
             true => Ok(()),
             false => Err(format!("more than {MAX_COUNT} {what}, the most that are read")),
         };
-        match word {
+        match keyword {
             "v" => {
                 check_room(self.positions.len(), "`v`")?;
                 let coloured = rest.len() == 6;
-                let position = numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
+                let position = parse_numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
                 if coloured == self.colours.is_empty() && !self.positions.is_empty() {
                     return Err(expected("a colour at each `v` or at none"));
                 }
                 if coloured {
-                    let colour = numbers::<3>(&rest[3..]).filter(|c| c.iter().all(|x| (0.0..=1.0).contains(x)));
+                    let colour = parse_numbers::<3>(&rest[3..]).filter(|c| c.iter().all(|x| (0.0..=1.0).contains(x)));
                     self.colours.push(DVec3::from_array(colour.ok_or_else(|| expected("colours from 0 to 1"))?));
                 }
                 self.positions.push(DVec3::from_array(position));
             }
             "vt" => {
                 check_room(self.textures.len(), "`vt`")?;
-                let flat = if rest.len() == 3 { &rest[..2] } else { rest };
-                self.textures.push(DVec2::from_array(numbers::<2>(flat).ok_or_else(|| expected("vt u v"))?));
+                let uv_words = if rest.len() == 3 { &rest[..2] } else { rest };
+                self.textures.push(DVec2::from_array(parse_numbers::<2>(uv_words).ok_or_else(|| expected("vt u v"))?));
             }
             "vn" => {
                 check_room(self.normals.len(), "`vn`")?;
-                let normal = numbers::<3>(rest).map(DVec3::from_array).and_then(DVec3::try_normalize);
+                let normal = parse_numbers::<3>(rest).map(DVec3::from_array).and_then(DVec3::try_normalize);
                 self.normals.push(normal.ok_or_else(|| expected("vn x y z, not all 0"))?);
             }
             "f" => {
                 if !(3..=MAX_CORNERS).contains(&rest.len()) {
                     return Err(expected(&format!("a face of 3 to {MAX_CORNERS} corners")));
                 }
-                let corners = rest.iter().map(|w| self.corner(w)).collect::<Result<Vec<_>, _>>()?;
+                let corners = rest.iter().map(|w| self.parse_corner(w)).collect::<Result<Vec<_>, _>>()?;
                 for pair in corners[1..].windows(2) {
                     check_room(self.triangles.len(), "triangles")?;
                     self.triangles.push([corners[0], pair[0], pair[1]]);
                 }
             }
-            w if IGNORED.contains(&w) => {}
-            _ => return Err(expected("v, vt, vn, f, o, g, s, usemtl, mtllib, l, p or a comment by #")),
+            _ if IGNORED.contains(&keyword) => {}
+            _ => return Err(expected("v, vt, vn, f, o, g, s, usemtl, mtllib, l, p or a comment that starts with #")),
         }
         Ok(())
     }
 }
 
-/// Reads a file.
+/// Parses the text of a file.
 ///
 /// # Errors
 /// The first wrong line, or the last line if the file has no face.
@@ -159,8 +160,8 @@ pub fn parse(text: &str) -> Result<Obj, ObjError> {
         last = k + 1;
         let statement = line.split('#').next().unwrap_or_default().trim();
         let words: Vec<&str> = statement.split_whitespace().collect();
-        if let Some((word, rest)) = words.split_first() {
-            obj.line(word, rest, statement).map_err(|message| ObjError { line: last, message })?;
+        if let Some((keyword, rest)) = words.split_first() {
+            obj.parse_line(keyword, rest, statement).map_err(|message| ObjError { line: last, message })?;
         }
     }
     if obj.triangles.is_empty() {

@@ -1,21 +1,21 @@
-//! Self-shadowing of a mesh: the height of the Sun over the mesh's own horizon, at each vertex.
+//! Self-shadowing of a mesh: at each vertex, the height of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
-//! In: a mesh, the direction of the Sun and its angular radius. Out: a height at each vertex, in solar radii: above 1 the whole disc is visible, below -1
-//! it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the vertex's normal
-//! and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
+//! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole
+//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the
+//! vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is that of an edge above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is more. It
-//! is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
-//! vertices it is interpolated, so that the edge of a smooth hill's shadow lies well within a triangle, while the shadow of something smaller or farther
-//! than a triangle can be off by the length of one edge. Light from other bodies is not shaded.
+//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
+//! more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
+//! vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more distant than a
+//! triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Limit of heights, 5 degrees, radians. It keeps the interpolated height from rising too steeply between a vertex that sees past a peak and a neighbour
-/// that does not.
+/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak and
+/// a neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
@@ -23,10 +23,10 @@ const MAX_LEAF_TRIANGLES: usize = 4;
 const VERTICES_PER_TASK: usize = 512;
 
 /// A mesh prepared for ray casting.
-pub(crate) struct Solid {
+pub(crate) struct RayCastMesh {
     /// Positions in kilometres and unit normals, by vertex.
     points: Vec<(DVec3, DVec3)>,
-    /// For each vertex the index of its position: triangles with a corner at that position do not occlude it.
+    /// For each vertex an id that vertices at the same position share: triangles with a corner there do not occlude the vertex.
     position_ids: Vec<u32>,
     /// Indices in `points`.
     triangles: Vec<[u32; 3]>,
@@ -39,7 +39,7 @@ pub(crate) struct Solid {
 /// A bounding volume hierarchy.
 struct Bvh {
     nodes: Vec<Node>,
-    /// Triangles in the order of the leaves.
+    /// Indices of the triangles, in the order of the leaves.
     order: Vec<u32>,
     /// Hits nearer than this are the surface itself.
     min_hit_km: f64,
@@ -50,27 +50,27 @@ struct Node {
     low: DVec3,
     high: DVec3,
     /// Leaf: index in `order` of its first triangle. Inner node: index of its second child; the first child is the next node.
-    at: u32,
+    start_or_second_child: u32,
     /// Leaf: number of triangles. Inner node: 0.
-    count: u32,
+    triangle_count: u32,
 }
 
 impl Bvh {
-    fn new(solid: &Solid) -> Self {
-        let mut tree = Self { nodes: Vec::new(), order: (0..solid.triangles.len() as u32).collect(), min_hit_km: 0.0 };
-        let centroids: Vec<DVec3> = solid.triangles.iter().map(|t| t.iter().map(|k| solid.position(*k)).sum::<DVec3>() / 3.0).collect();
+    fn new(mesh: &RayCastMesh) -> Self {
+        let mut tree = Self { nodes: Vec::new(), order: (0..mesh.triangles.len() as u32).collect(), min_hit_km: 0.0 };
+        let centroids: Vec<DVec3> = mesh.triangles.iter().map(|t| t.iter().map(|k| mesh.position(*k)).sum::<DVec3>() / 3.0).collect();
         let mut order = std::mem::take(&mut tree.order);
-        tree.build_node(solid, &centroids, &mut order, 0);
+        tree.build_node(mesh, &centroids, &mut order, 0);
         tree.order = order;
         tree.min_hit_km = tree.nodes.first().map_or(0.0, |n| 1e-9 * (n.high - n.low).max_element());
         tree
     }
 
-    fn build_node(&mut self, solid: &Solid, centroids: &[DVec3], triangles: &mut [u32], first: usize) {
-        let corners = || triangles.iter().flat_map(|t| solid.triangles[*t as usize]).map(|k| solid.position(k));
+    fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first: usize) {
+        let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let node_index = self.nodes.len();
-        self.nodes.push(Node { low, high, at: first as u32, count: triangles.len() as u32 });
+        self.nodes.push(Node { low, high, start_or_second_child: first as u32, triangle_count: triangles.len() as u32 });
         if triangles.len() <= MAX_LEAF_TRIANGLES {
             return;
         }
@@ -80,10 +80,10 @@ impl Bvh {
         let half = triangles.len() / 2;
         triangles.select_nth_unstable_by(half, |a, b| centroid(a)[axis].total_cmp(&centroid(b)[axis]).then(a.cmp(b)));
         let (left, right) = triangles.split_at_mut(half);
-        self.build_node(solid, centroids, left, first);
-        self.nodes[node_index].at = self.nodes.len() as u32;
-        self.nodes[node_index].count = 0;
-        self.build_node(solid, centroids, right, first + half);
+        self.build_node(mesh, centroids, left, first);
+        self.nodes[node_index].start_or_second_child = self.nodes.len() as u32;
+        self.nodes[node_index].triangle_count = 0;
+        self.build_node(mesh, centroids, right, first + half);
     }
 }
 
@@ -91,10 +91,11 @@ impl Bvh {
 fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool {
     let (a, b) = ((node.low - origin) * inverse_direction, (node.high - origin) * inverse_direction);
     let (near, far) = (a.min(b), a.max(b));
+    // The factor allows for rounding.
     near.max_element().max(0.0) <= far.min_element() * (1.0 + 1e-12)
 }
 
-impl Solid {
+impl RayCastMesh {
     /// `points`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
     pub(crate) fn new(points: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
@@ -119,14 +120,14 @@ impl Solid {
             if !intersects_box(node, origin, inverse_direction) {
                 continue;
             }
-            if node.count == 0 {
-                // A balanced tree is never deeper than this array.
-                stack[depth] = node.at;
+            if node.triangle_count == 0 {
+                // Each node is split into halves, so that the stack never holds more than 64 nodes.
+                stack[depth] = node.start_or_second_child;
                 stack[depth + 1] = node_index as u32 + 1;
                 depth += 2;
                 continue;
             }
-            let leaf = node.at as usize..(node.at + node.count) as usize;
+            let leaf = node.start_or_second_child as usize..(node.start_or_second_child + node.triangle_count) as usize;
             for t in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
                 if t.iter().any(|k| self.position_ids[*k as usize] == own_position_id) {
                     continue;
@@ -151,25 +152,26 @@ impl Solid {
         false
     }
 
-    /// The height of the Sun's centre over the horizon of a vertex, in radii of the Sun.
+    /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards it.
     fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
         let outward = self.points[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
-        // Height of the Sun above the tangent plane.
-        let plane_height = cosine.asin();
-        if plane_height < -radius_rad {
-            return plane_height / radius_rad;
+        // Angle of the Sun above the tangent plane.
+        let plane_height_rad = cosine.asin();
+        if plane_height_rad < -radius_rad {
+            return plane_height_rad / radius_rad;
         }
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
         let is_occluded = |angle: f64| self.is_occluded(tree, vertex, sun * angle.cos() + up * angle.sin());
         let is_hidden = is_occluded(0.0);
-        let (sign, end) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height.max(0.0)) };
+        // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
+        let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height_rad.max(0.0)) };
         // Steps away from the Sun until visibility changes.
         let (mut last_same, mut step) = (0.0, radius_rad);
         let mut first_changed = loop {
-            if step >= end {
-                return if is_hidden { -end / radius_rad } else { plane_height / radius_rad };
+            if step >= end_rad {
+                return if is_hidden { -end_rad / radius_rad } else { plane_height_rad / radius_rad };
             }
             if is_occluded(sign * step) != is_hidden {
                 break step;
@@ -193,8 +195,8 @@ impl Solid {
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
-        let limit = MAX_HEIGHT_RAD / radius_rad;
-        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-limit, limit) as f32;
+        let max_height = MAX_HEIGHT_RAD / radius_rad;
+        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-max_height, max_height) as f32;
         (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }
@@ -206,7 +208,7 @@ mod tests {
     const RADIUS: f64 = 0.005;
 
     /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall across it at x = `wall`, `high` above the floor.
-    fn floor_and_wall(n: u32, wall: f64, high: f64) -> Solid {
+    fn floor_and_wall(n: u32, wall: f64, high: f64) -> RayCastMesh {
         let mut points = Vec::new();
         let mut indices = Vec::new();
         for j in 0..=n {
@@ -225,19 +227,19 @@ mod tests {
         }
         indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
         let position_ids: Vec<u32> = (0..points.len() as u32).collect();
-        Solid::new(points, &position_ids, &indices, false)
+        RayCastMesh::new(points, &position_ids, &indices, false)
     }
 
     #[test]
     fn a_wall_hides_the_sun_up_to_its_height_seen_from_each_place() {
         let (n, wall, high) = (8, 1.5, 0.5);
-        let solid = floor_and_wall(n, wall, high);
+        let mesh = floor_and_wall(n, wall, high);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
             let altitude = altitude_deg.to_radians();
-            let heights = solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
+            let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let height_rad = (altitude - (high / (wall - solid.points[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
+                let height_rad = (altitude - (high / (wall - mesh.points[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / RADIUS).abs();
                 assert!(
                     (f64::from(*height) - height_rad / RADIUS).abs() < allowed,
@@ -253,29 +255,29 @@ mod tests {
     #[test]
     fn the_sun_under_an_arch_is_seen() {
         // The wall begins above the ground: the view below its lower edge is free.
-        let mut solid = floor_and_wall(4, 1.5, 0.5);
-        let wall = solid.points.len() - 4;
-        solid.points[wall].0.z = 0.3;
-        solid.points[wall + 1].0.z = 0.3;
-        let at = |altitude: f64| f64::from(solid.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS)[12]);
+        let mut mesh = floor_and_wall(4, 1.5, 0.5);
+        let wall = mesh.points.len() - 4;
+        mesh.points[wall].0.z = 0.3;
+        mesh.points[wall + 1].0.z = 0.3;
+        let at = |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS)[12]);
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
         assert!(at(0.5 * foot) > 1.0 && at(0.5 * (foot + top)) < -1.0 && at(top + 0.1) > 1.0);
     }
 
     #[test]
     fn two_sided_triangles_are_lit_from_both_sides() {
-        let mut solid = floor_and_wall(4, 1.5, 0.5);
+        let mut mesh = floor_and_wall(4, 1.5, 0.5);
         let below = DVec3::new(0.6, 0.0, -0.8);
-        assert!(solid.sun_heights(below, RADIUS)[12] < -1.0);
-        solid.two_sided = true;
-        assert!(solid.sun_heights(below, RADIUS)[12] > 1.0);
+        assert!(mesh.sun_heights(below, RADIUS)[12] < -1.0);
+        mesh.two_sided = true;
+        assert!(mesh.sun_heights(below, RADIUS)[12] > 1.0);
     }
 
     #[test]
     fn heights_are_finite_for_any_direction_of_the_sun() {
-        let solid = floor_and_wall(2, 1.5, 0.5);
+        let mesh = floor_and_wall(2, 1.5, 0.5);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
-            assert!(solid.sun_heights(sun, 0.0).iter().all(|h| h.is_finite()));
+            assert!(mesh.sun_heights(sun, 0.0).iter().all(|h| h.is_finite()));
         }
     }
 }

@@ -1,5 +1,5 @@
-//! One plan (the draws of a view, ready for a renderer) drawn in f32 and in f64: the difference of the images, and the first named value of a shader module that
-//! differs by much ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
+//! Compares a plan drawn in f32 with the same plan drawn in f64: the difference of the images, and its cause, the first named value of a shader module with a
+//! large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
 use super::{SweepResult, SweepSetup};
 use crate::measure::{LinearImage, PlannedView, level_differences};
@@ -15,7 +15,7 @@ pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     numbers.fold((0, 0.0), |(worst_index, worst), (k, v)| if v > worst { (k, v) } else { (worst_index, worst) })
 }
 
-/// For each pixel, the least of its differences from the same pixel of the `exact_images`. NaN counts as the largest difference.
+/// For each pixel, the least of its differences from the same pixel of the `exact_images`; NaN if all of them are NaN, or if there are no images.
 pub(super) fn least_differences<'a, T: 'a>(
     image: &[T],
     exact_images: impl Iterator<Item = &'a [T]>,
@@ -35,11 +35,11 @@ pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
 }
 
-/// Draws a view in both precisions and adds their difference to `found`. `case`: description of the view. For the worst case, `found` keeps this description
-/// together with the worst pixel, and the cause.
+/// Draws a view in both precisions and adds the difference, in levels, to `found`. `case`: what identifies the view. If the view is the worst so far, `found` keeps
+/// `case` with the worst pixel added, and the cause.
 pub(super) fn compare(setup: &SweepSetup<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
     let [single, double] = [setup.draw_linear(view, Precision::F32)?, setup.draw_linear(view, Precision::F64)?];
-    let first_not_finite = |p: &LinearImage| p.light.iter().position(|p| !p.iter().all(|v| v.is_finite()));
+    let first_not_finite = |image: &LinearImage| image.light.iter().position(|pixel| !pixel.iter().all(|v| v.is_finite()));
     let (worst_index, worst) = match first_not_finite(&single).or(first_not_finite(&double)) {
         Some(index) => (index, f64::INFINITY),
         None => worst_of(&level_differences(&single, &double)),
@@ -69,12 +69,12 @@ pub(super) fn describe_cause(setup: &SweepSetup<'_>, view: &PlannedView, size: [
     worst.map_or_else(|| "no draw has values at this pixel's centre".to_owned(), |(_, cause)| cause)
 }
 
-/// Whether two numbers need no explanation: they are equal (infinite, too), or neither is a number.
+/// Whether two numbers count as the same: they are equal, or both are NaN.
 fn agree(x: f64, y: f64) -> bool {
     x == y || x.is_nan() && y.is_nan()
 }
 
-/// What differs in a value: which of its numbers is not finite in one precision, or by how much the value differs.
+/// Describes a difference: which number of a value is not finite in one precision, or otherwise the value's relative difference.
 fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> String {
     let mut numbers = single.numbers.iter().zip(&double.numbers).enumerate();
     let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !(agree(**x, **y) || x.is_finite() && y.is_finite())) else {

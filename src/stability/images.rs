@@ -17,7 +17,7 @@ use serde_json::json;
 
 /// Diameter of the disc, pixels.
 const DISC_PX: f64 = 24.0;
-/// Distance in radii beyond which images from consecutive distances are compared: from there on, the change of perspective is less than a display level.
+/// Distance in radii beyond which images from consecutive distances are compared: there, perspective changes the image by less than a display level.
 const COMPARED_BEYOND_RADII: f64 = 3e4;
 
 /// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
@@ -32,7 +32,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let Some(radius_km) = session.catalog().body(body).map(|b| b.radii_km.x) else { continue };
         let towards = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
-        let steps = setup.pick(14, 60);
+        let steps = setup.by_effort(14, 60);
         let mut before: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
@@ -75,11 +75,11 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     Ok(found)
 }
 
-/// The targets of three standard scenes against downsampled larger images of themselves, as the mean over the pixels. Without points and stars, whose size
-/// is in pixels, and the Sun's glare, whose core is at least a pixel wide.
+/// Compares images of the targets of three standard scenes with larger images that are downsampled to the same size; the result is the mean difference over the
+/// pixels. Points, stars and the Sun's glare are left out, because their size depends on that of a pixel.
 pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, factor) = setup.pick((64, 8), (256, 8));
+    let (side, factor) = setup.by_effort((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };

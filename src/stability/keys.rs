@@ -1,5 +1,5 @@
-//! Shaders of every feature, f32 against f64. A key names the features of one generated shader; the keys of a covering set together have every pair (or triple) of
-//! values of features. Each is drawn on the sample body, a made-up globe.
+//! Shaders with every feature, f32 against f64. A key names the features of one emitted module. The keys of a covering set together contain every combination of
+//! values of any two (or three) dimensions. Each is drawn on the sample body, a made-up globe.
 
 use super::difference::{describe_cause, larger_or_nan, least_differences, worst_of};
 use super::{SweepResult, SweepSetup};
@@ -14,16 +14,15 @@ use serde_json::json;
 /// Side of the image, pixels.
 const SIDE_PX: u32 = 24;
 
-/// Draws a covering set of all pairs of values (short effort) or of all triples (full). Each key is drawn twice: once the disc fills the image, once the limb
-/// is in it.
+/// Draws the keys of a 2-way (short effort) or 3-way (full) covering set. Each key is drawn twice: with the disc filling the image, and with the limb in it.
 pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
-    for key in covering_keys(setup.pick(2, 3)) {
-        for half_side in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
-            let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side)?;
+    for key in covering_keys(setup.by_effort(2, 3)) {
+        for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
+            let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
             if let Some(change) = setup.faults.plan {
                 change(&mut plan);
             }
@@ -34,7 +33,7 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
             let (worst_index, worst) = worst_of(&differences);
             let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {
-                let location = json!({ "key": key.to_string(), "half_side_radii": half_side, "pixel": pixel });
+                let location = json!({ "key": key.to_string(), "half_side_radii": half_side_radii, "pixel": pixel });
                 (location, describe_cause(setup, &view, [SIDE_PX, SIDE_PX], pixel))
             });
         }

@@ -32,17 +32,17 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 
 /// Margin, as a fraction of the Sun's angular radius, by which a point must be inside an umbra or outside a penumbra for its light to be
 /// certain: exactly 0 or 1.
-const MARGIN: f64 = 5e-3;
+const UMBRA_MARGIN: f64 = 5e-3;
 
-/// The fraction of sunlight at a point from the angular radii of Sun and occluder and their separation: 0 in the umbra, 1 in full light, `None`
-/// elsewhere and within [`MARGIN`].
+/// The fraction of sunlight at a point where the angular radii of Sun and occluder and their separation determine it: 0 in the umbra, 1 in full light; `None`
+/// elsewhere, and within [`UMBRA_MARGIN`] of the boundaries.
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun_radius = (SUN_RADIUS_KM / sun_km.length()).asin();
     let occluder_radius = |km: f64| (km / occluder_km.length()).asin();
     let separation = angle_rad(sun_km, occluder_km);
-    if occluder_radius(occluder.radii_km.min_element()) - separation > sun_radius * (1.0 + MARGIN) {
+    if occluder_radius(occluder.radii_km.min_element()) - separation > sun_radius * (1.0 + UMBRA_MARGIN) {
         Some(0.0)
-    } else if separation > sun_radius * (1.0 + MARGIN) + occluder_radius(occluder.radii_km.max_element()) {
+    } else if separation > sun_radius * (1.0 + UMBRA_MARGIN) + occluder_radius(occluder.radii_km.max_element()) {
         Some(1.0)
     } else {
         None
@@ -50,7 +50,7 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
 }
 
 /// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, at distances from a
-/// millionth of the radius to the radius, in equal ratios.
+/// millionth of the radius to the radius, in a geometric progression.
 fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
@@ -85,7 +85,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
         let occluder_km =
             receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
         let sun_km = receiver.body_from_icrf * receiver.sun_from_body_km;
-        let points = points_around(body, sun_km.normalize(), occluder_km, setup.pick(40, 400));
+        let points = points_around(body, sun_km.normalize(), occluder_km, setup.by_effort(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
@@ -121,12 +121,12 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
     Ok(found)
 }
 
-/// Duration of the search: longer than the 172 hours of Ganymede, the longest period of the three moons.
+/// Duration of the search for a moon's passage through the shadow: longer than the periods of Io, Europa and Ganymede (172 hours).
 const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
 /// planet radii.
-fn deepest(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
+fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
     let mut best = (from, f64::INFINITY);
     const STEP_S: f64 = 120.0;
@@ -147,13 +147,13 @@ fn greatest_radiance(hdr: &[[f32; 4]]) -> f64 {
     hdr.iter().flat_map(|p| p[..3].iter()).map(|v| f64::from(v.abs())).fold(0.0, larger_or_nan)
 }
 
-/// The brightest byte of an image whose greatest radiance is `light`: at least 1 if there is any light, even too faint for a display level, and infinite
-/// if the light is not finite.
-fn brightness(light: f64, display: &[[u8; 4]]) -> f64 {
+/// The brightest byte of an image whose greatest radiance is `radiance`: at least 1 if there is any light, even if it is too faint for a display level; infinite if
+/// the radiance is not finite.
+fn brightness(radiance: f64, display: &[[u8; 4]]) -> f64 {
     let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
-    match light {
+    match radiance {
         0.0 => f64::from(brightest),
-        _ if light.is_finite() => f64::from(brightest.max(1)),
+        _ if radiance.is_finite() => f64::from(brightest.max(1)),
         _ => f64::INFINITY,
     }
 }
@@ -165,31 +165,31 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
-        let (time, axis_distance_radii) = deepest(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
-        // The moon does not pass deep enough through the shadow.
+        let (time, axis_distance_radii) = deepest_in_shadow(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
+        // Skip a moon that does not pass deep enough through the shadow.
         if axis_distance_radii > 0.8 {
             continue;
         }
         let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
-        for stops in (-20..=25).step_by(setup.pick(9, 1)) {
+        for stops in (-20..=25).step_by(setup.by_effort(9, 1)) {
             let observation_time = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, setup.pick(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, setup.by_effort(24, 64))
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.
             view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = setup.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
-                let light = greatest_radiance(&frame.hdr);
-                found.add(brightness(light, &frame.display), || {
+                let radiance = greatest_radiance(&frame.hdr);
+                found.add(brightness(radiance, &frame.display), || {
                     let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
-                    (location, format!("{precision:?}: radiance {light:e} where none is"))
+                    (location, format!("{precision:?}: radiance {radiance:e} in the umbra, where it must be 0"))
                 });
             }
         }

@@ -1,4 +1,4 @@
-//! Numerical stability at the extremes: sweeps over views and inputs where arithmetic and decisions are most likely to fail.
+//! Numerical stability in extreme cases: sweeps over views and inputs for which rounding, or the choice of effects, is most likely to cause visible errors.
 //!
 //! In: a session and an effort. Out: for each sweep the number of cases, the worst result, its case and cause, and the bound that it must
 //! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound; the same seed gives the same cases.
@@ -105,9 +105,9 @@ pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec
 pub struct InjectedFaults {
     /// Changes each plan before it is drawn.
     pub plan: Option<fn(&mut Plan)>,
-    /// Replaces the scene's directions of bodies.
+    /// Replaces the scene's directions of bodies in the sweep `light-time`.
     pub place: Option<ApparentDirection>,
-    /// Replaces the purpose for which the scene chooses effects in `omitted_effects`; the frames with every effect keep theirs.
+    /// Replaces the purpose for which the scene chooses effects in the sweeps `needs-display` and `needs-linear`; the frames with every effect keep theirs.
     pub purpose: Option<Purpose>,
 }
 
@@ -115,7 +115,7 @@ pub struct InjectedFaults {
 pub struct SweepSetup<'a> {
     renderers: PrecisionRenderers<'a>,
     /// A renderer in f64 that snaps vertices to the grid of GPUs; `None` unless the GPU draws the images.
-    on_gpu_grid: Option<SoftwareRenderer>,
+    gpu_grid_renderer: Option<SoftwareRenderer>,
     effort: Effort,
     seed: u64,
     /// Number of random views; `None`: the effort decides.
@@ -129,9 +129,9 @@ impl<'a> SweepSetup<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
-        let is_on_gpu = session.renderers().1 == RendererPreference::Gpu;
-        let on_gpu_grid = is_on_gpu.then(|| session.renderer_for_gpu_comparison()).transpose()?;
-        Ok(Self { renderers: PrecisionRenderers::new(session)?, on_gpu_grid, effort, seed, views: None, faults })
+        let uses_gpu = session.renderers().1 == RendererPreference::Gpu;
+        let gpu_grid_renderer = uses_gpu.then(|| session.renderer_for_gpu_comparison()).transpose()?;
+        Ok(Self { renderers: PrecisionRenderers::new(session)?, gpu_grid_renderer, effort, seed, views: None, faults })
     }
 
     /// Sets the number of random views; `None`: the effort decides.
@@ -145,7 +145,7 @@ impl<'a> SweepSetup<'a> {
     }
 
     /// `short` for a short effort, otherwise `full`.
-    fn pick<T>(&self, short: T, full: T) -> T {
+    fn by_effort<T>(&self, short: T, full: T) -> T {
         if self.effort == Effort::Short { short } else { full }
     }
 
@@ -162,7 +162,7 @@ impl<'a> SweepSetup<'a> {
 
     /// The linear image of a view. In f32 the GPU draws it if the user requests the GPU.
     fn draw_linear(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
-        if precision == Precision::F64 || !self.is_on_gpu() {
+        if precision == Precision::F64 || !self.uses_gpu() {
             return self.renderers.draw_linear(view, precision);
         }
         let frame = self.session().draw_plan(&view.plan, FrameImages::DisplayAndHdr)?;
@@ -171,7 +171,7 @@ impl<'a> SweepSetup<'a> {
 
     /// The finished image of a view, drawn as in [`Self::draw_linear`].
     fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
-        if precision == Precision::F64 || !self.is_on_gpu() {
+        if precision == Precision::F64 || !self.uses_gpu() {
             let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), FrameImages::Display)?;
             return Ok(frame.display);
         }
@@ -181,19 +181,19 @@ impl<'a> SweepSetup<'a> {
     /// Frames in f64 of a view with meshes or lines: each pixel must match one of them. There are two if the GPU draws the images, because an edge through
     /// a pixel's centre covers the pixel or not, depending on the grid to which the GPU snaps vertices.
     fn exact_frames(&self, view: &PlannedView) -> Result<Vec<Frame>, SessionError> {
-        let renderers = [Some(self.renderers.renderer(Precision::F64)), self.on_gpu_grid.as_ref()];
+        let renderers = [Some(self.renderers.renderer(Precision::F64)), self.gpu_grid_renderer.as_ref()];
         let frame_of =
             |renderer: &SoftwareRenderer| Ok(renderer.render(&view.plan, self.session().library(), FrameImages::DisplayAndHdr)?.0);
         renderers.into_iter().flatten().map(frame_of).collect()
     }
 
     /// Whether the user requests the GPU.
-    fn is_on_gpu(&self) -> bool {
+    fn uses_gpu(&self) -> bool {
         self.session().renderers().1 == RendererPreference::Gpu
     }
 }
 
-/// One sample per pixel, as in draft images; eight taps (samples of a map along a pixel's footprint).
+/// One sample per pixel, as in draft images, and at most eight taps (see the glossary).
 const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
 /// Half a level of 255, which is invisible: the bound of f32 against f64.
@@ -232,7 +232,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "simple",
         (2.0, "255ths"),
-        "bytes of finished images may differ by one by rounding; two in the refracted limb, whose faintest light is drawn since half a level counts; three there on a GPU",
+        "display bytes may differ by one through rounding; by two in the refracted limb, where light of half a level is drawn; by three there on a GPU",
         views::simple,
     )
     .on_gpu(4.0),
@@ -255,7 +255,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "grazing",
         (1.0, "255ths"),
-        "a level, rays along the horizon, fields of view from 0.3 degrees: 0.6 on Saturn's rings, whose plane such a ray meets at a place of few digits",
+        "a level, rays along the horizon, fields of view from 0.3 degrees: 0.6 on Saturn's rings, since f32 gives few digits of the point where such a ray meets their plane",
         views::grazing,
     )
     .on_gpu(2.0),
@@ -302,27 +302,37 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "shadows",
         (5e-5, "of sunlight"),
-        "f32 keeps five digits of the Sun's disc; 1 where an umbra is not 0 or full light not 1",
+        "f32 keeps five digits of the Sun's disc; the result is 1 if an umbra is not exactly 0, or full light not exactly 1",
         light::shadows,
     ),
     sweep("umbra-exposure", (0.0, "255ths"), "an umbra is black at any exposure from -20 to +25 stops", light::umbra_exposure),
     sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against light time by bisection", places::light_time),
     sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", images::depth),
-    sweep("motion", (2.0, "255ths"), "a step of less than a pixel moves light by less than a pixel", moving::motion),
+    sweep(
+        "motion",
+        (2.0, "255ths"),
+        "camera and bodies move by less than a pixel a step, so that light moves by less than a pixel",
+        moving::motion,
+    ),
     sweep("exposure", (1.0, "stops a step"), "automatic exposure through eclipses; 99 where an image is black", moving::exposure),
     sweep(
         "scale",
         (4.0, "255ths, mean"),
-        "eight times the pixels on a side, reduced; 3.0 on the Earth in 64 pixels",
+        "against a downsampled image with eight times the pixels on a side; 3.0 on the Earth in 64 pixels",
         images::scale,
     ),
     sweep(
         "needs-display",
         (0.0, "% of views"),
-        "some pixel differs by more than a level from the frame with every effect in none of 3000 views",
+        "in none of 3000 views does a pixel differ by more than a level from the frame with every effect",
         omitted_effects::display,
     ),
-    sweep("needs-linear", (0.0, "% of views"), "some pixel differs by more than 2e-3 of itself in none of 3000 views", omitted_effects::linear),
+    sweep(
+        "needs-linear",
+        (0.0, "% of views"),
+        "in none of 3000 views does a pixel differ by more than 2e-3 of its radiance from the frame with every effect",
+        omitted_effects::linear,
+    ),
 ];
 
 /// Runs one sweep.
@@ -331,8 +341,8 @@ pub const SWEEPS: [Sweep; 21] = [
 /// The reason why a case cannot be drawn.
 pub fn run(sweep: &Sweep, setup: &SweepSetup<'_>) -> Result<SweepReport, SessionError> {
     let found = (sweep.run)(setup)?;
-    let bound = setup.pick(sweep.bound, sweep.full_bound);
-    let gpu_bound = setup.pick(sweep.gpu_bound, sweep.full_gpu_bound);
-    let bound = if setup.is_on_gpu() { bound.max(gpu_bound) } else { bound };
+    let bound = setup.by_effort(sweep.bound, sweep.full_bound);
+    let gpu_bound = setup.by_effort(sweep.gpu_bound, sweep.full_gpu_bound);
+    let bound = if setup.uses_gpu() { bound.max(gpu_bound) } else { bound };
     Ok(SweepReport { name: sweep.name, unit: sweep.unit, bound, reason: sweep.reason, found })
 }

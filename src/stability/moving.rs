@@ -1,4 +1,4 @@
-//! Sweeps of image sequences: `motion` moves camera or bodies by less than a pixel a step, `exposure` follows automatic exposure through eclipses.
+//! Two sweeps of image sequences: in `motion` the camera or bodies move by less than a pixel per step; `exposure` follows automatic exposure through eclipses.
 
 use super::views::{JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
@@ -18,24 +18,24 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
     image.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Bound of the change of the mean over 3 x 3 pixels when the image moves by a pixel, as a fraction of the range of radiance around them. An edge
-/// that moves by a pixel changes the mean by a third of the range along an axis, and by 0.47 of it along the diagonal.
+/// Most that the mean over 3 x 3 pixels may change when the image moves by a pixel, as a fraction of the range of luminance around them. An edge that moves by a
+/// pixel along an axis changes the mean by a third of the range, along the diagonal by 0.47 of it.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Greatest change of light, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains
-/// [`MAX_CHANGE_FRACTION`] of the range of light within two pixels in the first image. Means over 3 x 3 pixels are compared, so that a sharp
-/// point may move within its pixel. The two outermost rows and columns are excluded, because not all of their neighbours are known.
+/// Greatest change of luminance, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains a change of up to
+/// [`MAX_CHANGE_FRACTION`] of the luminance range within two pixels in the first image. Means over 3 x 3 pixels are compared, so that a point source may move
+/// within its pixel. The two outermost rows and columns are excluded, because they lack neighbours.
 fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
-    let around = |values: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
+    let neighbourhood = |values: &[f64], x: i64, y: i64, radius: i64| -> Vec<f64> {
         (-radius..=radius)
             .flat_map(|dy| (-radius..=radius).map(move |dx| (dx, dy)))
             .map(|(dx, dy)| values[((y + dy) * w + x + dx) as usize])
             .collect()
     };
-    let mean = |values: &[f64], x: i64, y: i64| around(values, x, y, 1).iter().sum::<f64>() / 9.0;
-    let level = |light: f64| 255.0 * linear_to_srgb((light * first.exposure_factor).clamp(0.0, 1.0));
+    let mean = |values: &[f64], x: i64, y: i64| neighbourhood(values, x, y, 1).iter().sum::<f64>() / 9.0;
+    let level = |luminance: f64| 255.0 * linear_to_srgb((luminance * first.exposure_factor).clamp(0.0, 1.0));
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
@@ -43,7 +43,7 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
         if !old.is_finite() || !new.is_finite() {
             return (f64::INFINITY, [x, y]);
         }
-        let (low, high) = around(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = neighbourhood(&a, x, y, 2).into_iter().fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
         let unexplained = (new - old).abs() - MAX_CHANGE_FRACTION * (high - low);
         let levels = level(old.max(new)) - level(old.max(new) - unexplained.max(0.0));
         if levels > worst.0 {
@@ -60,7 +60,7 @@ fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 
     if forward.0 >= reverse.0 { forward } else { reverse }
 }
 
-/// Names the draw whose removal makes the two frames most similar.
+/// Names the draw whose removal leaves the least unexplained change between two frames.
 fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
@@ -73,14 +73,14 @@ fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String 
     };
     let best = labels.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or_else(String::new, |(rest, label)| {
-        format!("light that motion does not explain; without the draw `{label}` {rest:.2} levels")
+        format!("light that motion does not explain; without the draw `{label}`, {rest:.2} levels remain")
     })
 }
 
 /// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, steps, steps_away) = setup.pick((64, 10, 40), (160, 60, 300));
+    let (side, steps, steps_away) = setup.by_effort((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut previous: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
@@ -137,19 +137,19 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     Ok(found)
 }
 
-/// Lowest level that is visible on a black display.
+/// Display level from which a pixel counts as visible beside black.
 const VISIBLE_LEVEL: u8 = 12;
 /// The result for an image in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
-/// The sequence in which Io enters the shadow within one step.
+/// A sequence in which Io enters and leaves the shadow within one step, so that its changes of exposure are not checked.
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
 pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     // A short sweep takes steps four times as long.
-    let step_factor = setup.pick(4.0, 1.0);
+    let step_factor = setup.by_effort(4.0, 1.0);
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
@@ -174,7 +174,7 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             let display = setup.display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
-            // Along Io's orbit the exposure may jump, because Io enters the shadow within one step; only visibility is checked.
+            // Along Io's orbit only visibility is checked.
             let before = previous.filter(|_| name != ORBIT_OF_IO);
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };

@@ -1,4 +1,4 @@
-//! Omitted effects: a frame with the effects that the scene chooses for the view ("chosen") against a frame with every effect ("all").
+//! Whether omitted effects are invisible: compares a frame with the effects that the scene chooses for a view ("chosen") with one with every effect ("all").
 //!
 //! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: that of the
 //! differences, and that of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
@@ -22,13 +22,14 @@ use crate::time::Instant;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// One level of 255.
+/// Bound of the sweep for displays: one level of 255.
 const DISPLAY_BOUND: f64 = 1.0;
-/// Bound relative to the pixel: a thousandth for each omitted effect, with two effects at a pixel.
+/// Bound of the sweep for linear light, relative to the pixel's radiance: a thousandth for each omitted effect, with two effects at a pixel.
 const LINEAR_BOUND: f64 = 2e-3;
 
-/// Effects that the scene decides in both frames. Points and meshes set how a body is represented and not its radiance; no body of the shipped
-/// catalogs has overlays; the corona of a Sun of less than a pixel or two is limited by size, not by light.
+/// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
+/// radiance; no body of the shipped catalogs has overlays; the corona is left out because of its size, if the Sun is smaller than a pixel or two, and not because
+/// it is faint.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 /// A view, and what identifies it.
@@ -79,33 +80,33 @@ struct FramePair {
     all: PlannedView,
 }
 
-/// The frame that the scene chooses, and the frame with `effects` switched on. The second takes the first's models of ring and body shadows, because
-/// the difference of two models is not due to an omitted effect.
+/// The frame with the effects that the scene chooses, and the frame with `effects` switched on in addition. Both use the first frame's models of ring and body
+/// shadows, because a difference between two models is not due to an omitted effect.
 fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
-    let mut everything = exposed.clone();
+    let mut request_with_effects = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        everything.effects.set(*effect, true);
+        request_with_effects.effects.set(*effect, true);
     }
     let chosen = setup.plan_view(&ViewRequest { purpose: setup.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
-    let mut scene = setup.plan_view(&everything, SINGLE_SAMPLE)?.scene;
+    let mut scene = setup.plan_view(&request_with_effects, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
         let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
-        let models = same.features;
-        // A draw of air has eclipses or the shadow of rings, not both: where eclipses would replace a shadow, nothing is added.
-        if models.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
+        let chosen_features = same.features;
+        // A draw of air can have eclipses or the shadow of rings, not both. Where switching on eclipses would remove the rings' shadow, the draw stays as chosen.
+        if chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
             *draw = same.clone();
             continue;
         }
         let features = &mut draw.features;
-        if models.ring_shadow != RingShadow::None && features.ring_shadow != RingShadow::None {
-            features.ring_shadow = models.ring_shadow;
+        if chosen_features.ring_shadow != RingShadow::None && features.ring_shadow != RingShadow::None {
+            features.ring_shadow = chosen_features.ring_shadow;
         }
-        if models.body_shadow != BodyShadow::None && features.body_shadow != BodyShadow::None {
-            features.body_shadow = models.body_shadow;
+        if chosen_features.body_shadow != BodyShadow::None && features.body_shadow != BodyShadow::None {
+            features.body_shadow = chosen_features.body_shadow;
         }
-        // Not an effect but a filter, which the scene leaves out beside eclipses and detail.
-        features.thin_limb = models.thin_limb;
+        // The thin limb is a filter and not an effect. The scene leaves it out of draws with eclipses or detail.
+        features.thin_limb = chosen_features.thin_limb;
     }
     let plan = plan::plan(&scene, setup.session(), SINGLE_SAMPLE)?;
     Ok(FramePair { chosen, all: PlannedView { scene, plan } })
@@ -165,7 +166,7 @@ fn worst_omission(
     Ok(worst)
 }
 
-/// Number of the worst views whose omitted effect is determined.
+/// Number of views, the worst ones, for which the omitted effect is determined.
 const MAX_EXPLAINED: usize = 16;
 
 fn sweep_views(
@@ -176,7 +177,7 @@ fn sweep_views(
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { location, request } in views(setup, setup.views.unwrap_or(setup.pick(160, 3000))) {
+    for RandomView { location, request } in views(setup, setup.views.unwrap_or(setup.by_effort(160, 3000))) {
         let Ok(frames) = frames(setup, &request, purpose, &Effect::ALL) else { continue };
         let worst = difference(&frames)?;
         found.add(worst.difference, || (location.clone(), String::new()));
@@ -210,8 +211,8 @@ fn sweep_views(
     cost_ratios.sort_by(f64::total_cmp);
     let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
     found.cause = format!(
-        "{over_bound} views over {bound:e}; the worst {explained_count} by the effect that makes the greatest difference: {}; over all views median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations over those \
-         with everything: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
+        "{over_bound} views over {bound:e}; the worst {explained_count} by the effect that makes the greatest difference: {}; differences over all views: median {:.2e}, 90 % {:.2e}, 99 % {:.2e}, worst {:.2e}; operations relative to those \
+         with every effect: least {:.2}, 10 % {:.2}, median {:.2}, 90 % {:.2}",
         if named.is_empty() { "none".to_owned() } else { named.join(", ") },
         quantile_of(&differences, 0.5),
         quantile_of(&differences, 0.9),

@@ -1,6 +1,6 @@
-//! Views at the extremes, f32 against f64.
+//! Sweeps of extreme views (distances, angles, places, instants, sizes), f32 against f64.
 //!
-//! In: lists of views. Out: the worst pixel of each list. An impossible view (a camera inside its target) is skipped.
+//! In: lists of views. Out: the worst pixel of each list. A view that cannot be planned, such as one from inside its target, is skipped.
 
 use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
@@ -65,8 +65,8 @@ pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fo
 
 /// Views from a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
 pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let bodies = setup.pick(bodies_named(setup, &["earth", "saturn", "moon", "deimos"]), setup.session().catalog().bodies().to_vec());
-    let (steps, side) = setup.pick((10, 16), (27, 32));
+    let bodies = setup.by_effort(bodies_named(setup, &["earth", "saturn", "moon", "deimos"]), setup.session().catalog().bodies().to_vec());
+    let (steps, side) = setup.by_effort((10, 16), (27, 32));
     let fovs_deg = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
@@ -88,7 +88,8 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
 pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let bodies = setup.session().catalog().bodies();
     let mut random = Random::new(setup.seed);
-    let fraction = setup.pick(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+    // In a short run, about 150 pairs.
+    let fraction = setup.by_effort(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
     for from in bodies {
         for target in bodies.iter().filter(|t| t.id != from.id) {
@@ -148,17 +149,17 @@ pub(super) fn grazing_telescope(setup: &SweepSetup<'_>) -> Result<SweepResult, S
 
 fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
-        setup.pick(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
-    let azimuths = setup.pick(2, 12);
+        setup.by_effort(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
+    let azimuths = setup.by_effort(2, 12);
     let mut views = Vec::new();
     for body in bodies_named(setup, names) {
         let radius_km = body.radii_km.x;
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
-            let dip = (radius_km / (radius_km + height_km)).acos();
+            let dip_rad = (radius_km / (radius_km + height_km)).acos();
             for k in 0..azimuths {
                 let [east, north, up] = local_axes(23.0, 77.0);
                 let (sin, cos) = (0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths)).sin_cos();
-                let direction = (east * sin + north * cos) * dip.cos() - up * dip.sin();
+                let direction = (east * sin + north * cos) * dip_rad.cos() - up * dip_rad.sin();
                 for &fov_deg in fovs_deg {
                     let location = json!({ "body": body.name, "height_km": height_km, "azimuth": k, "fov_deg": fov_deg });
                     views.push(ExtremeView {
@@ -174,8 +175,10 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
 
 /// Views down, along the horizon and towards the Sun: at the poles, on the antimeridian, at the sub-solar point and its antipode, and at the terminator.
 pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let names: &[&str] = setup
-        .pick(&["earth", "saturn", "moon"], &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"]);
+    let names: &[&str] = setup.by_effort(
+        &["earth", "saturn", "moon"],
+        &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"],
+    );
     let mut views = Vec::new();
     for body in bodies_named(setup, names) {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
@@ -223,7 +226,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
                 let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
                 views.push(ExtremeView {
                     location,
-                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.pick(24, 64)),
+                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.by_effort(24, 64)),
                 });
             }
         }
@@ -232,7 +235,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
     for jd_tdb in [2_460_758.17, 2_460_801.5] {
         for hours in [-600.0, -24.0, -1.0, -0.01, 0.0, 0.3, 20.0, 500.0] {
             let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
-            let side = setup.pick(24, 96);
+            let side = setup.by_effort(24, 96);
             let request = ViewRequest { width: side, height: side, ..ViewRequest::of(SATURN, time) };
             views.push(ExtremeView { location: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
         }
@@ -244,7 +247,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
 pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
     // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
-    let span_jd_tdb = setup.pick((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
+    let span_jd_tdb = setup.by_effort((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
     let (from, to) = (Instant::from_jd_tdb(span_jd_tdb.0), Instant::from_jd_tdb(span_jd_tdb.1));
     let mut views = Vec::new();
     let side = 24;
@@ -286,7 +289,7 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
 pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let side = setup.pick(24, 96);
+    let side = setup.by_effort(24, 96);
     let view = |body: &Body| ExtremeView {
         location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
         request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, eclipse_instant()) },
@@ -294,9 +297,9 @@ pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     compare_views(setup, setup.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
 }
 
-/// Years -3000 to 3000.
+/// Bodies at instants from the year -3000 to 3000.
 pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let step = setup.pick(500, 50);
+    let step = setup.by_effort(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
         let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
@@ -308,9 +311,9 @@ pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     compare_views(setup, views)
 }
 
-/// Discs from a third of a pixel to four times the frame.
+/// Discs with diameters from 0.3 pixels to four times the frame's side.
 pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let (side, steps) = setup.pick((24, 12), (48, 60));
+    let (side, steps) = setup.by_effort((24, 12), (48, 60));
     let mut views = Vec::new();
     for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = 60.0 * body.radii_km.x;
@@ -328,9 +331,9 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     compare_views(setup, views)
 }
 
-/// Simple shaders: lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map, as display bytes in both precisions.
+/// Views that use the simple shaders (those without a key): lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map. Compares display bytes.
 pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let side = setup.pick(96, 256);
+    let side = setup.by_effort(96, 256);
     let all = Layers::ALL;
     let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
