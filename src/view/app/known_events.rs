@@ -2,7 +2,8 @@
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
 //! gaps. Of its two ends, the one closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
-//! than the length of one search, the search starts again there. Where the ephemeris ends within a search, shorter ones approach its end. Not here: the thread that searches, and the painting.
+//! than the length of one search, the search starts again there. Where the ephemeris ends within a search, shorter ones approach its end. Not here: the
+//! thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;

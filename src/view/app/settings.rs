@@ -1,8 +1,8 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
 //! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
-//! `.broken`, or `.broken-2` and so on if that exists (the newest few are kept), and its valid fields and bookmarks are used; missing fields have their defaults; unknown fields,
-//! and bookmarks of another version of the program, are written back unchanged (`other_version`).
+//! `.broken`, or `.broken-2` and so on if that exists (the newest few are kept), and its valid fields and bookmarks are used; missing fields have their
+//! defaults; unknown fields, and bookmarks of another version of the program, are written back unchanged (`other_version`).
 
 mod other_version;
 

@@ -73,7 +73,8 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
 /// Number of decades by which the weight of a crescent falls after the crescent has set behind the limb.
 const SETTING_DECADES: f64 = 9.0;
 
-/// Largest angle below the limb over which the weight falls.
+/// Largest angle below the limb over which the weight falls. Over this angle a night side is exposed for a lit part that is out of sight, and too dark. A
+/// smaller angle makes a step: with 0, the exposure of the Moon from 12 radii jumps by 10.7 stops when the Sun sets.
 const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 
 /// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set

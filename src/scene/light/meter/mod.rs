@@ -198,8 +198,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
-        // The Sun is so bright that bodies of less than a pixel matter, too. In front of others a body gains its opacity while its area grows from one pixel to
-        // two. A body at whose centre the camera is counts as behind it.
+        // The Sun is so bright that bodies of less than a pixel matter, too. In front of other bodies, a body's opacity in the meter rises from 0 to 1 while its
+        // area grows from one pixel to two. A body whose centre is the camera's position has an area of 0: it hides nothing.
         let opacity = |o: &PlacedBody<'_>| {
             let area = area_px(self.meter.camera, o);
             if p.body.id == NaifId::SUN { f64::from(area > 0.0) } else { smoothstep(area - 1.0) }
