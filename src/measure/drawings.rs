@@ -6,6 +6,7 @@
 
 use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
+use super::shape_model::{self, PHOBOS};
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -14,7 +15,7 @@ use crate::render::software::Precision;
 use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow, Shape};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, Layers, Look, Position, Quality, Up, ViewRequest};
-use crate::session::{Session, SessionError, standard_scenes};
+use crate::session::{Session, SessionError, Sources, standard_scenes};
 use crate::time::Instant;
 use glam::DVec3;
 
@@ -28,6 +29,8 @@ const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
+/// Latitude bands of the shape model: 20,448 triangles.
+const SHAPE_MODEL_BANDS: u32 = 72;
 /// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: it is in the zenith at 86 degrees east.
 const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
 
@@ -326,15 +329,20 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
     measure_choice("map-taps", "the Moon's ground and horizon from 400 km; against 16 taps", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// Samples per pixel.
+/// Samples per pixel, on the triangles of a shape model. Limbs, rings and lines have antialiased edges at one sample, too.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let renderers = PrecisionRenderers::new(session)?;
-    let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
+    let (catalogs, _) = shape_model::temporary_catalog(SHAPE_MODEL_BANDS)?;
+    let sources = Sources { catalogs: Some(catalogs.path().to_owned()), ..session.sources().clone() };
+    // Messages about the user's files were printed when the first session was opened.
+    let session = Session::open(&sources, |_| {})?;
+    let renderers = PrecisionRenderers::new(&session)?;
+    let view = view_from_direction(PHOBOS, EARTH_JD_TDB, NaifId::SUN, 4.0, effort);
+    let request = renderers.with_metered_exposure(with_effects(&view, "-points,-glow")?)?;
     let options = [1_u8, 4].map(|samples| {
         (samples.to_string(), SamplingQuality { samples, ..SINGLE_SAMPLE }, qualities_with_sampling(|s| s.samples == samples))
     });
     let candidates = sampling_candidates(&renderers, &request, options.into_iter(), SamplingQuality { samples: 4, ..SINGLE_SAMPLE })?;
-    let about = "Saturn with its rings; against 4 samples: limbs and rings have soft edges of their own";
+    let about = "an invented shape model of Phobos; against 4 samples; limbs, rings and lines are antialiased at 1 sample, too";
     measure_choice("samples", about, ErrorUnit::Levels, effort.rounds(), candidates)
 }
 

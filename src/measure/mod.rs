@@ -14,6 +14,7 @@ mod images;
 pub mod plot;
 mod positions;
 pub mod rule;
+pub mod shape_model;
 pub mod timing;
 mod view;
 
@@ -79,8 +80,7 @@ pub(crate) struct ChoiceMeasure {
     pub about: &'static str,
     /// Unit of the errors.
     pub unit: ErrorUnit,
-    /// Whether the rule does not apply: the scene chooses the option from the view, in the same way at every quality, or the options are the qualities
-    /// themselves.
+    /// Whether the rule does not apply; the reasons are given at `EXEMPT_FROM_RULE`.
     pub is_exempt_from_rule: bool,
     /// Measurements of the options.
     pub options: Vec<OptionMeasure>,
@@ -156,8 +156,9 @@ pub(crate) fn measure_choice(
     Ok(ChoiceMeasure { name, about, unit, is_exempt_from_rule: EXEMPT_FROM_RULE.contains(&name), options })
 }
 
-/// Choices to which the rule does not apply. For the first three the scene chooses the option from the view; the options of the last are the qualities.
-const EXEMPT_FROM_RULE: [&str; 4] = ["ring-shadow", "body-shadow", "shape", "quality"];
+/// Choices to which the rule does not apply. For the first three the scene chooses the option from the view. `samples` is measured on a shape model, but
+/// nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the qualities.
+const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "samples", "quality"];
 
 /// A function that measures one choice.
 pub(crate) type MeasureFn = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;

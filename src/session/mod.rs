@@ -135,18 +135,12 @@ pub struct Session {
     stages: Mutex<HashMap<ThreadId, Stages>>,
     /// Whether stages also count CPU time.
     count_cpu: bool,
-    /// The user's SPK file, for provenance.
-    kernel: Option<PathBuf>,
+    /// What the session was opened with.
+    sources: Sources,
     /// Custom surfaces: path below shaders/, and WESL text.
     surfaces: Vec<(String, String)>,
-    /// The user's file of stars, for provenance.
-    stars: Option<PathBuf>,
-    /// The user's file of minor planets and comets, for provenance.
-    minor_planets: Option<PathBuf>,
     /// The user's panorama of the sky.
     sky_map: Option<SkyMap>,
-    /// Folders of the user's maps and meshes, for provenance.
-    map_and_mesh_folders: Vec<PathBuf>,
     /// Digests of the files from which the session draws, for provenance; computed when first needed.
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
@@ -241,7 +235,7 @@ impl Session {
             maps,
             library,
             air_tables,
-            meshes: Meshes::new(sources.textures.iter().chain(&sources.catalogs).cloned()),
+            meshes: Meshes::new(sources.map_and_mesh_folders().cloned()),
             night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
             ring_profiles: Memo::with_capacity(MAX_RING_PROFILES),
             glyphs: Memo::with_capacity(1),
@@ -251,12 +245,9 @@ impl Session {
             notify,
             stages: Mutex::new(HashMap::from([(std::thread::current().id(), stages)])),
             count_cpu: false,
-            kernel: sources.kernel.clone(),
-            stars: sources.stars.clone(),
-            minor_planets: sources.minor_planets.clone(),
+            sources: sources.clone(),
             surfaces,
             sky_map,
-            map_and_mesh_folders: sources.textures.iter().chain(&sources.catalogs).cloned().collect(),
             source_digests: OnceLock::new(),
         })
     }
@@ -277,6 +268,11 @@ impl Session {
     /// be slower.
     pub fn counting_cpu(self) -> Self {
         Self { count_cpu: true, ..self }
+    }
+
+    /// What the session was opened with.
+    pub(crate) fn sources(&self) -> &Sources {
+        &self.sources
     }
 
     /// The catalog: bodies, stars, moments, data layers.

@@ -7,7 +7,7 @@
 //! the same version have different provenances only if their catalogs or shaders differ. If either the GPU or the software renderer may draw, the
 //! provenance does not say which one drew.
 
-use super::Session;
+use super::{Session, Sources};
 use super::images::{PROVENANCE_CHUNK, is_exr};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
@@ -66,14 +66,8 @@ fn file_digest(path: &Path) -> String {
     read().unwrap_or_else(|_| "none".into())
 }
 
-/// Digests of the files from which a session draws.
-pub(super) fn source_digests(
-    catalog: &Catalog,
-    kernel: Option<&Path>,
-    stars: Option<&Path>,
-    minor_planets: Option<&Path>,
-    map_and_mesh_folders: &[PathBuf],
-) -> BTreeMap<String, String> {
+/// Digests of the files from which a session draws: its catalog, and the files of `opened_with`.
+fn source_digests(catalog: &Catalog, opened_with: &Sources) -> BTreeMap<String, String> {
     // The citations of values (`sources`) are left out, because they change no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let instruments = catalog.instruments().iter().map(|i| format!("{i:?}").into_bytes());
@@ -84,17 +78,18 @@ pub(super) fn source_digests(
     });
     let files = files.chain([MILKY_WAY_FILE]);
     // If several folders have a file of this name, the session reads the first one.
-    let found = files.filter_map(|name| Some((name, map_and_mesh_folders.iter().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    let found = files.filter_map(|name| Some((name, opened_with.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
     let entry = |name: &str, value: String| (name.to_owned(), value);
+    let file = |path: &Option<PathBuf>| path.as_deref().map_or("embedded".into(), file_digest);
     BTreeMap::from([
         entry("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
         entry("catalogs", hex_digest(bodies.chain(instruments))),
-        entry("kernel", kernel.map_or("embedded".into(), file_digest)),
-        entry("stars", stars.map_or("embedded".into(), file_digest)),
-        entry("minor planets", minor_planets.map_or("embedded".into(), file_digest)),
+        entry("kernel", file(&opened_with.kernel)),
+        entry("stars", file(&opened_with.stars)),
+        entry("minor planets", file(&opened_with.minor_planets)),
         entry("images", images),
     ])
 }
@@ -284,9 +279,8 @@ impl Session {
 
     /// The provenance of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
-        let (kernel, stars, minor_planets) = (self.kernel.as_deref(), self.stars.as_deref(), self.minor_planets.as_deref());
         let sources = self.source_digests.get_or_init(|| {
-            let mut sources = source_digests(&self.catalog, kernel, stars, minor_planets, &self.map_and_mesh_folders);
+            let mut sources = source_digests(&self.catalog, &self.sources);
             if let Some(map) = self.catalog.lunar_heights() {
                 sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
             }

@@ -45,3 +45,10 @@ pub struct Sources {
     /// Whether frames will be drawn; if so, the GPU is opened while the catalogs are read.
     pub draws: bool,
 }
+
+impl Sources {
+    /// Folders that are searched for maps and meshes; earlier ones take precedence.
+    pub(super) fn map_and_mesh_folders(&self) -> impl Iterator<Item = &PathBuf> {
+        self.textures.iter().chain(&self.catalogs)
+    }
+}
