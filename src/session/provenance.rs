@@ -7,8 +7,8 @@
 //! the same version have different provenances only if their catalogs or shaders differ. If either the GPU or the software renderer may draw, the
 //! provenance does not say which one drew.
 
-use super::{Session, Sources};
 use super::images::{PROVENANCE_CHUNK, is_exr};
+use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::image::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
@@ -78,7 +78,8 @@ fn source_digests(catalog: &Catalog, opened_with: &Sources) -> BTreeMap<String, 
     });
     let files = files.chain([MILKY_WAY_FILE]);
     // If several folders have a file of this name, the session reads the first one.
-    let found = files.filter_map(|name| Some((name, opened_with.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    let found =
+        files.filter_map(|name| Some((name, opened_with.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
