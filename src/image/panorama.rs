@@ -77,6 +77,12 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
             );
             return Err(unreadable(&face, size));
         }
+        if decoded.first().is_some_and(|first| is_linear(first) != is_linear(&image)) {
+            return Err(unreadable(
+                &face,
+                "the values of an EXR are luminances, those of a PNG or JPEG are not: all six faces must be of one kind",
+            ));
+        }
         decoded.push(image);
     }
     let faces: Vec<LinearImage> = decoded.into_iter().map(LinearImage::of).collect();
@@ -222,6 +228,22 @@ mod tests {
         ] {
             assert_eq!(cube_face(d.into()), (face, position.into()), "{d:?}");
         }
+    }
+
+    /// Faces of both kinds would be clipped at the white of the 8-bit ones.
+    #[test]
+    fn faces_with_and_without_a_unit_are_not_mixed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let image = DynamicImage::ImageRgb32F(image::Rgb32FImage::from_pixel(4, 4, image::Rgb([3.0, 2.0, 1.0])));
+        for face in FACES {
+            let path = folder.path().join(format!("{face}.exr"));
+            image.save(path).expect("written");
+        }
+        assert!(read_panorama(folder.path(), None).is_ok_and(|p| p.unit_cd_m2.is_some()));
+        image.to_rgb8().save(folder.path().join("ny.png")).expect("written");
+        std::fs::remove_file(folder.path().join("ny.exr")).expect("removed");
+        let error = read_panorama(folder.path(), None).expect_err("mixed").to_string();
+        assert!(error.contains("ny.png") && error.contains("of one kind"), "{error}");
     }
 
     /// A cube painted as a function of direction becomes the same panorama: north up, longitude increasing to the left.

@@ -1,7 +1,7 @@
 //! Numerical stability in extreme cases: sweeps over views and inputs for which rounding, or the choice of effects, is most likely to cause visible errors.
 //!
 //! In: a session and an effort. Out: for each sweep the number of cases, the worst result, its case and cause, and the bound that it must
-//! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound; the same seed gives the same cases.
+//! keep. Always: every bound is in [`SWEEPS`] with its unit and reason; a sweep fails above its bound, or without a case; the same seed gives the same cases.
 //! Most sweeps compare the emitted modules in f32 with the same modules in f64; others compare complete images, or positions with another
 //! computation. If the user requests the GPU, it draws the f32 images, and the bounds for a GPU apply; named values of modules, the answers of
 //! probes and the images of `umbra-exposure` are always those of the software renderer.
@@ -42,7 +42,7 @@ pub struct SweepResult {
 impl SweepResult {
     /// An empty result, before the first case.
     fn empty() -> Self {
-        Self { cases: 0, worst: 0.0, location: Value::Null, cause: String::new() }
+        Self { cases: 0, worst: 0.0, location: Value::Null, cause: "every case was skipped, so nothing was compared".into() }
     }
 
     /// Counts a case, and keeps it if it is the worst so far. `describe`: its location and cause. NaN counts as infinite.
@@ -91,9 +91,9 @@ pub struct SweepReport {
 }
 
 impl SweepReport {
-    /// Whether the result exceeds the bound.
+    /// Whether the result exceeds the bound, or nothing was compared.
     pub fn has_failed(&self) -> bool {
-        self.found.worst > self.bound
+        self.found.cases == 0 || self.found.worst > self.bound
     }
 }
 

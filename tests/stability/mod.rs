@@ -8,7 +8,7 @@ use orrery::render::plan::{DepthState, Plan};
 use orrery::scene::request::Purpose;
 use orrery::session::{Session, SessionError, Sources};
 use orrery::shader::fragments::Fragments;
-use orrery::stability::{InjectedFaults, SWEEPS, SweepReport, SweepSetup, run};
+use orrery::stability::{InjectedFaults, SWEEPS, SweepReport, SweepResult, SweepSetup, run};
 use orrery::time::Instant;
 use std::collections::BTreeMap;
 
@@ -69,6 +69,15 @@ fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
     )]);
     let report = swept(&by_cosine, "shadows", InjectedFaults::default());
     assert!(report.has_failed());
+}
+
+/// If no view can be planned, the sweep has shown nothing.
+#[test]
+fn a_sweep_without_a_case_fails() {
+    let kept = swept(&SESSION, "umbra-exposure", InjectedFaults::default());
+    assert!(!kept.has_failed());
+    let without_case = SweepReport { found: SweepResult { cases: 0, ..kept.found.clone() }, ..kept };
+    assert!(without_case.has_failed());
 }
 
 #[test]

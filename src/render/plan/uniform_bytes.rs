@@ -7,13 +7,14 @@ use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
 /// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the most taps with which
-/// a map is filtered anisotropically.
+/// a map is filtered anisotropically; with a single one, rings are filtered in the cheaper way, too.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
+            name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
                 // A module that evaluates the Sun's light alone has one row, even if the body has several lights. The Sun comes first.

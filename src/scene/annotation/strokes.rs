@@ -58,7 +58,7 @@ impl Curve<'_> {
         self.camera.in_axes((self.point)(parameter))
     }
 
-    /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately. Parameter 0 always starts a new run.
+    /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately.
     pub(crate) fn runs(&self, parameters: &[f64]) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
@@ -101,8 +101,7 @@ impl StrokeSubdivision<'_> {
                 (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
             }
         };
-        let continues_last_run =
-            enter == 0.0 && from.1 != 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
+        let continues_last_run = enter == 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
         if !continues_last_run {
             self.runs.push(vec![at(enter)]);
         }
