@@ -34,8 +34,8 @@ impl BodyPositions for SessionPositions<'_> {
             return Some(offset_km);
         }
         let ephemeris = self.0.ephemeris();
-        let light_left = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
-        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, light_left, None).ok()?;
+        let emission_time = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
+        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None).ok()?;
         let camera_km = camera_body_state.state.pos_km + offset_km;
         Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
     }

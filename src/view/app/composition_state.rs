@@ -80,7 +80,7 @@ impl CompositionState {
     }
 
     /// Calls `check` for each number: with whether it is in range, and the message if it is not.
-    pub(super) fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    pub(super) fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)
         });

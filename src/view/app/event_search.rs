@@ -184,11 +184,11 @@ const PLANET_FOV_DIAMETERS: f64 = 2.2;
 /// Field of view for mutual events of moons, in apparent diameters of the moon.
 const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 /// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
-const LOW_BODY_CAMERA_KM: f64 = 3.0;
+const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Height of the camera otherwise, km.
-const GROUND_CAMERA_KM: f64 = 0.01;
+const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 /// Altitude below which the observed body is near the horizon, degrees.
-const LOW_BODY_DEG: f64 = 2.0;
+const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
 /// Approximate real seconds in which the button *Watch* plays an event.
 const PLAYBACK_S: f64 = 30.0;
 /// Difference of the times that two searches give for one event, at most.
@@ -302,16 +302,16 @@ impl SkyEvent {
     }
 
     /// The best view of the event, paused at its greatest phase; other settings come from `base_view`.
-    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
+    pub fn view(&self, catalog: &Catalog, positions: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         // `count` apparent diameters of a body, and the angle between two bodies, both from the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
-            let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
+            let distance_km = positions.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
         let apart_deg = |a: NaifId, b: NaifId| {
-            let [a, b] = [a, b].map(|id| places.geometric_between_km(NaifId::EARTH, id, self.greatest()));
+            let [a, b] = [a, b].map(|id| positions.geometric_between_km(NaifId::EARTH, id, self.greatest()));
             a.zip(b).map_or(0.0, |(a, b)| angle_rad(a, b).to_degrees())
         };
         let (target, eye, fov_deg) = match self {
@@ -340,7 +340,7 @@ impl SkyEvent {
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
-        let camera_height_km = if altitude_deg < LOW_BODY_DEG { LOW_BODY_CAMERA_KM } else { GROUND_CAMERA_KM };
+        let camera_height_km = if altitude_deg < LOW_BODY_ALTITUDE_DEG { LOW_BODY_CAMERA_HEIGHT_KM } else { GROUND_CAMERA_HEIGHT_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,

@@ -85,12 +85,12 @@ pub(crate) struct ExposureAdaptation {
     /// `None`: the next request is for the metered exposure.
     last: Option<LastExposure>,
     /// Number of the newest request.
-    newest: u64,
+    newest_request: u64,
     /// Images of requests up to this number are ignored: they show a view before the last cut, or have a manual exposure.
-    ignored: u64,
+    last_ignored_request: u64,
     /// Number of the newest request whose image is finished or has failed. Some requests are never answered, because a newer one replaces
     /// them before they are started, but the newest one always is.
-    answered: u64,
+    newest_answered_request: u64,
     /// Failed images since the last finished one.
     failure_count: u32,
 }
@@ -102,28 +102,28 @@ impl ExposureAdaptation {
         let identity = ViewIdentity::of(view);
         let is_cut = self.identity.replace(identity).is_none_or(|last| identity.is_cut_from(&last));
         if view.exposure_stops.is_some() {
-            (self.last, self.ignored) = (None, self.newest);
+            (self.last, self.last_ignored_request) = (None, self.newest_request);
         } else if is_cut {
-            (self.last, self.ignored) = (None, self.newest - 1);
+            (self.last, self.last_ignored_request) = (None, self.newest_request - 1);
         }
     }
 
     /// The exposure to request for the next image of a view, and the ticket to hand back with the image.
     pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> (ExposureRequest, ExposureTicket) {
-        self.newest += 1;
+        self.newest_request += 1;
         self.reset_if_cut_or_manual(view);
         let exposure = match (view.exposure_stops, self.last) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
             (None, Some(last)) => last.request_at(now_s),
         };
-        (exposure, ExposureTicket { number: self.newest, requested_s: now_s })
+        (exposure, ExposureTicket { number: self.newest_request, requested_s: now_s })
     }
 
     /// Records the exposure of a finished image.
     pub(crate) fn record(&mut self, exposure: &Exposure, ticket: ExposureTicket) {
-        self.answered = self.answered.max(ticket.number);
-        if ticket.number <= self.ignored {
+        self.newest_answered_request = self.newest_answered_request.max(ticket.number);
+        if ticket.number <= self.last_ignored_request {
             return;
         }
         self.failure_count = 0;
@@ -140,8 +140,8 @@ impl ExposureAdaptation {
 
     /// Records that a requested image could not be drawn.
     pub(crate) fn record_failure(&mut self, ticket: ExposureTicket) {
-        self.answered = self.answered.max(ticket.number);
-        if ticket.number > self.ignored {
+        self.newest_answered_request = self.newest_answered_request.max(ticket.number);
+        if ticket.number > self.last_ignored_request {
             self.failure_count = self.failure_count.saturating_add(1);
         }
     }
@@ -149,7 +149,7 @@ impl ExposureAdaptation {
     /// Whether to request another image of an unchanged view, because the last one had not reached the metered exposure. False while a
     /// requested image is pending, and after repeated failures.
     pub(crate) fn needs_another_image(&self) -> bool {
-        let is_pending = self.answered < self.newest;
+        let is_pending = self.newest_answered_request < self.newest_request;
         !is_pending && self.failure_count < MAX_FAILURES && self.last.is_some_and(|last| !last.is_metered)
     }
 }

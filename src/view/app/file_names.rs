@@ -22,12 +22,12 @@ fn split_extension(name: &str) -> (&str, &str) {
 ///
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.
-pub(crate) fn free_sequence(name: &str, frames: u32) -> Result<NumberedName, FrameNumberError> {
+pub(crate) fn free_sequence(name: &str, frame_count: u32) -> Result<NumberedName, FrameNumberError> {
     let (before, after) = split_extension(name);
     let default_numbering = || NumberedName { before: format!("{before}-"), min_digits: DEFAULT_DIGITS, after: after.to_owned() };
     let first = NumberedName::of(name)?.unwrap_or_else(default_numbering);
     let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { before: format!("{}{n}-", first.before), ..first.clone() } };
-    let is_free = |name: &NumberedName| (0..frames).all(|k| !name.path(k).exists());
+    let is_free = |name: &NumberedName| (0..frame_count).all(|k| !name.path(k).exists());
     Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn free_sequence(name: &str, frames: u32) -> Result<NumberedName, Fra
 ///
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.
-pub(crate) fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
+pub(crate) fn candidate_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     fn first(name: &str, count: usize) -> Vec<String> {
-        free_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
+        candidate_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
     }
 
     #[test]
@@ -69,7 +69,7 @@ mod tests {
         assert_eq!(first("50%/a%d/x.png", 2), ["50%/a%d/x.png", "50%/a%d/x-2.png"]);
         assert_eq!(first("50%/x-%d.png", 2), ["50%/x-0.png", "50%/x-1.png"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
-            assert!(free_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
+            assert!(candidate_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
         }
     }
 

@@ -13,7 +13,7 @@ const FACING_FRACTION: f64 = 0.5;
 
 /// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
 /// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
-pub(super) const OUTSIDE_RADII: f64 = 1.5;
+pub(super) const OUTSIDE_BODY_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,14 +59,14 @@ impl Flight {
         }
         let eased = ease_in_out(fraction);
         let (start, end) = (self.from.offset_km, self.to.offset_km);
-        let (start_km, end_km) = (start.length().max(1e-6), end.length().max(1e-6));
-        let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * eased;
+        let (start_distance_km, end_distance_km) = (start.length().max(1e-6), end.length().max(1e-6));
+        let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
         let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
         // From halfway on, the camera faces the target. If the final pose does not face the target exactly, `final_turn` adds the difference
         // gradually.
-        let facing = (-end).try_normalize().unwrap_or(self.to.forward);
-        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), eased);
+        let facing_at_end = (-end).try_normalize().unwrap_or(self.to.forward);
+        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.to.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
         let forward = slerp(self.from.forward, towards_target, facing_fraction);
         let up = self.from.up.lerp(self.to.up, eased);

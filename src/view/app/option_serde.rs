@@ -21,7 +21,7 @@ pub(crate) trait NamedOption: Copy + 'static {
 }
 
 /// Implements [`NamedOption`] by the types' own methods of these names.
-macro_rules! named {
+macro_rules! impl_named_option {
     ($($option:ty),*) => {$(
         impl NamedOption for $option {
             fn names() -> Vec<&'static str> {
@@ -37,7 +37,7 @@ macro_rules! named {
     )*};
 }
 
-named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
+impl_named_option!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 
 /// Stores a value as its name, for `#[serde(with)]`.
 pub mod by_name {

@@ -6,9 +6,9 @@
 use glam::{DMat3, DVec3};
 
 /// Smallest distance from the centre, in radii: a metre above an Earth-sized sphere is 1.6e-7 radii.
-const MIN_RADII: f64 = 1.0 + 1.6e-7;
+const MIN_DISTANCE_RADII: f64 = 1.0 + 1.6e-7;
 /// Largest distance from the centre, in radii: about 2000 au for the Earth's radius.
-const MAX_RADII: f64 = 5.0e7;
+const MAX_DISTANCE_RADII: f64 = 5.0e7;
 /// Change of the logarithm of the height above the ground per wheel notch; six notches are a factor of e.
 pub(crate) const LOG_HEIGHT_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
@@ -75,7 +75,7 @@ impl OrbitCamera {
     fn keep_in_bounds(&mut self) {
         self.azimuth_rad = self.azimuth_rad.rem_euclid(std::f64::consts::TAU);
         self.elevation_rad = self.elevation_rad.clamp(-MAX_ELEVATION_RAD, MAX_ELEVATION_RAD);
-        self.distance_radii = self.distance_radii.clamp(MIN_RADII, MAX_RADII);
+        self.distance_radii = self.distance_radii.clamp(MIN_DISTANCE_RADII, MAX_DISTANCE_RADII);
     }
 }
 
@@ -112,11 +112,11 @@ mod tests {
         for _ in 0..2000 {
             orbit.zoom(1.0);
         }
-        assert_eq!(orbit.distance_radii, MIN_RADII);
+        assert_eq!(orbit.distance_radii, MIN_DISTANCE_RADII);
         for _ in 0..2000 {
             orbit.zoom(-1.0);
         }
-        assert_eq!(orbit.distance_radii, MAX_RADII);
+        assert_eq!(orbit.distance_radii, MAX_DISTANCE_RADII);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::presets::Preset;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, body_fixed_orbit_pose};
+use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text};
@@ -90,7 +90,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     );
     found.extend(
         viewer
-            .completions(text, max_count)
+            .matching_bodies(text, max_count)
             .into_iter()
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
@@ -100,7 +100,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found.extend(cities::named(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
-    found.extend(features(text, viewer).take(max_count));
+    found.extend(surface_features(text, viewer).take(max_count));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
@@ -188,7 +188,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
 }
 
 /// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
-fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
+fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
         let lower = lower.clone();
@@ -202,16 +202,16 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
-/// height is limited by [`FEATURE_HEIGHT_LIMITS_RADII`].
-pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
-    let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
-        .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
+/// height is limited by [`SURFACE_FEATURE_HEIGHT_LIMITS_RADII`].
+pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
+    let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
+        .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
         eye: body_fixed_orbit_pose(body.id, orbit),
         tracks: true,
-        fov_deg: FOV_DEG,
+        fov_deg: DEFAULT_FOV_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
         ..base_view.clone()
@@ -302,9 +302,9 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
 }
 
 /// Height of the camera above a feature, in diameters of the feature.
-const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
 /// Limits of this height, in radii of the body.
-const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
+const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star.
 const STAR_FOV_DEG: f64 = 20.0;
 /// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
@@ -312,8 +312,8 @@ const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
 /// `years_since_epoch`: Julian years since the epoch of the star catalog.
-pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
-    let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
+pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
+    let pole = positions.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     // As seen from the solar system's barycentre: the annual parallax is invisible in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);

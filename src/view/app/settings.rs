@@ -11,7 +11,7 @@ use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error}
 use crate::session::DisplayPreference;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::view_state::{ViewState, within_half_turn_deg};
+use crate::view::app::view_state::{ViewState, wrapped_longitude_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
 use crate::view::window::placement::WindowPlacement;
@@ -21,9 +21,9 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
-pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
+pub(crate) const UI_SCALE_RANGE: RangeInclusive<f32> = 0.6..=3.0;
 /// Width and height of the smallest window, points, to which larger text may reduce a window: its panels can still be scrolled to each control.
-const MIN_SCALED_SIZE: [f32; 2] = [600.0, 340.0];
+const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of files set aside that are kept.
@@ -59,7 +59,7 @@ impl Default for Home {
 impl Home {
     /// The place with its longitude within ±180 degrees; the default place if there is no such latitude.
     fn or_default(self) -> Self {
-        let longitude_deg = within_half_turn_deg(self.longitude_deg);
+        let longitude_deg = wrapped_longitude_deg(self.longitude_deg);
         if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
     }
 }
@@ -142,7 +142,7 @@ pub struct Bookmark {
 /// The scale factor for a window of this width and height (points at scale 1): that of the settings, or, if the bars would leave no room for the panels, a
 /// smaller one, but not below 1. The control that reduces the scale is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
-    let [min_width, min_height] = MIN_SCALED_SIZE;
+    let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
 }
 
@@ -152,7 +152,8 @@ pub struct Settings {
     /// Dark panels; `None` follows the system.
     pub dark: Option<bool>,
     /// Scale of text and controls.
-    pub zoom: f32,
+    #[serde(rename = "zoom")]
+    pub ui_scale: f32,
     /// `None`: the language of the system.
     #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
@@ -168,7 +169,8 @@ pub struct Settings {
     pub unit: LengthUnit,
     pub home: Home,
     /// The time zone of displayed times.
-    pub clock: ShownTimeZone,
+    #[serde(rename = "clock")]
+    pub time_zone: ShownTimeZone,
     #[serde(rename = "hints")]
     pub hints_followed: HintsFollowed,
     pub panels: PanelLayout,
@@ -190,7 +192,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             dark: Some(true),
-            zoom: 1.0,
+            ui_scale: 1.0,
             language: None,
             names: true,
             markers: true,
@@ -198,7 +200,7 @@ impl Default for Settings {
             display_preference: DisplayPreference::default(),
             unit: LengthUnit::default(),
             home: Home::default(),
-            clock: ShownTimeZone::default(),
+            time_zone: ShownTimeZone::default(),
             hints_followed: HintsFollowed::default(),
             panels: PanelLayout::default(),
             window_placement: None,
@@ -211,7 +213,7 @@ impl Default for Settings {
 
 impl Settings {
     /// Adds a view at the head of the list of recent views.
-    pub(crate) fn remember(&mut self, name: String, view: ViewState) {
+    pub(crate) fn add_recent(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
         self.recent.truncate(MAX_RECENT);
@@ -224,16 +226,16 @@ impl Settings {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
-            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
+            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
         let (read, unread) = match other_version::read(&text) {
             Ok(read) => read,
-            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
+            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
         };
         // egui would panic at a scale of 0.
-        let zoom = read.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
-        let settings = Self { zoom, home: read.home.or_default(), ..read };
+        let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
+        let settings = Self { ui_scale, home: read.home.or_default(), ..read };
         if let Some(unread) = unread {
             let line = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
@@ -266,7 +268,7 @@ impl Settings {
 }
 
 /// [`set_aside`], where both outcomes are only told.
-fn aside_or_reason(path: &Path) -> String {
+fn set_aside_message(path: &Path) -> String {
     set_aside(path).unwrap_or_else(|reason| reason)
 }
 
@@ -335,12 +337,12 @@ mod tests {
     fn saved_settings_are_loaded_unchanged() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("deep").join("settings.json");
-        let mut settings = Settings { zoom: 1.25, dark: None, ..Settings::default() };
+        let mut settings = Settings { ui_scale: 1.25, dark: None, ..Settings::default() };
         settings.bookmarks.push(Bookmark { name: "Saturn's \"ears\"".into(), view: view(699) });
         for i in 0..40 {
-            settings.remember(format!("view {i}"), view(i));
+            settings.add_recent(format!("view {i}"), view(i));
         }
-        settings.remember("again".into(), view(39));
+        settings.add_recent("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
@@ -359,7 +361,7 @@ mod tests {
             std::fs::write(&path, text).expect("a file");
             Settings::load(&path)
         };
-        let others = Settings { names: false, zoom: 1.5, ..Settings::default() };
+        let others = Settings { names: false, ui_scale: 1.5, ..Settings::default() };
         for unknown in ["\"tlh\"", "\"\"", "null", "7", "[\"de\"]", "{\"code\": \"de\"}"] {
             let text = format!("{{\"language\": {unknown}, \"names\": false, \"zoom\": 1.5}}");
             assert_eq!(read(&text), (others.clone(), None), "{unknown}");
@@ -376,10 +378,11 @@ mod tests {
     fn a_scale_outside_its_range_is_limited() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        for (saved, zoom) in [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e30", 3.0)]
+        for (saved, ui_scale) in
+            [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e30", 3.0)]
         {
             std::fs::write(&path, format!("{{\"zoom\": {saved}}}")).expect("a file");
-            assert_eq!(Settings::load(&path), (Settings { zoom, ..Settings::default() }, None), "{saved}");
+            assert_eq!(Settings::load(&path), (Settings { ui_scale, ..Settings::default() }, None), "{saved}");
         }
     }
 

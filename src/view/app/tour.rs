@@ -7,7 +7,7 @@
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
-use super::flight::{FLIGHT_S, Flight, OUTSIDE_RADII, Pose, ease_in_out};
+use super::flight::{FLIGHT_S, Flight, OUTSIDE_BODY_RADII, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::request::Projection;
@@ -108,7 +108,7 @@ const LIFT_PER_RAD: f64 = 0.3;
 
 /// What a tour shows at one time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TourMoment {
+pub struct TourFrame {
     pub view: ViewState,
     /// Number of the stop, from 0; on a camera path, the stop at its end.
     pub stop: usize,
@@ -184,7 +184,7 @@ impl Tour {
     }
 
     /// Number of stops.
-    pub fn stops(&self) -> usize {
+    pub fn stop_count(&self) -> usize {
         self.stops.len()
     }
 
@@ -200,17 +200,17 @@ impl Tour {
     }
 
     /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
-    pub fn at(&self, elapsed_s: f64) -> TourMoment {
+    pub fn at(&self, elapsed_s: f64) -> TourFrame {
         let mut remaining_s = elapsed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
-                return TourMoment { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
+                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
             }
             remaining_s -= stop.travel_s;
             if remaining_s < stop.hold_s || k == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
-                return TourMoment {
+                return TourFrame {
                     view: stop.view_after(held_s),
                     stop: k,
                     is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
@@ -219,7 +219,7 @@ impl Tour {
             remaining_s -= stop.hold_s;
         }
         // A tour has at least one stop, so the index is valid.
-        TourMoment { view: self.stops[last].final_view(), stop: last, is_changing: false }
+        TourFrame { view: self.stops[last].final_view(), stop: last, is_changing: false }
     }
 }
 
@@ -249,7 +249,7 @@ impl CameraPath {
             let camera = viewer.camera;
             let camera_body = view.eye.body();
             let from_camera_body_km = match (view.eye, viewer.stands_on) {
-                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_RADII * radius_km(camera_body),
+                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body),
                 (_, Some(ground)) => camera.position_km - ground.centre_km,
                 (_, None) => {
                     camera.position_km
@@ -276,17 +276,17 @@ impl CameraPath {
         // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
         // Clamped, because rounding could exceed the greatest field of view.
-        let between = |from_deg: f64, to_deg: f64| {
+        let interpolated_deg = |from_deg: f64, to_deg: f64| {
             (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
         };
         let to_fisheye_deg = to.composition.fisheye_deg;
-        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| between(from_deg, to_fisheye_deg));
+        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| interpolated_deg(from_deg, to_fisheye_deg));
         ViewState {
             composition: CompositionState { fisheye_deg, ..to.composition.clone() },
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,
             eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
             tracks: false,
-            fov_deg: between(self.from_fov_deg, to.fov_deg),
+            fov_deg: interpolated_deg(self.from_fov_deg, to.fov_deg),
             paused: Some(true),
             ..to.clone()
         }

@@ -69,7 +69,7 @@ impl CameraPose {
     }
 
     /// Calls `check` for each number: with whether it is possible, and the message if it is not.
-    fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
             check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
@@ -157,7 +157,7 @@ fn default_true() -> bool {
 }
 
 /// Default field of view.
-pub(crate) const FOV_DEG: f64 = 45.0;
+pub(crate) const DEFAULT_FOV_DEG: f64 = 45.0;
 pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
@@ -170,7 +170,7 @@ impl ViewState {
             target: body,
             eye: inertial_orbit_pose(body, orbit),
             tracks: true,
-            fov_deg: FOV_DEG,
+            fov_deg: DEFAULT_FOV_DEG,
             roll_deg: 0.0,
             exposure_stops: None,
             tone_map: ToneMap::default(),
@@ -215,7 +215,7 @@ impl ViewState {
             return Err(ViewStateError::Field(error));
         }
         let mut request = ViewRequest::of(self.target, self.time());
-        let pose = self.pose(catalog, ephemeris)?;
+        let pose = self.request_pose(catalog, ephemeris)?;
         request.position = pose.position;
         request.look = pose.look;
         request.up = pose.up;
@@ -269,12 +269,12 @@ impl ViewState {
                 check(false, &|| format!("effects: {e}"));
             }
         }
-        self.eye.field_errors(&mut check);
-        self.composition.field_errors(&mut check);
+        self.eye.check_fields(&mut check);
+        self.composition.check_fields(&mut check);
         errors
     }
 
-    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
+    fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.eye.body())?;
@@ -364,7 +364,7 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
 pub(crate) const MAX_TYPED_LONGITUDE_DEG: f64 = 360.0;
 
 /// A longitude within ±180 degrees, which is unchanged, or the same meridian within this range.
-pub(crate) fn within_half_turn_deg(longitude_deg: f64) -> f64 {
+pub(crate) fn wrapped_longitude_deg(longitude_deg: f64) -> f64 {
     if (-180.0..=180.0).contains(&longitude_deg) { longitude_deg } else { (longitude_deg + 180.0).rem_euclid(360.0) - 180.0 }
 }
 

@@ -127,7 +127,7 @@ mod tests {
     fn settings_of_a_newer_version_survive_this_one() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        let ours = Settings { zoom: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
+        let ours = Settings { ui_scale: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
         let mut newer = serde_json::to_value(ours.saved()).expect("JSON");
         newer["telescope"] = json!({"aperture_mm": 150});
         let mut unknown = newer["bookmarks"][0].clone();
@@ -137,7 +137,7 @@ mod tests {
         newer["recent"] = json!([unknown]);
         std::fs::write(&path, newer.to_string()).expect("a file");
         let (settings, notice) = Settings::load(&path);
-        assert_eq!((settings.zoom, &settings.bookmarks), (1.1, &ours.bookmarks));
+        assert_eq!((settings.ui_scale, &settings.bookmarks), (1.1, &ours.bookmarks));
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
         // This version saves a change; nothing of the newer one is lost.
