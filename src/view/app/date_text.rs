@@ -13,7 +13,7 @@ const MONTHS: [&str; 12] =
 const GERMAN_MONTHS: [&str; 12] =
     ["januar", "februar", "märz", "april", "mai", "juni", "juli", "august", "september", "oktober", "november", "dezember"];
 
-/// Words that name UTC.
+/// Words that say that a time is in UTC, in lower case.
 const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 
 /// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
@@ -56,14 +56,14 @@ struct Parts<'t> {
     time_of_day: Option<&'t str>,
 }
 
-/// Sets a part; `None` if it is already set.
+/// Sets a part of a date; `None` if it was set before.
 fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
     part.is_none().then(|| *part = Some(value))
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is not part of a date, a part occurs twice, an era has no positive year, a time of day is announced (`at`) but missing, or a day
-    /// has no month.
+    /// `None` if a word is not part of a date, a part occurs twice, an era has no positive year, no time of day follows a word such as `at`, or a day has
+    /// no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut is_before_christ = None;

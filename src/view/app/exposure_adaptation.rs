@@ -1,16 +1,17 @@
-//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of an image's scene computes.
+//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of each image's scene computes.
 //!
 //! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
-//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`) in the real time t of the requests, whatever the frame rate and the
-//! number of requests on their way. The first image has the metered exposure, and so have the first after a cut and the first after manual
-//! exposure. A cut is another target, camera body or kind of camera pose, but not a change into or out of a free pose, because flights use it;
-//! another quantity shown by the pixels is a cut, too. This module reads no clock. Saved images do not adapt: their automatic exposure is the
-//! metered value.
+//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`), where t is the real time between requests, whatever the frame rate and the
+//! number of pending requests. The first image has the metered exposure, and so have the first after a cut and the first after manual exposure.
+//! This module reads no clock. Saved images do not adapt: their automatic exposure is the metered value.
 //!
-//! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the last
-//! image with the old value. While images follow one another, this is too early by at most the interval between two requests. The first image with the
-//! new value is ahead by one more interval, because its request did not wait for the last image with the old value. If no image was requested for
-//! several time constants before the change, the first images after it have the metered exposure at once.
+//! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
+//! only a change of the pixel view is a cut, because flights use free poses.
+//!
+//! A changed metered value becomes known only when the first image with it is finished. The decay towards it is then counted from the request of the
+//! last image with the old value. During continuous drawing, this is too early by at most the interval between two requests. The first image with the
+//! new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was requested
+//! for several time constants before the change, the first images after it have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -25,7 +26,7 @@ pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 /// Number of consecutive failed images after which no further image is requested for the adaptation alone. The cause of a failure usually lasts.
 const MAX_FAILURES: u32 = 3;
 
-/// The parts of a view whose change is a cut; the head of this file states the exceptions.
+/// The parts of a view whose change is a cut; the module comment states the exceptions.
 #[derive(Clone, Copy, PartialEq)]
 struct ViewIdentity {
     target: NaifId,
@@ -51,7 +52,7 @@ impl ViewIdentity {
     }
 }
 
-/// Which request an image belongs to. It travels with the job, and returns with its image or with the reason why there is none.
+/// Identifies the request of an image. The job carries it, and its result returns it: the image, or the reason why there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExposureTicket {
     /// Requests are numbered from 1. The default, 0, belongs to no request, and its image is ignored.
@@ -60,7 +61,7 @@ pub struct ExposureTicket {
     requested_s: f64,
 }
 
-/// The state of the adaptation at the request of the last finished image.
+/// The exposure of the last finished image, as if it had adapted continuously.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastExposure {
     stops: f64,
@@ -79,14 +80,16 @@ impl LastExposure {
     }
 }
 
+/// The state of the adaptation.
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
+    /// Of the view of the newest request.
     identity: Option<ViewIdentity>,
     /// `None`: the next request is for the metered exposure.
     last: Option<LastExposure>,
     /// Number of the newest request.
     newest_request: u64,
-    /// Images of requests up to this number are ignored: they show a view before the last cut, or have a manual exposure.
+    /// Images of requests with at most this number are ignored: they show a view before the last cut, or were requested before or during manual exposure.
     last_ignored_request: u64,
     /// Number of the newest request whose image is finished or has failed. Some requests are never answered, because a newer one replaces
     /// them before they are started, but the newest one always is.
@@ -163,7 +166,7 @@ mod tests {
 
     /// Frames of the interface per second.
     const FRAME_RATE_HZ: f64 = 60.0;
-    /// The part of a step that is covered after one time constant.
+    /// The fraction of a step of the metered value that is covered after one time constant.
     const COVERED: f64 = 1.0 - 1.0 / std::f64::consts::E;
 
     fn view(target: NaifId) -> ViewState {
@@ -250,7 +253,7 @@ mod tests {
         images
     }
 
-    /// An image takes 50 or 100 ms, and two requests are on their way. From the second image after a step on, the remaining difference is exp(-t / T)
+    /// An image takes 50 or 100 ms, and two requests are pending. From the second image after a step on, the remaining difference is exp(-t / T)
     /// of the step, where t counts from the request of the last image before the step. Successive requests are apart by at most the times of one
     /// image and one frame. So the first image that covers 1 - 1/e of the step is requested T after the step, with at most this error.
     #[test]

@@ -1,8 +1,8 @@
-//! The first view of a window: a body seen from its lit side; beside the Earth also the Moon, if its phase allows.
+//! The first view of a window: a body seen from its lit side; if it is the Earth, with the Moon beside it where possible.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 57 degrees from the Sun is left
-//! out: the camera could show it only beside a thin crescent of the Earth. Some Moons within 10 degrees of the point opposite the Sun are left out,
-//! too: none of the directions that are tried shows them beside the Earth.
+//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. The Moon is left out if it is less than about 57 degrees
+//! from the Sun: the camera could show it only beside a thin crescent of the Earth. Within 10 degrees of full moon it may be left out, too, if none of
+//! the camera directions that are tried shows it beside the Earth.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
@@ -12,20 +12,20 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle from the direction of the Sun to that of the camera, before the camera is moved towards the pole; with it the terminator is visible.
+/// Angle at the body's centre between the Sun and the camera, before the camera is moved towards the pole: the terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
 /// Range and step of the values of this angle that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
-/// Offset of the camera towards the pole, as a fraction of the distance.
+/// Offset of the camera towards the pole, as a fraction of its distance from the body's centre.
 const POLE_OFFSET: f64 = 0.25;
 /// The offsets that are tried for a view with the Moon.
 const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
-/// Greatest horizontal distance of the Moon from the image's centre, as the tangent of an angle.
+/// Greatest horizontal distance of the Moon from the image's centre. This distance and the next two are tangents of angles at the camera.
 const MOON_MAX_HORIZONTAL_TAN: f64 = 0.5;
-/// Lowest and highest position of the Moon in the image, as tangents: above the row *What to see now*, and below the upper edge.
+/// Lowest and highest position of the Moon in the image: above the row *What to see now*, and below the upper edge.
 const MOON_HEIGHTS_TAN: [f64; 2] = [-0.1, 0.33];
-/// Least distance of the Moon from the image's centre, as a tangent: just outside the Earth's disc.
+/// Least distance of the Moon from the image's centre: just outside the Earth's disc.
 const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 
 /// The first view of a body at a time.

@@ -1,9 +1,9 @@
-//! The events around the displayed time that have been found so far, and the next search for more.
+//! The events of the timeline that have been found so far, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
-//! gaps. Of its two ends, the one closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
-//! than the length of one search, the search starts again there. Where the ephemeris ends within a search, shorter ones approach its end. Not here: the
-//! thread that searches, and the painting.
+//! gaps; the end of it that is closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
+//! than the length of one search, all events are dropped and the search starts again there. If a search reaches beyond the ephemeris, shorter ones
+//! approach the end of the ephemeris. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -19,8 +19,8 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Length below which a search is not shortened further, seconds: the part that stays unsearched at the end of the ephemeris is shorter than two days, besides
-/// the margin that the search itself needs.
+/// Shortest search, seconds. So the part of the ephemeris at its end that is never searched is shorter than two days, besides the margin that the search itself
+/// needs.
 const MIN_SEARCH_S: f64 = SECONDS_PER_DAY;
 /// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
@@ -31,12 +31,12 @@ pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     /// Length of one search.
     step_s: f64,
-    /// Length of the next search before the searched span, and after it: halved after each search from the first one that failed because it reaches
-    /// beyond the ephemeris.
+    /// Lengths of the next search before the searched span and of the next one after it. Once a search on a side has reached beyond the ephemeris, the
+    /// length for this side is halved after each search.
     lengths_s: [f64; 2],
     /// Start and end of the searched span, TDB seconds past J2000.
     searched: Option<(f64, f64)>,
-    /// Whether the searches before the searched span, and those after it, have reached the end of the ephemeris.
+    /// Whether nothing is left to search before the searched span, and after it, because the ephemeris ends there.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -46,13 +46,13 @@ pub(crate) struct KnownEvents {
 pub(crate) struct NextSearch {
     pub search: EventSearch,
     backward: bool,
-    /// The end of the searched span from which the search starts.
+    /// The end of the searched span at which the search starts, TDB seconds past J2000.
     from_s: f64,
     length_s: f64,
 }
 
 impl KnownEvents {
-    /// An empty store of events. `step_days`: length of one search.
+    /// No events yet. `step_days`: length of one search.
     pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         let step_s = step_days * SECONDS_PER_DAY;
         Self { kinds, step_s, lengths_s: [step_s; 2], searched: None, is_exhausted: [false; 2], events: Vec::new() }
@@ -79,7 +79,7 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, from_s: start_s, length_s })
     }
 
-    /// Stores the result of a search; `None`: at least a part of it is outside the ephemeris. The result is dropped if the search does not extend the current span.
+    /// Stores the result of a search; `None` if a part of the search is outside the ephemeris. The result is dropped if it does not adjoin the searched span.
     pub(crate) fn add_result(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if search.backward { first_s } else { last_s };
@@ -87,7 +87,8 @@ impl KnownEvents {
             return;
         }
         let side = usize::from(!search.backward);
-        // Once a search has failed, the ephemeris ends within its length, and after each further one, within half the length of the one before.
+        // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end is within
+        // the length of that search.
         if found.is_none() || search.length_s < self.step_s {
             self.lengths_s[side] = 0.5 * search.length_s;
             self.is_exhausted[side] = self.lengths_s[side] < MIN_SEARCH_S;

@@ -1,6 +1,7 @@
 //! The view of a well-known moment of the catalog.
 //!
-//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment.
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment or the catalog lacks its
+//! body.
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};

@@ -1,7 +1,7 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; its rate of
-//! time. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of
+//! time at which the view runs. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
 //! `PresetChanges` undoes this for the next view.
 
 use super::body_positions::BodyPositions;
@@ -28,9 +28,9 @@ const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
 /// Altitude of the middle of its image; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
-/// Stops by which stars are brightened, compared with a photograph of the night sky.
+/// Stops by which stars, Milky Way and zodiacal light are brightened, chosen by eye.
 const SKY_STARS_BOOST: f64 = 2.0;
-/// Altitude of the Sun below which the sky is dark.
+/// Altitude of the Sun below which the sky counts as dark: in the middle of astronomical twilight (-12 to -18 degrees).
 const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
 /// Time step and length of the search for a dark sky, seconds.
 const DARK_STEP_S: f64 = 600.0;
@@ -67,7 +67,7 @@ impl Preset {
         })
     }
 
-    /// Words by which the search field finds this preset, besides its name.
+    /// English and German words by which the search field finds this preset, besides its name.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
@@ -97,7 +97,7 @@ impl Preset {
             }
             Self::SkyTonight => {
                 let time = dark_time(positions, now, home)?;
-                // The part of the sky in which the Sun, the Moon and the planets culminate.
+                // North or south, where the Moon and the planets culminate.
                 let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
                 let eye = CameraPose::Ground {
                     body: NaifId::EARTH,

@@ -26,7 +26,7 @@ use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
 
-/// What a suggestion selects.
+/// What the user chooses with a suggestion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SearchTarget {
     Body(NaifId),
@@ -111,8 +111,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found
 }
 
-/// What the user may have meant by a text that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
-/// corrected spelling of words for events and views.
+/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
+/// its words for events and views spelled correctly, if that matches something.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
@@ -122,9 +122,9 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
         false => word.to_owned(),
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
-    let is_new = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
+    let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
     let similar_names = nearest(text, names(viewer)).into_iter().map(str::to_owned);
-    similar_names.chain(is_new.then_some(corrected_text)).collect()
+    similar_names.chain(is_useful.then_some(corrected_text)).collect()
 }
 
 /// All names of bodies, stars and cities.
@@ -179,7 +179,7 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    // Fewer than three letters occur in too many names.
+    // One or two letters occur in too many names.
     let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
     let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
     named.map(|m| {
@@ -267,15 +267,15 @@ const GERMAN_WORDS: [(&str, &str); 18] = [
     ("von", "of"),
 ];
 
-/// A text with its German words for events translated to English.
+/// A text in lower case with its German words for events translated to English.
 fn in_english(lower: &str) -> String {
     let english =
         |word: &str| GERMAN_WORDS.iter().find(|(german, _)| *german == word).map_or(word.to_owned(), |(_, word)| (*word).to_owned());
     lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
 }
 
-/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns its name, the kinds,
-/// and the start of the year if the text states one.
+/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns a name for the
+/// search, the kinds of events, and the start of the year if the text states one.
 fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
@@ -307,14 +307,14 @@ const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
 const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star.
 const STAR_FOV_DEG: f64 = 20.0;
-/// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
+/// Distance of the camera from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
 /// `years_since_epoch`: Julian years since the epoch of the star catalog.
 pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
     let pole = positions.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
-    // As seen from the solar system's barycentre: the annual parallax is invisible in this field of view.
+    // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {

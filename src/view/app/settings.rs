@@ -22,11 +22,11 @@ use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
 pub(crate) const UI_SCALE_RANGE: RangeInclusive<f32> = 0.6..=3.0;
-/// Width and height of the smallest window, points, to which larger text may reduce a window: its panels can still be scrolled to each control.
+/// Smallest width and height of a window, in points at its scale, at which the user can still scroll to each control of a panel.
 const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
-/// Number of files set aside that are kept.
+/// Number of unusable settings files that are kept under other names (`.broken`).
 const MAX_SET_ASIDE: usize = 5;
 /// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
@@ -77,15 +77,15 @@ pub struct HintsFollowed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PanelLayout {
-    /// The list of bodies is shown.
+    /// Whether the list of bodies is shown.
     pub bodies_shown: bool,
     /// Name of the open panel.
     pub open: Option<String>,
     /// Name of the panel that is kept open on the other side.
     pub kept: Option<String>,
-    /// Panels are on the left, next to the list of bodies.
+    /// Whether panels are on the left, next to the list of bodies.
     pub on_left: bool,
-    /// Width of the list of bodies, points. `None`, as for the other widths: never changed.
+    /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
     /// Width of panels with source text or two images.
@@ -97,7 +97,7 @@ pub struct PanelLayout {
     pub timeline_shown: bool,
     /// Span of the timeline.
     pub timeline_span_s: f64,
-    /// *What to see now* is shown over the sky; false after the first input of a new user.
+    /// *What to see now* is shown over the image. False once the user has closed it, caused an action other than a pause, or opened or closed a panel.
     pub now_shown: bool,
     /// Size of the viewport in the last run, pixels: the first image is requested before the window has a size.
     pub viewport_px: [u32; 2],
@@ -139,13 +139,14 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor for a window of this width and height (points at scale 1): that of the settings, or, if the bars would leave no room for the panels, a
-/// smaller one, but not below 1. The control that reduces the scale is in a panel.
+/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. If it is more than 1 and would leave no room
+/// for the panels, it is reduced, at most to 1: the control that changes it is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
 }
 
+/// The settings of the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
@@ -183,7 +184,7 @@ pub struct Settings {
     /// The last views that the user left, newest first. Written by `other_version::Saved`.
     #[serde(skip_serializing)]
     pub recent: Vec<Bookmark>,
-    /// What only another version of the program can read.
+    /// The parts of the file that only another version of the program can read.
     #[serde(skip)]
     pub other_version: OtherVersion,
 }
@@ -212,7 +213,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Adds a view at the head of the list of recent views.
+    /// Adds a view to the recent views, as the newest.
     pub(crate) fn add_recent(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
@@ -267,17 +268,18 @@ impl Settings {
     }
 }
 
-/// [`set_aside`], where both outcomes are only told.
+/// Sets a file aside. Returns a text for the user: where the file is now, or why it could not be renamed.
 fn set_aside_message(path: &Path) -> String {
     set_aside(path).unwrap_or_else(|reason| reason)
 }
 
-/// Renames a file that cannot be used as settings. Returns a text that says where it is now, or as the error why it could not be renamed.
+/// Sets a file that cannot be used as settings aside: appends `.broken` to its name, or `.broken-2` and so on. Returns a text for the user: where the file is
+/// now, or, as the error, why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
     let mut earlier = set_aside_numbers(path);
-    // Above all others, also where earlier ones were removed, so that the highest number is the newest file.
+    // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
     let mut number = earlier.last().map_or(1, |last| last + 1);
-    // In a folder that cannot be listed, or beside a file of the user.
+    // The name may be taken all the same: the folder may not be listable.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
@@ -285,7 +287,7 @@ fn set_aside(path: &Path) -> Result<String, String> {
     std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
     earlier.truncate((earlier.len() + 1).saturating_sub(MAX_SET_ASIDE));
     for number in earlier {
-        // One that cannot be removed is tried again when the next file is set aside.
+        // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }
     Ok(format!("kept as {}", aside.display()))
@@ -298,13 +300,13 @@ fn set_aside_path(path: &Path, number: u32) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The numbers of the files that were set aside, ascending; empty if the folder cannot be listed. A link whose target is missing occupies its number as well.
+/// The numbers of the files that were set aside, ascending; empty if the folder cannot be listed. Symbolic links count, even if their target is missing.
 fn set_aside_numbers(path: &Path) -> Vec<u32> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Some(settings_name) = path.file_name().and_then(|n| n.to_str()) else { return Vec::new() };
     let number = |name: &str| match name.strip_prefix(settings_name)?.strip_prefix(".broken")? {
         "" => Some(1),
-        // Only as the program writes it: `settings.json.broken-02` is a file of the user.
+        // Only names that the program writes: `settings.json.broken-02` is a file of the user.
         rest => rest.strip_prefix('-')?.parse::<u32>().ok().filter(|n| (2..1 << 30).contains(n) && rest == format!("-{n}")),
     };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();

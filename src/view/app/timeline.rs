@@ -113,12 +113,12 @@ impl TimeAxis {
         self.start_tdb_s() + points / self.width * self.span_s
     }
 
-    /// The time that a distance in points spans, seconds.
+    /// The duration that a distance in points stands for, seconds.
     pub(crate) fn duration_s(&self, points: f64) -> f64 {
         points / self.width * self.span_s
     }
 
-    /// Ticks along the axis, in the time zone of `zone`; empty if the axis starts outside the calendar.
+    /// Ticks along the axis, at whole dates and hours of `zone`; empty if the axis starts outside the calendar.
     pub(crate) fn ticks(&self, zone: ShownTimeZone) -> Vec<Tick> {
         let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_DISTANCE_POINTS;
         let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
@@ -134,6 +134,7 @@ impl TimeAxis {
 }
 
 impl TickInterval {
+    /// Mean length, seconds.
     fn seconds(self) -> f64 {
         match self {
             Self::Hours(n) => f64::from(n) * HOUR_S,

@@ -32,7 +32,7 @@ pub enum TourError {
     /// Not JSON, or not the fields of a tour.
     #[error("not a tour: {0}")]
     Json(#[from] serde_json::Error),
-    #[error("a tour has at least one stop: add to \"stops\"")]
+    #[error("a tour has at least one stop: add one to \"stops\"")]
     Empty,
     /// More stops than a tour may have.
     #[error("{0} stops; a tour has at most {MAX_STOPS}")]
@@ -106,7 +106,7 @@ const NEAR_RADII: f64 = 1.2;
 /// Fraction by which a path is raised in its middle, per radian of the angle between its ends as seen from the body's centre.
 const LIFT_PER_RAD: f64 = 0.3;
 
-/// What a tour shows at one time.
+/// What a tour shows at a time after its start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourFrame {
     pub view: ViewState,
@@ -178,7 +178,7 @@ impl Tour {
         if stops.is_empty() { Err(TourError::Empty) } else { Ok(Self { title: file.title, stops }) }
     }
 
-    /// Total length, seconds.
+    /// Total length, real seconds.
     pub fn length_s(&self) -> f64 {
         self.stops.iter().map(|s| s.travel_s + s.hold_s).sum()
     }
@@ -193,7 +193,7 @@ impl Tour {
         self.stops.get(stop).map_or("", |s| s.text.as_str())
     }
 
-    /// Time at which the camera arrives at a stop, seconds from the start.
+    /// Time at which the camera arrives at a stop, real seconds from the start of the tour.
     pub fn arrival_s(&self, stop: usize) -> f64 {
         let before: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
         before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
@@ -244,7 +244,7 @@ impl CameraPath {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The image size does not affect the position of the camera.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
-            // The scene's viewer: the camera, and the body on whose ground it stands, if any.
+            // The camera of the scene, and the body on whose ground it stands, if any.
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
             let camera_body = view.eye.body();
@@ -275,7 +275,7 @@ impl CameraPath {
         let eased = ease_in_out(fraction);
         // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
-        // Clamped, because rounding could exceed the greatest field of view.
+        // Interpolates the logarithm, so that the zoom is even. Clamped, because rounding could exceed the greatest field of view.
         let interpolated_deg = |from_deg: f64, to_deg: f64| {
             (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
         };

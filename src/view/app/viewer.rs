@@ -1,7 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. All of these are plain values.
 //!
 //! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
-//! going back restores the previous view; the current time comes from the given clock. Not here: the window and the panels, turns and zooms
+//! *Back* restores the previous view; the current time comes from the given clock. Not here: the window and the panels, turns and zooms
 //! (`camera_motion`).
 
 mod camera_motion;
@@ -20,7 +20,7 @@ use crate::view::app::view_state::{
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
 
-/// A body that can be looked at.
+/// A body that the user can select: what the window needs of a [`Body`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     pub id: NaifId,
@@ -49,7 +49,7 @@ impl Subject {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
-    /// Fly to the next body of the list (1), or to the previous body (-1).
+    /// Fly to the body this many entries after the selected one in the list: 1 for the next, -1 for the previous body.
     SelectNext(i32),
     FlyTo(NaifId),
     /// Turn the camera about its body by a drag in pixels, right and down; a camera that does not orbit looks around instead.
@@ -105,16 +105,16 @@ const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
-/// Least field of view from another body: it shows a small disc with its surroundings.
+/// Least field of view of a body seen from another one: it shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view for a larger disc, such as Jupiter's from its moons, in apparent diameters of the disc.
+/// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
-/// Maximum number of views to go back.
+/// Maximum number of views in the history.
 const MAX_HISTORY: usize = 64;
 
-/// A view of the history.
+/// A view in the history.
 struct PastView {
     view: ViewState,
     /// See [`Viewer::preset_changes`].
@@ -209,7 +209,7 @@ impl Viewer {
         begins.chain(contains).take(max_count).collect()
     }
 
-    /// Applies an action. `height_px`: the image's height; `places`: where the bodies are.
+    /// Applies an action. `height_px`: the image's height; `positions`: of the bodies.
     pub fn apply(&mut self, action: Action, height_px: f64, positions: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
@@ -258,7 +258,7 @@ impl Viewer {
         }
     }
 
-    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
+    /// Interval between the images that passing time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
     /// to real time, 1/60 at higher speeds.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
@@ -302,8 +302,8 @@ impl Viewer {
         PastView { view: self.destination(), preset_changes: self.preset_changes }
     }
 
-    /// Stores the view in the history, then undoes the brightness that a preset has set, because the next view is of another place. The history keeps
-    /// the view as it was.
+    /// Stores the view in the history before the camera goes elsewhere, then undoes the brightness of stars and the exposure that a preset has set. The
+    /// history keeps the view as it was.
     fn leave_view(&mut self) {
         self.push_history();
         if let Some(changes) = self.preset_changes.take() {
@@ -331,7 +331,7 @@ impl Viewer {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination() }
     }
 
-    /// Restores the previous view of the history (`back`), or the next one.
+    /// Restores the previous view (`back`) or the next view of the history.
     fn step_history(&mut self, back: bool) {
         let current = self.current_view();
         let (from, to) =
@@ -355,7 +355,7 @@ impl Viewer {
         self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Position and orientation of the camera relative to a body.
+    /// Position of the camera relative to the centre of a body, and its orientation.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let camera_body = self.view.eye.body();
@@ -422,7 +422,7 @@ impl Viewer {
         }
     }
 
-    /// Ends a flight at its destination, which has an orbit that a drag can change.
+    /// Ends a flight at once: the camera takes the pose of the destination, an orbit that drags can change.
     fn end_flight(&mut self) {
         if let Some((_, destination)) = self.flight.take() {
             self.view.eye = destination;
@@ -436,7 +436,7 @@ impl Viewer {
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
-    /// Faces a body from where the camera is. A camera at the centre of this body cannot face it.
+    /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
     fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         if self.view.eye == (CameraPose::Centre { body: id }) {
             return;

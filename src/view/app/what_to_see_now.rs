@@ -12,6 +12,7 @@ use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
 use crate::view::language::dates::day_text;
 use crate::view::language::{catalog_text, decimal, text};
 use std::sync::Arc;
@@ -25,19 +26,24 @@ const SATURN_DISTANCE_RADII: f64 = 6.0;
 const SATURN_SUN_AZIMUTH_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
-/// Length of the search for the next eclipse, seconds; a year has four to seven eclipses.
-const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
+/// Length of the search for the next eclipse, seconds. It always finds one, because a year has four to seven eclipses.
+const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
-/// Name in the catalog of the moment whose shader is shown.
+/// Name in the catalog of the moment of [`NowItem::Shader`].
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
 /// The five views, in the order of the row of thumbnails (`view::panels::what_to_see_now`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
+    /// The Moon as it is now, from the Earth's centre.
     Moon,
+    /// The next eclipse of the Sun or the Moon.
     Eclipse,
+    /// Saturn as it is now, with its rings.
     Saturn,
+    /// A moment of the catalog with shadows of moons on a planet.
     Shadows,
+    /// A moment of the catalog; choosing it also opens the shader that draws it.
     Shader,
 }
 

@@ -1,7 +1,7 @@
 //! How actions move the camera: they turn it about its body or on the spot, zoom, or change the frame in which it orbits.
 //!
-//! In: motions of the mouse and positions of bodies. Out: the camera pose of the view. Always: the first motion starts in the direction that the
-//! last image had.
+//! In: motions of the mouse and positions of bodies. Out: the camera pose of the view. Always: a motion starts in the direction of the
+//! last image, also after a tour, or if the camera tracked a body until then.
 
 use super::Viewer;
 use crate::catalog::NaifId;
@@ -19,6 +19,7 @@ use glam::{DMat3, DVec3};
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
 
 impl Viewer {
+    /// Turns the camera about its body by a drag in pixels, right and down. A camera that does not orbit looks around instead.
     pub(super) fn turn(&mut self, dx: f64, dy: f64, height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
@@ -83,6 +84,7 @@ impl Viewer {
         *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
     }
 
+    /// Starts or stops tracking the target; where it stops, the camera keeps its direction.
     pub(super) fn track(&mut self, on: bool, positions: &dyn BodyPositions) {
         self.leave_free_pose(positions);
         if !on {
@@ -91,8 +93,8 @@ impl Viewer {
         self.view.tracks = on;
     }
 
-    /// If the camera tracks another body than the one that it stands on or orbits, stores the direction to that body in its own angles. Otherwise the
-    /// camera would jump to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric,
+    /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of the camera's pose. Without
+    /// this, the camera would jump to the stored angles, which no image has shown, when the tracking ends. The stored direction is geometric,
     /// without the planetary aberration that an image includes: from the Earth some 20 arcsec for the Sun, at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.eye.body();
@@ -143,6 +145,7 @@ impl Viewer {
         }
     }
 
+    /// Changes the axes of an orbit to body-fixed ones (`make_fixed`) or to ICRF, and keeps the camera in place.
     pub(super) fn rotate_with_body(&mut self, make_fixed: bool, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
@@ -161,6 +164,7 @@ impl Viewer {
         }
     }
 
+    /// Resets the roll and tracks the target; a camera in an orbit faces the body that it orbits.
     pub(super) fn face_selected(&mut self, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
@@ -173,7 +177,7 @@ impl Viewer {
     }
 }
 
-/// A place above the reference ellipsoid.
+/// A place above the reference ellipsoid: planetographic latitude, east longitude, height.
 struct GroundPlace {
     latitude_deg: f64,
     longitude_deg: f64,
@@ -211,13 +215,13 @@ impl GroundPlace {
     }
 }
 
-/// The roll, degrees, that turns an up vector about `forward` to another one. A positive roll turns the up vector by a negative angle.
+/// The roll, degrees, that turns `unrolled_up` about `forward` to `up`. A positive roll turns the up vector by a negative angle.
 fn roll_deg(forward: DVec3, unrolled_up: DVec3, up: DVec3) -> f64 {
     (-up.dot(forward.cross(unrolled_up)).atan2(up.dot(unrolled_up)).to_degrees()).rem_euclid(360.0)
 }
 
-/// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors; the first two are measured from `inward`, the direction from an orbit to
-/// its body. All vectors are in the same axes; `forward` and `inward` are unit vectors.
+/// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors. Yaw and pitch are measured from `inward`, the direction from the camera to the
+/// body that it orbits. All vectors are in the same axes; `forward` and `inward` are unit vectors.
 fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f64; 3] {
     let (inward, level_up) = rotated_view(inward, pole, 0.0, 0.0);
     let right = inward.cross(level_up);

@@ -1,7 +1,9 @@
+//! Tests of the viewer with bodies on a line.
+
 use super::*;
 use crate::view::app::view_state::MIN_FOV_DEG;
 
-/// The Sun at the origin, bodies on the x axis. All have the same orientation.
+/// The Sun at the origin, the other bodies on the x axis. All bodies rotate about z with the same angle, 1e-4 rad/s.
 struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
