@@ -61,11 +61,12 @@ pub struct ExposureTicket {
     requested_s: f64,
 }
 
-/// The exposure of the last finished image, as if it had adapted continuously.
+/// The adapted exposure at the request of the last finished image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastExposure {
+    /// The exposure of the image, or, if images overlapped, the exposure that continues the adaptation; see [`ExposureAdaptation::record`].
     stops: f64,
-    /// The image had the metered exposure.
+    /// Whether the image had the metered exposure.
     is_metered: bool,
     /// Real time of the request, seconds.
     requested_s: f64,

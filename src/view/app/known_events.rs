@@ -88,7 +88,7 @@ impl KnownEvents {
         }
         let side = usize::from(!search.backward);
         // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end is within
-        // the length of that search.
+        // the length of that search from the searched span.
         if found.is_none() || search.length_s < self.step_s {
             self.lengths_s[side] = 0.5 * search.length_s;
             self.is_exhausted[side] = self.lengths_s[side] < MIN_SEARCH_S;

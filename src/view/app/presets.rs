@@ -1,8 +1,8 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
 //! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of
-//! time at which the view runs. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
-//! `PresetChanges` undoes this for the next view.
+//! time at which the view runs. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of
+//! stars and the exposure; `PresetChanges` undoes this for the next view.
 
 use super::body_positions::BodyPositions;
 use super::orbit_camera::OrbitCamera;
@@ -28,9 +28,9 @@ const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
 /// Altitude of the middle of its image; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
-/// Stops by which stars, Milky Way and zodiacal light are brightened, chosen by eye.
+/// Stops by which stars, Milky Way and zodiacal light are brightened.
 const SKY_STARS_BOOST: f64 = 2.0;
-/// Altitude of the Sun below which the sky counts as dark: in the middle of astronomical twilight (-12 to -18 degrees).
+/// Altitude of the Sun below which the sky counts as dark: the middle of astronomical twilight (-12 to -18 degrees).
 const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
 /// Time step and length of the search for a dark sky, seconds.
 const DARK_STEP_S: f64 = 600.0;

@@ -117,9 +117,11 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
     let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
-    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known_words.contains(&word) {
-        true => nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
-        false => word.to_owned(),
+    let corrected = |word: &str| {
+        if word.parse::<f64>().is_ok() || known_words.contains(&word) {
+            return word.to_owned();
+        }
+        nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned())
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
     let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();

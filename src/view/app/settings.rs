@@ -279,7 +279,7 @@ fn set_aside(path: &Path) -> Result<String, String> {
     let mut earlier = set_aside_numbers(path);
     // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
     let mut number = earlier.last().map_or(1, |last| last + 1);
-    // The name may be taken all the same: the folder may not be listable.
+    // The name may be taken all the same, for example if the folder cannot be listed.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }

@@ -239,6 +239,7 @@ impl CameraPath {
     /// The path between two views, relative to the body of the second view.
     fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
         let body = to.eye.body();
+        let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
         let radius_km = |id| session.catalog().body(id).map_or(0.0, |b| b.radii_km.max_element());
         let pose = |view: &ViewState| -> Result<Pose, String> {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
@@ -258,7 +259,7 @@ impl CameraPath {
             };
             let offset_km = SessionPositions(session)
                 .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
-                .ok_or_else(|| format!("no source knows where {} is", body.0))?;
+                .ok_or_else(|| format!("no source gives the positions of {} and {}", name(camera_body), name(body)))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };
         let (start, end) = (pose(from)?, pose(to)?);

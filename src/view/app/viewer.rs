@@ -72,8 +72,8 @@ pub enum Action {
     RotateWithBody(bool),
     /// Whether the camera keeps facing the target.
     Track(bool),
-    /// Face the selected body again and reset the roll.
-    FaceSelected,
+    /// Face the orbited body again, or, without an orbit, the target; reset the roll.
+    FaceBody,
     SetTime(Instant),
     /// Change the time by scene seconds.
     Step(f64),
@@ -225,7 +225,7 @@ impl Viewer {
             Action::LookFrom(id) => self.look_from(id, positions),
             Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, positions),
             Action::Track(on) => self.track(on, positions),
-            Action::FaceSelected => self.face_selected(positions),
+            Action::FaceBody => self.face_body(positions),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
             Action::RunAt(rate) => self.time_rate.run_at(rate),

@@ -26,7 +26,7 @@ const SATURN_DISTANCE_RADII: f64 = 6.0;
 const SATURN_SUN_AZIMUTH_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
-/// Length of the search for the next eclipse, seconds. It always finds one, because a year has four to seven eclipses.
+/// Length of the search for the next eclipse, seconds. It is long enough, because a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
 /// Name in the catalog of the moment of [`NowItem::Shader`].

@@ -32,7 +32,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
             actions.push(Action::LookAt(selected));
         }
         if ui.add(level).on_hover_text(text!("camera-level-hint")).clicked() {
-            actions.push(Action::FaceSelected);
+            actions.push(Action::FaceBody);
         }
     });
     view_from_list(interface, ui, selected, actions);

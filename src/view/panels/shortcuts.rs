@@ -137,7 +137,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     for (key, action) in [
         (Key::PageDown, Action::SelectNext(1)),
         (Key::PageUp, Action::SelectNext(-1)),
-        (Key::Home, Action::FaceSelected),
+        (Key::Home, Action::FaceBody),
         (Key::Backspace, Action::PreviousView),
         (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
         (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),

@@ -84,7 +84,7 @@ impl Viewer {
         *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
     }
 
-    /// Starts or stops tracking the target; where it stops, the camera keeps its direction.
+    /// Starts or stops tracking the target. When tracking stops, the camera keeps its direction.
     pub(super) fn track(&mut self, on: bool, positions: &dyn BodyPositions) {
         self.leave_free_pose(positions);
         if !on {
@@ -93,9 +93,9 @@ impl Viewer {
         self.view.tracks = on;
     }
 
-    /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of the camera's pose. Without
-    /// this, the camera would jump to the stored angles, which no image has shown, when the tracking ends. The stored direction is geometric,
-    /// without the planetary aberration that an image includes: from the Earth some 20 arcsec for the Sun, at most an arcminute for a planet.
+    /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of its pose. Without
+    /// this, the camera would jump to the stored angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
+    /// planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.eye.body();
         if !self.view.tracks || self.view.target == body {
@@ -164,8 +164,8 @@ impl Viewer {
         }
     }
 
-    /// Resets the roll and tracks the target; a camera in an orbit faces the body that it orbits.
-    pub(super) fn face_selected(&mut self, positions: &dyn BodyPositions) {
+    /// Resets the roll and tracks the target; in an orbit, the orbited body becomes the target.
+    pub(super) fn face_body(&mut self, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
         self.view.roll_deg = 0.0;

@@ -174,7 +174,7 @@ fn motions_continue_from_a_free_pose() {
         Action::LookAround(30.0, 10.0),
         Action::Roll(5.0),
         Action::Zoom(1.0),
-        Action::FaceSelected,
+        Action::FaceBody,
         Action::LookAt(NaifId::MOON),
     ];
     for (action, keeps_image) in zero_motions.into_iter().chain(motions.map(|action| (action, false))) {
