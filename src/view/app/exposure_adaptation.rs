@@ -1,12 +1,12 @@
 //! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of each image's scene computes.
 //!
 //! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
-//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`), where t is the real time between requests, whatever the frame rate and the
-//! number of pending requests. The first image has the metered exposure, and so have the first after a cut and the first after manual exposure.
-//! This module reads no clock. Saved images do not adapt: their automatic exposure is the metered value.
+//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`), where t is the real time at which an image is requested. This holds at any
+//! frame rate and with any number of pending requests. The first image has the metered exposure, and so have the first after a cut and the first after
+//! manual exposure. This module reads no clock. Saved images do not adapt: their automatic exposure is the metered value.
 //!
 //! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
-//! only a change of the pixel view is a cut, because flights use free poses.
+//! only a change of the pixel view is a cut, because flights and tours use free poses.
 //!
 //! A changed metered value becomes known only when the first image with it is finished. The decay towards it is then counted from the request of the
 //! last image with the old value. During continuous drawing, this is too early by at most the interval between two requests. The first image with the
@@ -84,7 +84,7 @@ impl LastExposure {
 /// The state of the adaptation.
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
-    /// Of the view of the newest request.
+    /// Identity of the view of the newest request.
     identity: Option<ViewIdentity>,
     /// `None`: the next request is for the metered exposure.
     last: Option<LastExposure>,

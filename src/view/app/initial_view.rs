@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle at the body's centre between the Sun and the camera, before the camera is moved towards the pole: the terminator is visible.
+/// Phase angle before the camera is moved towards the pole: the angle at the body's centre between the Sun and the camera. The terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
 /// Range and step of the values of this angle that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];

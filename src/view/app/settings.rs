@@ -140,7 +140,7 @@ pub struct Bookmark {
 }
 
 /// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. If it is more than 1 and would leave no room
-/// for the panels, it is reduced, at most to 1: the control that changes it is in a panel.
+/// for the panels, it is reduced, but not below 1: the control that changes it is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))

@@ -364,7 +364,7 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
 /// Largest east or west longitude that an input field accepts: for most planets, longitudes are given from 0 to 360 degrees.
 pub(crate) const MAX_TYPED_LONGITUDE_DEG: f64 = 360.0;
 
-/// The longitude within ±180 degrees of the same meridian. A longitude within this range, including its ends, is returned unchanged.
+/// Wraps a longitude to -180 to 180 degrees. A longitude in this range, including both ends, stays unchanged.
 pub(crate) fn wrapped_longitude_deg(longitude_deg: f64) -> f64 {
     if (-180.0..=180.0).contains(&longitude_deg) { longitude_deg } else { (longitude_deg + 180.0).rem_euclid(360.0) - 180.0 }
 }
