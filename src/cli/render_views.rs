@@ -43,7 +43,7 @@ impl Views {
         options: &Composition,
     ) -> Result<Self, CliError> {
         use super::view_args::instant;
-        use crate::view::app::tour::{MAX_BYTES, Tour, TourMoment};
+        use crate::view::app::tour::{MAX_BYTES, Tour, TourFrame};
         use crate::view::app::view_state::ViewState;
         let file_error =
             |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
@@ -60,7 +60,7 @@ impl Views {
             )));
         }
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
-            let TourMoment { view, stop, .. } = tour.at(f64::from(number) / rate);
+            let TourFrame { view, stop, .. } = tour.at(f64::from(number) / rate);
             let stop_error = |why: &dyn std::fmt::Display| file_error(&format!("stop {}: {why}", stop + 1));
             // Replaced in the view, not in its request, because the request takes its field of view from the projection.
             let view = ViewState { composition: view.composition.with_options(options), ..view };

@@ -142,7 +142,7 @@ fn escape_drops_the_focus_and_keeps_the_window() {
 #[test]
 fn keys_change_the_size_of_text() {
     let mut harness = saturn();
-    let zoom = |h: &Harness<'static, Interface>| h.state().settings.zoom;
+    let zoom = |h: &Harness<'static, Interface>| h.state().settings.ui_scale;
     for (key, expected) in [(Key::Plus, 1.1), (Key::Equals, 1.2), (Key::Minus, 1.1), (Key::Num0, 1.0)] {
         harness.key_press_modifiers(Modifiers::COMMAND, key);
         harness.run_steps(2);

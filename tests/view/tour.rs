@@ -36,7 +36,7 @@ fn offset_and_forward(view: &ViewState, body: NaifId) -> (DVec3, DVec3) {
 fn built_in_tours_are_smooth_from_end_to_end() {
     for (name, _, text) in orrery_catalogs::TOURS {
         let tour = parse(text).unwrap_or_else(|e| panic!("{name}: {e}"));
-        assert!(tour.title == *name && tour.stops() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
+        assert!(tour.title == *name && tour.stop_count() >= 3 && (20.0..180.0).contains(&tour.length_s()), "{name}: {} s", tour.length_s());
         let mut previous = tour.at(0.0);
         let mut frames = 0;
         // The camera of the last image for which it was computed: number of the image, body, and the camera relative to the body.

@@ -1,7 +1,7 @@
 //! Positions and orientations of bodies, used to place and move the camera.
 //!
-//! In: bodies and instants. Out: vectors and rotations, ICRF; `None` where no source covers the time. Tests implement the trait with bodies of
-//! their own.
+//! In: bodies and instants. Out: ICRF vectors, and rotations from ICRF; `None` if the ephemeris does not cover the time. Tests implement
+//! [`BodyPositions`] with invented bodies.
 
 use crate::catalog::NaifId;
 use crate::session::Session;
@@ -13,12 +13,12 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to` at one instant, without light time and aberration; ICRF kilometres.
     fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// The offset of a free camera from `body`, given its offset `offset_km` from `camera_body`; both are ICRF kilometres. They start at light-time
-    /// positions (without aberration): where the body was when the light left that reaches the camera now. A camera on the ground, in contrast,
-    /// sees its own body at the geometric position. When the camera leaves the ground, its offset stays the same and its barycentric position
-    /// changes. The reason: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could start below the ground.
+    /// The offset of a free camera from `body`, given its offset `offset_km` from `camera_body`; both in ICRF kilometres. Each offset is measured from
+    /// the body's light-time position (without aberration): its centre when it emitted the light that reaches the camera at `time`. The offset of a
+    /// camera on the ground is measured from the geometric position instead. When such a camera becomes free, it keeps its offset, not its barycentric
+    /// position: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could be below the ground.
     fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
-    /// The rotation from ICRF to body-fixed axes: its rows are the body's axes.
+    /// The rotation from ICRF to body-fixed axes. Its rows are the body's axes in ICRF.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
 
@@ -34,8 +34,8 @@ impl BodyPositions for SessionPositions<'_> {
             return Some(offset_km);
         }
         let ephemeris = self.0.ephemeris();
-        let light_left = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
-        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, light_left, None).ok()?;
+        let emission_time = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
+        let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None).ok()?;
         let camera_km = camera_body_state.state.pos_km + offset_km;
         Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
     }

@@ -1,7 +1,8 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: an instant and a zone, or a civil time and a zone. Out: the civil time, or the instant. Always: whole seconds; a civil time that the zone
-//! skips is moved forward by an hour; a civil time that occurs twice means the earlier instant; a leap second is shown as the second before it.
+//! In: an instant and a zone, or a civil time and a zone. Out: the civil time, or the instant. Always: instants are rounded to whole seconds;
+//! a civil time that the zone skips is moved forward by an hour; of a civil time that occurs twice, the first occurrence is meant; a leap second is
+//! shown as the second before it.
 //! Not here: parsing of typed dates (`date_text`).
 
 use crate::time::Instant;
@@ -35,7 +36,7 @@ impl ShownTimeZone {
         }
     }
 
-    /// `UTC`, or the zone's offset: `UTC+05:30`.
+    /// The zone's label for an instant: `UTC`, or the offset of the computer's zone at that instant, such as `UTC+05:30`.
     pub(crate) fn name(self, t: Instant) -> String {
         match (self, Self::Utc.civil_time(t)) {
             (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),

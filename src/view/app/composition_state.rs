@@ -1,7 +1,7 @@
-//! The composition of an image as a view stores it: one perspective frame, a dome, the entire sphere, or a stereo pair.
+//! The composition of an image as a view stores it: a perspective image, a dome image, a whole-sphere image, or a stereo pair.
 //!
-//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a plain perspective image,
-//! which links and files omit. Not here: the warp mesh, which distorts the image for one projector; `orrery view --warp` loads it.
+//! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a perspective image without
+//! stereo, which links and files omit. Not here: the warp mesh, which distorts the image for one projector; `orrery view --warp` loads it.
 
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
@@ -16,7 +16,7 @@ pub struct CompositionState {
     pub projection: Projection,
     /// Full angle of a fisheye's circle; other projections do not use this field.
     pub fisheye_deg: f64,
-    /// The zenith is in the middle of a fisheye image.
+    /// Whether the zenith is in the middle of a fisheye image.
     pub dome_zenith: bool,
     /// Tilt of a dome, as in [`Composition::tilt_deg`].
     pub dome_tilt_deg: f64,
@@ -40,8 +40,8 @@ impl Default for CompositionState {
 }
 
 impl CompositionState {
-    /// These fields with the projection and the stereo pair of the command line (`options`); unchanged if the command line gives neither. It does not give
-    /// the full angle of a fisheye, so a fisheye keeps its own.
+    /// The composition of the command line (`options`), or this one if the command line specifies none. The command line does not specify the full angle
+    /// of a fisheye, so a fisheye keeps its own.
     pub(crate) fn with_options(&self, options: &Composition) -> Self {
         let chosen = Self::of(options);
         if chosen.is_plain() {
@@ -63,6 +63,7 @@ impl CompositionState {
         }
     }
 
+    /// Whether this is a perspective image without stereo, with all other fields at their defaults.
     pub(crate) fn is_plain(&self) -> bool {
         *self == Self::default()
     }
@@ -79,8 +80,8 @@ impl CompositionState {
         }
     }
 
-    /// Calls `check` for each number: with whether it is in range, and the message if it is not.
-    pub(super) fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    /// Calls `check` for each number, with whether it is in range and a function that gives the error message.
+    pub(super) fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
             format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)
         });

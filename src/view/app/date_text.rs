@@ -13,7 +13,7 @@ const MONTHS: [&str; 12] =
 const GERMAN_MONTHS: [&str; 12] =
     ["januar", "februar", "märz", "april", "mai", "juni", "juli", "august", "september", "oktober", "november", "dezember"];
 
-/// Words that name UTC.
+/// Words that say that a time is in UTC, in lower case.
 const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 
 /// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
@@ -40,10 +40,10 @@ pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
         return Some(time);
     }
     let parts = Parts::of(&text)?;
-    let clock = parts.clock.unwrap_or("00:00");
+    let time_of_day = parts.time_of_day.unwrap_or("00:00");
     let year = parts.year?;
     let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
-    Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{clock}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
+    Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{time_of_day}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
 }
 
 /// The parts of a date that have been read so far.
@@ -53,37 +53,37 @@ struct Parts<'t> {
     year: Option<i64>,
     month: Option<u32>,
     day: Option<u32>,
-    clock: Option<&'t str>,
+    time_of_day: Option<&'t str>,
 }
 
-/// Sets a part; `None` if it is already set.
+/// Sets a part of a date; `None` if it was set before.
 fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
     part.is_none().then(|| *part = Some(value))
 }
 
 impl<'t> Parts<'t> {
-    /// `None`: a word is not part of a date, a part occurs twice, an era has no positive year, a time of day is announced (`at`) but missing, or a day
-    /// has no month.
+    /// `None` if a word is not part of a date, a part occurs twice, an era has no positive year, no time of day follows a word such as `at`, or a day has
+    /// no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut is_before_christ = None;
-        let mut announces_clock = false;
+        let mut expects_time_of_day = false;
         let mut words = text.split([' ', ',']).filter(|w| !w.is_empty());
         while let Some(word) = words.next() {
             match word {
                 _ if UTC_WORDS.contains(&word) => {}
                 "of" => {}
-                "at" | "um" | "uhr" => announces_clock = true,
+                "at" | "um" | "uhr" => expects_time_of_day = true,
                 "ad" | "ce" | "n.chr." => set_once(&mut is_before_christ, false)?,
                 "bc" | "bce" | "v.chr." => set_once(&mut is_before_christ, true)?,
                 "v." | "n." => {
                     words.next().filter(|next| *next == "chr.")?;
                     set_once(&mut is_before_christ, word == "v.")?;
                 }
-                _ if word.contains(':') => set_once(&mut parts.clock, word.strip_suffix('z').unwrap_or(word))?,
+                _ if word.contains(':') => set_once(&mut parts.time_of_day, word.strip_suffix('z').unwrap_or(word))?,
                 _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month(word)?)?,
-                _ if word.trim_end_matches('.').contains(['.', '/']) => parts.dotted(word)?,
-                _ => parts.number(word)?,
+                _ if word.trim_end_matches('.').contains(['.', '/']) => parts.numeric_date(word)?,
+                _ => parts.day_or_year(word)?,
             }
         }
         if is_before_christ.is_some() && parts.year.is_none() && parts.month.is_none() {
@@ -94,7 +94,7 @@ impl<'t> Parts<'t> {
             let year = parts.year.filter(|y| *y > 0)?;
             parts.year = Some(if is_before_christ { 1 - year } else { year });
         }
-        if announces_clock && parts.clock.is_none() {
+        if expects_time_of_day && parts.time_of_day.is_none() {
             return None;
         }
         // This also rejects a lone number of one or two digits, which was read as a day.
@@ -103,7 +103,7 @@ impl<'t> Parts<'t> {
 
     /// Reads a day (`8`, `8th`, `8.`) or a year of up to four digits (`2024`, `-584`). One or two digits without a sign are a day, unless the day is already
     /// set or there is no such day.
-    fn number(&mut self, word: &str) -> Option<()> {
+    fn day_or_year(&mut self, word: &str) -> Option<()> {
         let unsigned = word.strip_prefix('-').unwrap_or(word);
         let digits_end = unsigned.find(|c: char| !c.is_ascii_digit()).unwrap_or(unsigned.len());
         let (digits, ending) = unsigned.split_at(digits_end);
@@ -122,7 +122,7 @@ impl<'t> Parts<'t> {
     }
 
     /// Reads `8.4.2024` as day, month, year, and `2024/4/8` as year, month, day. Both separators must be the same.
-    fn dotted(&mut self, word: &str) -> Option<()> {
+    fn numeric_date(&mut self, word: &str) -> Option<()> {
         if word.contains('.') && word.contains('/') {
             return None;
         }

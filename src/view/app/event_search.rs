@@ -1,8 +1,8 @@
-//! Eclipses, transits and moons' events for the window: an incremental search, and the best view of each event.
+//! Eclipses, transits and moons' events for the window: a search in short steps, and a view of each event.
 //!
-//! In: an instant, kinds of events, a direction in time. Out: events in steps, nearest first; the best view of an event. Always: a step takes
-//! well under a second, so that a search can be stopped and does not block other queries. Not here: the geometry (`events`), the thread, the
-//! list on screen.
+//! In: an instant, kinds of events, a direction in time. Out: the events of each step, nearest first; a view of an event, its contacts at a place, and
+//! the span and rate of its playback. Always: a step takes well under a second, so that a search can be stopped and does not block other queries. Not
+//! here: the geometry (`events`), the thread that searches, the list in the Events panel.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
@@ -13,7 +13,7 @@ use crate::units::SECONDS_PER_DAY;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::place_text::place_text;
 use crate::view::app::settings::Home;
-use crate::view::app::view_state::{CameraPose, ViewState};
+use crate::view::app::view_state::{CameraPose, GROUND_CAMERA_HEIGHT_KM, ViewState};
 use crate::view::language::dates::minute_text;
 use crate::view::language::{body_name, decimal, text};
 
@@ -42,7 +42,7 @@ impl EventKind {
         }
     }
 
-    /// Length of one step, days: a step contains a few eclipses, a transit or two, if any, or about a dozen events of moons.
+    /// Length of one step, days. A step contains about six eclipses of each kind, at most a few transits, or about a dozen moons' events.
     fn step_days(self) -> f64 {
         match self {
             Self::Solar | Self::Lunar => 1000.0,
@@ -61,11 +61,12 @@ pub enum SkyEvent {
     Moons(MoonEvent),
 }
 
-/// A contact, and the altitude of the body at a place at that time.
+/// A contact or the greatest phase at a place, as a line of the Events panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactLine {
     pub name: &'static str,
     pub time: Instant,
+    /// Altitude of the observed body; for moons' events, of the planet.
     pub altitude_deg: f64,
     /// Whether the body's upper limb, raised by refraction, is above the horizon; for moons' events, whether the planet's centre is.
     pub is_up: bool,
@@ -118,7 +119,7 @@ pub struct EventSearch {
     /// Length of the entire span to search.
     span_s: f64,
     backward: bool,
-    /// Length of the span searched so far, from `start`.
+    /// Length of the span searched so far, counted from `start` in the direction of the search.
     searched_s: f64,
 }
 
@@ -167,8 +168,9 @@ impl EventSearch {
     }
 }
 
-/// Vertical fields of view, degrees. The Sun and the Moon are half a degree wide; the field around an eclipsed Sun includes the corona.
+/// Vertical field of view around an eclipsed Sun: it includes the corona.
 const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
+/// Vertical fields of view around the Sun during a transit and around an eclipsed Moon; both discs are half a degree wide.
 const SUN_FOV_DEG: f64 = 0.8;
 const LUNAR_ECLIPSE_FOV_DEG: f64 = 0.8;
 /// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
@@ -184,14 +186,12 @@ const PLANET_FOV_DIAMETERS: f64 = 2.2;
 /// Field of view for mutual events of moons, in apparent diameters of the moon.
 const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 /// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
-const LOW_BODY_CAMERA_KM: f64 = 3.0;
-/// Height of the camera otherwise, km.
-const GROUND_CAMERA_KM: f64 = 0.01;
+const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
-const LOW_BODY_DEG: f64 = 2.0;
-/// Approximate real seconds in which the button *Watch* plays an event.
+const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
+/// Real seconds in which the button *Watch* plays an event that is longer than this.
 const PLAYBACK_S: f64 = 30.0;
-/// Difference of the times that two searches give for one event, at most.
+/// Two searches may give slightly different times for one event; events of the same kind and bodies that are closer in time than this are one event.
 const SAME_EVENT_S: f64 = 60.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
@@ -215,7 +215,7 @@ impl SkyEvent {
         }
     }
 
-    /// Whether this is the other event, found by another search.
+    /// Whether two results, possibly of different searches, are the same event.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by_moon)) } else { None };
         let apart_s = (tdb_s(self.greatest()) - tdb_s(other.greatest())).abs();
@@ -301,17 +301,18 @@ impl SkyEvent {
         (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
     }
 
-    /// The best view of the event, paused at its greatest phase; other settings come from `base_view`.
-    pub fn view(&self, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
+    /// The view that shows the event best, paused at its greatest phase: of a solar eclipse, from the place of greatest eclipse; of other events, from the
+    /// Earth's centre. Other settings come from `base_view`.
+    pub fn view(&self, catalog: &Catalog, positions: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
-        // `count` apparent diameters of a body, and the angle between two bodies, both from the Earth's centre.
+        // Both angles are those seen from the Earth's centre: `count` apparent diameters of a body, and the separation of two bodies.
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
-            let distance_km = places.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
+            let distance_km = positions.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
         let apart_deg = |a: NaifId, b: NaifId| {
-            let [a, b] = [a, b].map(|id| places.geometric_between_km(NaifId::EARTH, id, self.greatest()));
+            let [a, b] = [a, b].map(|id| positions.geometric_between_km(NaifId::EARTH, id, self.greatest()));
             a.zip(b).map_or(0.0, |(a, b)| angle_rad(a, b).to_degrees())
         };
         let (target, eye, fov_deg) = match self {
@@ -340,7 +341,7 @@ impl SkyEvent {
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
-        let camera_height_km = if altitude_deg < LOW_BODY_DEG { LOW_BODY_CAMERA_KM } else { GROUND_CAMERA_KM };
+        let camera_height_km = if altitude_deg < LOW_BODY_ALTITUDE_DEG { LOW_BODY_CAMERA_HEIGHT_KM } else { GROUND_CAMERA_HEIGHT_KM };
         let eye = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
@@ -359,8 +360,8 @@ impl SkyEvent {
         EventPlayback::of_span(first, last)
     }
 
-    /// The same at a place with these contacts, ordered by time. If the observed body rises or sets between two of them, playback begins or ends
-    /// with the one that is below the horizon.
+    /// Playback at a place with these contacts, ordered by time. If the observed body rises or sets during the event, playback begins with the last
+    /// contact before the rise, or ends with the first contact after the set.
     pub(crate) fn playback_at(&self, lines: &[ContactLine]) -> EventPlayback {
         let first_up = lines.iter().position(|line| line.is_up).unwrap_or(0);
         let last_up = lines.iter().rposition(|line| line.is_up).unwrap_or(lines.len());
@@ -370,8 +371,8 @@ impl SkyEvent {
         }
     }
 
-    /// First and last contact in the best view. For a solar eclipse these are local contacts: an eclipse is shorter at one place than for the
-    /// entire Earth.
+    /// First and last contact as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is
+    /// shorter at one place than for the entire Earth.
     fn local_span(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
@@ -380,8 +381,8 @@ impl SkyEvent {
         }
     }
 
-    /// Contacts as seen from a place, and whether any part of the event is above the horizon there; no contacts if the event does not occur at
-    /// that place.
+    /// Contacts and greatest phase (of moons' events only contacts) as seen from a place, ordered by time, and whether any part of the event is above the
+    /// horizon there. Empty if the event does not occur at that place.
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.
@@ -439,7 +440,7 @@ impl EventPlayback {
         }
     }
 
-    /// Whether a time is within the playback, or outside it by at most its length: at other places the event is earlier or later than in the best view.
+    /// Whether a time is within the playback, or outside it by at most its length: at other places the event is earlier or later.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.to_tdb_s - self.from_tdb_s;
         (self.from_tdb_s - length_s..=self.to_tdb_s + length_s).contains(&tdb_s)

@@ -1,16 +1,17 @@
-//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of an image's scene computes.
+//! Automatic exposure of the window: it smoothly approaches the metered value, which the light meter of each image's scene computes.
 //!
 //! In: metered exposures of finished images, real time, the view. Out: the exposure of the next request. Always: while the metered value is
-//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`) in the real time t of the requests, whatever the frame rate and the
-//! number of requests on their way. The first image has the metered exposure, and so have the first after a cut and the first after manual
-//! exposure. A cut is another target, camera body or kind of camera pose, but not a change into or out of a free pose, because flights use it;
-//! another quantity shown by the pixels is a cut, too. This module reads no clock. Saved images do not adapt: their automatic exposure is the
-//! metered value.
+//! constant, the difference in stops decays as exp(-t / `TIME_CONSTANT_S`), where t is the real time at which an image is requested. This holds at any
+//! frame rate and with any number of pending requests. The first image has the metered exposure, and so have the first after a cut and the first after
+//! manual exposure. This module reads no clock. Saved images do not adapt: their automatic exposure is the metered value.
 //!
-//! A changed metered value is known only when the first image with it is finished. The decay towards it is then counted from the request of the last
-//! image with the old value. While images follow one another, this is too early by at most the interval between two requests. The first image with the
-//! new value is ahead by one more interval, because its request did not wait for the last image with the old value. If no image was requested for
-//! several time constants before the change, the first images after it have the metered exposure at once.
+//! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
+//! only a change of the pixel view is a cut, because flights and tours use free poses.
+//!
+//! A changed metered value becomes known only when the first image with it is finished. The decay towards it is then counted from the request of the
+//! last image with the old value. During continuous drawing, this is too early by at most the interval between two requests. The first image with the
+//! new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was requested
+//! for several time constants before the change, the first images after it have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -25,7 +26,7 @@ pub(crate) const TIME_CONSTANT_S: f64 = 0.4;
 /// Number of consecutive failed images after which no further image is requested for the adaptation alone. The cause of a failure usually lasts.
 const MAX_FAILURES: u32 = 3;
 
-/// The parts of a view whose change is a cut; the head of this file states the exceptions.
+/// The parts of a view whose change is a cut; the module comment states the exceptions.
 #[derive(Clone, Copy, PartialEq)]
 struct ViewIdentity {
     target: NaifId,
@@ -51,7 +52,7 @@ impl ViewIdentity {
     }
 }
 
-/// Which request an image belongs to. It travels with the job, and returns with its image or with the reason why there is none.
+/// Identifies the request of an image. The job carries it, and its result returns it: the image, or the reason why there is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExposureTicket {
     /// Requests are numbered from 1. The default, 0, belongs to no request, and its image is ignored.
@@ -60,11 +61,12 @@ pub struct ExposureTicket {
     requested_s: f64,
 }
 
-/// The state of the adaptation at the request of the last finished image.
+/// The adapted exposure at the request of the last finished image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LastExposure {
+    /// The exposure of the image, or, if images overlapped, the exposure that continues the adaptation; see [`ExposureAdaptation::record`].
     stops: f64,
-    /// The image had the metered exposure.
+    /// Whether the image had the metered exposure.
     is_metered: bool,
     /// Real time of the request, seconds.
     requested_s: f64,
@@ -79,18 +81,20 @@ impl LastExposure {
     }
 }
 
+/// The state of the adaptation.
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
+    /// Identity of the view of the newest request.
     identity: Option<ViewIdentity>,
     /// `None`: the next request is for the metered exposure.
     last: Option<LastExposure>,
     /// Number of the newest request.
-    newest: u64,
-    /// Images of requests up to this number are ignored: they show a view before the last cut, or have a manual exposure.
-    ignored: u64,
+    newest_request: u64,
+    /// Images of requests with at most this number are ignored: they show a view before the last cut, or were requested before or during manual exposure.
+    last_ignored_request: u64,
     /// Number of the newest request whose image is finished or has failed. Some requests are never answered, because a newer one replaces
     /// them before they are started, but the newest one always is.
-    answered: u64,
+    newest_answered_request: u64,
     /// Failed images since the last finished one.
     failure_count: u32,
 }
@@ -102,28 +106,28 @@ impl ExposureAdaptation {
         let identity = ViewIdentity::of(view);
         let is_cut = self.identity.replace(identity).is_none_or(|last| identity.is_cut_from(&last));
         if view.exposure_stops.is_some() {
-            (self.last, self.ignored) = (None, self.newest);
+            (self.last, self.last_ignored_request) = (None, self.newest_request);
         } else if is_cut {
-            (self.last, self.ignored) = (None, self.newest - 1);
+            (self.last, self.last_ignored_request) = (None, self.newest_request - 1);
         }
     }
 
     /// The exposure to request for the next image of a view, and the ticket to hand back with the image.
     pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> (ExposureRequest, ExposureTicket) {
-        self.newest += 1;
+        self.newest_request += 1;
         self.reset_if_cut_or_manual(view);
         let exposure = match (view.exposure_stops, self.last) {
             (Some(stops), _) => ExposureRequest::Stops(stops),
             (None, None) => ExposureRequest::Auto,
             (None, Some(last)) => last.request_at(now_s),
         };
-        (exposure, ExposureTicket { number: self.newest, requested_s: now_s })
+        (exposure, ExposureTicket { number: self.newest_request, requested_s: now_s })
     }
 
     /// Records the exposure of a finished image.
     pub(crate) fn record(&mut self, exposure: &Exposure, ticket: ExposureTicket) {
-        self.answered = self.answered.max(ticket.number);
-        if ticket.number <= self.ignored {
+        self.newest_answered_request = self.newest_answered_request.max(ticket.number);
+        if ticket.number <= self.last_ignored_request {
             return;
         }
         self.failure_count = 0;
@@ -140,8 +144,8 @@ impl ExposureAdaptation {
 
     /// Records that a requested image could not be drawn.
     pub(crate) fn record_failure(&mut self, ticket: ExposureTicket) {
-        self.answered = self.answered.max(ticket.number);
-        if ticket.number > self.ignored {
+        self.newest_answered_request = self.newest_answered_request.max(ticket.number);
+        if ticket.number > self.last_ignored_request {
             self.failure_count = self.failure_count.saturating_add(1);
         }
     }
@@ -149,7 +153,7 @@ impl ExposureAdaptation {
     /// Whether to request another image of an unchanged view, because the last one had not reached the metered exposure. False while a
     /// requested image is pending, and after repeated failures.
     pub(crate) fn needs_another_image(&self) -> bool {
-        let is_pending = self.answered < self.newest;
+        let is_pending = self.newest_answered_request < self.newest_request;
         !is_pending && self.failure_count < MAX_FAILURES && self.last.is_some_and(|last| !last.is_metered)
     }
 }
@@ -163,7 +167,7 @@ mod tests {
 
     /// Frames of the interface per second.
     const FRAME_RATE_HZ: f64 = 60.0;
-    /// The part of a step that is covered after one time constant.
+    /// The fraction of a step of the metered value that is covered after one time constant.
     const COVERED: f64 = 1.0 - 1.0 / std::f64::consts::E;
 
     fn view(target: NaifId) -> ViewState {
@@ -250,7 +254,7 @@ mod tests {
         images
     }
 
-    /// An image takes 50 or 100 ms, and two requests are on their way. From the second image after a step on, the remaining difference is exp(-t / T)
+    /// An image takes 50 or 100 ms, and two requests are pending. From the second image after a step on, the remaining difference is exp(-t / T)
     /// of the step, where t counts from the request of the last image before the step. Successive requests are apart by at most the times of one
     /// image and one frame. So the first image that covers 1 - 1/e of the step is requested T after the step, with at most this error.
     #[test]

@@ -1,4 +1,4 @@
-//! Names of the files that the window saves: a name that exists already gets the next free number.
+//! Names of the files that the window saves. If a file with the name exists already, the name gets a number.
 //!
 //! In: the name that the user typed, such as `orrery.png` or `out-%05d.png`. Out: names to try in turn, and the names of a sequence's frames. This module
 //! writes nothing: the writer uses the first name that it can create, because another program may take a free name in the meantime.
@@ -6,12 +6,12 @@
 use crate::files::frame_number::{FrameNumberError, NumberedName};
 use std::path::{Path, PathBuf};
 
-/// Digits of the frame number if the name has no placeholder.
+/// Minimum number of digits of the frame number if the name has no placeholder such as `%05d`.
 const DEFAULT_DIGITS: usize = 5;
 
 /// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
 fn split_extension(name: &str) -> (&str, &str) {
-    // A path ignores separators at its end, as in `a.png//`; such a name has no extension.
+    // `Path::extension` ignores separators at the end, as in `a.png//`; here such a name has no extension.
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).filter(|e| name.ends_with(e));
     let extension_bytes = extension.map_or(0, |e| e.len() + 1);
     name.split_at(name.len() - extension_bytes)
@@ -22,12 +22,12 @@ fn split_extension(name: &str) -> (&str, &str) {
 ///
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.
-pub(crate) fn free_sequence(name: &str, frames: u32) -> Result<NumberedName, FrameNumberError> {
+pub(crate) fn free_sequence(name: &str, frame_count: u32) -> Result<NumberedName, FrameNumberError> {
     let (before, after) = split_extension(name);
     let default_numbering = || NumberedName { before: format!("{before}-"), min_digits: DEFAULT_DIGITS, after: after.to_owned() };
     let first = NumberedName::of(name)?.unwrap_or_else(default_numbering);
     let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { before: format!("{}{n}-", first.before), ..first.clone() } };
-    let is_free = |name: &NumberedName| (0..frames).all(|k| !name.path(k).exists());
+    let is_free = |name: &NumberedName| (0..frame_count).all(|k| !name.path(k).exists());
     Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn free_sequence(name: &str, frames: u32) -> Result<NumberedName, Fra
 ///
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.
-pub(crate) fn free_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
+pub(crate) fn candidate_names(name: &str) -> Result<Box<dyn Iterator<Item = PathBuf> + Send>, FrameNumberError> {
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     fn first(name: &str, count: usize) -> Vec<String> {
-        free_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
+        candidate_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
     }
 
     #[test]
@@ -62,14 +62,14 @@ mod tests {
         assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
         assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
         assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
-        // Separators at the end of a name are no part of its extension.
+        // Separators at the end of a name are not part of its extension.
         assert_eq!(first("a.é//", 2), ["a.é//", "a.é//-2"]);
         assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
-        // A percent sign in the name of a folder is no placeholder.
+        // A percent sign in the name of a folder is not a placeholder.
         assert_eq!(first("50%/a%d/x.png", 2), ["50%/a%d/x.png", "50%/a%d/x-2.png"]);
         assert_eq!(first("50%/x-%d.png", 2), ["50%/x-0.png", "50%/x-1.png"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
-            assert!(free_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
+            assert!(candidate_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
         }
     }
 

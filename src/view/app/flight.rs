@@ -1,8 +1,9 @@
 //! A flight of the camera from one view to another: smooth, without overshoot, two seconds long for any distance.
 //!
 //! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the logarithm of the distance eases
-//! monotonically from one end to the other; the direction from the target changes along a great circle; from halfway on the camera faces the
-//! target; the final pose is exactly the given one. The flight does not avoid bodies on the way.
+//! monotonically from one end to the other; the direction from the target to the camera moves along a great circle; from halfway on the camera
+//! faces the target, apart from a gradual turn if the final pose does not face it; the final pose is exactly the given one. The flight does not avoid
+//! bodies on the way.
 
 use glam::{DQuat, DVec3};
 
@@ -13,7 +14,7 @@ const FACING_FRACTION: f64 = 0.5;
 
 /// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
 /// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
-pub(super) const OUTSIDE_RADII: f64 = 1.5;
+pub(super) const OUTSIDE_BODY_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +24,16 @@ pub(crate) struct Pose {
     pub up: DVec3,
 }
 
+/// A flight in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flight {
     pub from: Pose,
     pub to: Pose,
+    /// Real seconds since the start.
     pub elapsed_s: f64,
 }
 
-/// Eases a fraction in and out, so that a motion starts and ends at rest.
+/// Eases a fraction in and out, so that a motion starts and ends at rest and without a jump in acceleration (Perlin's *smootherstep*, 2002).
 pub(super) fn ease_in_out(fraction: f64) -> f64 {
     let p = fraction.clamp(0.0, 1.0);
     p * p * p * (p * (6.0 * p - 15.0) + 10.0)
@@ -46,12 +49,13 @@ impl Flight {
         Self { from, to, elapsed_s: 0.0 }
     }
 
-    /// Advances time; true while the flight lasts.
+    /// Advances the flight by real seconds. Returns whether it still lasts.
     pub(crate) fn advance(&mut self, seconds: f64) -> bool {
         self.elapsed_s += seconds.max(0.0);
         self.elapsed_s < FLIGHT_S
     }
 
+    /// The pose after the elapsed time.
     pub(crate) fn pose(&self) -> Pose {
         let fraction = (self.elapsed_s / FLIGHT_S).clamp(0.0, 1.0);
         if fraction >= 1.0 {
@@ -59,14 +63,13 @@ impl Flight {
         }
         let eased = ease_in_out(fraction);
         let (start, end) = (self.from.offset_km, self.to.offset_km);
-        let (start_km, end_km) = (start.length().max(1e-6), end.length().max(1e-6));
-        let log_distance = start_km.ln() + (end_km.ln() - start_km.ln()) * eased;
+        let (start_distance_km, end_distance_km) = (start.length().max(1e-6), end.length().max(1e-6));
+        let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
         let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
-        // From halfway on, the camera faces the target. If the final pose does not face the target exactly, `final_turn` adds the difference
-        // gradually.
-        let facing = (-end).try_normalize().unwrap_or(self.to.forward);
-        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing, self.to.forward), eased);
+        // If the final pose does not face the target, `final_turn` is the gradually growing rotation between the two directions.
+        let facing_at_end = (-end).try_normalize().unwrap_or(self.to.forward);
+        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.to.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
         let forward = slerp(self.from.forward, towards_target, facing_fraction);
         let up = self.from.up.lerp(self.to.up, eased);

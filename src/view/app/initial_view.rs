@@ -1,8 +1,8 @@
-//! The first view of a window: a body seen from its lit side; beside the Earth also the Moon, if its phase allows.
+//! The first view of a window: a body seen from its lit side; if it is the Earth, with the Moon beside it where possible.
 //!
-//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. A Moon less than about 57 degrees from the Sun is left
-//! out: the camera could show it only beside a thin crescent of the Earth. Some Moons within 10 degrees of the point opposite the Sun are left out,
-//! too: none of the directions that are tried shows them beside the Earth.
+//! In: a body, a time, positions. Out: a [`ViewState`], with the layer of brightened stars. The Moon is left out if it is less than about 57 degrees
+//! from the Sun: the camera could show it only beside a thin crescent of the Earth. Within 10 degrees of full moon it may be left out, too, if none of
+//! the camera directions that are tried shows it beside the Earth.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
@@ -12,36 +12,36 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle from the direction of the Sun to that of the camera, before the camera is moved towards the pole; with it the terminator is visible.
+/// Phase angle before the camera is moved towards the pole: the angle at the body's centre between the Sun and the camera. The terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
 /// Range and step of the values of this angle that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
-/// Offset of the camera towards the pole, as a fraction of the distance.
+/// Offset of the camera towards the pole, as a fraction of its distance from the body's centre.
 const POLE_OFFSET: f64 = 0.25;
 /// The offsets that are tried for a view with the Moon.
 const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
-/// Greatest horizontal distance of the Moon from the image's centre, as the tangent of an angle.
-const MOON_MAX_SIDE_TAN: f64 = 0.5;
-/// Lowest and highest position of the Moon in the image, as tangents: above the row *What to see now*, and below the upper edge.
+/// Greatest horizontal distance of the Moon from the image's centre. This distance and the next two are tangents of angles at the camera.
+const MOON_MAX_HORIZONTAL_TAN: f64 = 0.5;
+/// Lowest and highest position of the Moon in the image: above the row *What to see now*, and below the upper edge.
 const MOON_HEIGHTS_TAN: [f64; 2] = [-0.1, 0.33];
-/// Least distance of the Moon from the image's centre, as a tangent: just outside the Earth's disc.
+/// Least distance of the Moon from the image's centre: just outside the Earth's disc.
 const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 
 /// The first view of a body at a time.
 ///
 /// # Errors
 /// If the catalog does not contain the body.
-pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
+pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
-    let sunward = places.geometric_between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
-    let pole = places.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
+    let sunward = positions.geometric_between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
+    let pole = positions.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
     // The Moon's position relative to the Earth's centre, in Earth radii.
     let moon_radii =
-        if target == NaifId::EARTH { places.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
-    let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| direction_with_moon(sun, moon, pole));
-    let direction = with_moon.unwrap_or_else(|| direction_from_sun(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
+        if target == NaifId::EARTH { positions.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
+    let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
+    let direction = with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
     // The exposure of a sunlit planet shows no star.
     view.layers.bright_stars = true;
@@ -49,22 +49,21 @@ pub fn initial_view(catalog: &Catalog, places: &dyn BodyPositions, target: NaifI
 }
 
 /// Unit vector from the body to the camera: the direction to the Sun, turned about `axis` by `sun_angle_deg`, then moved towards the pole.
-fn direction_from_sun(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pole_offset: f64, pole: DVec3) -> DVec3 {
+fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pole_offset: f64, pole: DVec3) -> DVec3 {
     let beside_sun = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(axis, sun_angle_deg.to_radians()) * sun);
     (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
 }
 
 /// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
 /// `moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
-fn direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
+fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
     // The Moon is beyond the Earth as seen by the camera, so the camera turns away from the Sun on the side opposite to the Moon.
     let axis = moon_radii.cross(sunward).try_normalize()?;
     let [min, max] = SUN_ANGLE_RANGE_DEG;
     let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;
     let mut angles: Vec<f64> = (0..=steps).map(|k| min + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
     angles.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
-    let directions =
-        angles.iter().flat_map(|&angle| POLE_OFFSETS.map(|offset| direction_from_sun(Some(sunward), axis, angle, offset, pole)));
+    let directions = angles.iter().flat_map(|&angle| POLE_OFFSETS.map(|offset| camera_direction(Some(sunward), axis, angle, offset, pole)));
     directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
 }
 
@@ -75,7 +74,7 @@ fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
     let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth > 0.0) else { return false };
     let [x, y] = [right, direction.cross(right)].map(|axis| from_camera.dot(axis) / depth);
     let [lowest, highest] = MOON_HEIGHTS_TAN;
-    x.abs() <= MOON_MAX_SIDE_TAN && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE_TAN
+    x.abs() <= MOON_MAX_HORIZONTAL_TAN && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE_TAN
 }
 
 #[cfg(test)]
@@ -90,7 +89,7 @@ mod tests {
     fn direction_for_elongation(deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
         let moon = DQuat::from_axis_angle(DVec3::Z, deg.to_radians()) * DVec3::X * 60.3;
-        let direction = direction_with_moon(DVec3::X, moon, pole);
+        let direction = camera_direction_with_moon(DVec3::X, moon, pole);
         if let Some(direction) = direction {
             assert!(shows_moon(direction, moon, pole));
             // At least two fifths of the disc are lit, and the terminator is visible.

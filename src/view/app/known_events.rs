@@ -1,9 +1,9 @@
-//! The events around the displayed time that have been found so far, and the next search for more.
+//! The events of the timeline that have been found so far, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
-//! gaps. Of its two ends, the one closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
-//! than the length of one search, the search starts again there. Where the ephemeris ends within a search, shorter ones approach its end. Not here: the
-//! thread that searches, and the painting.
+//! gaps; the end of it that is closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
+//! than the length of one search, all events are dropped and the search starts again there. If a search reaches beyond the ephemeris, shorter ones
+//! approach the end of the ephemeris. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -19,9 +19,9 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Length below which a search is not shortened further, seconds: the part that stays unsearched at the end of the ephemeris is shorter than two days, besides
-/// the margin that the search itself needs.
-const MIN_LENGTH_S: f64 = SECONDS_PER_DAY;
+/// Shortest search, seconds. So the part of the ephemeris at its end that is never searched is shorter than two days, besides the margin that the search itself
+/// needs.
+const MIN_SEARCH_S: f64 = SECONDS_PER_DAY;
 /// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
 
@@ -31,12 +31,12 @@ pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     /// Length of one search.
     step_s: f64,
-    /// Length of the next search before the searched span, and after it: halved after each search from the first one that failed because it reaches
-    /// beyond the ephemeris.
+    /// Lengths of the next search before the searched span and of the next one after it. Once a search on a side has reached beyond the ephemeris, the
+    /// length for this side is halved after each search.
     lengths_s: [f64; 2],
     /// Start and end of the searched span, TDB seconds past J2000.
     searched: Option<(f64, f64)>,
-    /// Whether the searches before the searched span, and those after it, have reached the end of the ephemeris.
+    /// Whether nothing is left to search before the searched span, and after it, because the ephemeris ends there.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -46,20 +46,20 @@ pub(crate) struct KnownEvents {
 pub(crate) struct NextSearch {
     pub search: EventSearch,
     backward: bool,
-    /// The end of the searched span from which the search starts.
+    /// The end of the searched span at which the search starts, TDB seconds past J2000.
     from_s: f64,
     length_s: f64,
 }
 
 impl KnownEvents {
-    /// An empty store of events. `step_days`: length of one search.
+    /// No events yet. `step_days`: length of one search.
     pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         let step_s = step_days * SECONDS_PER_DAY;
         Self { kinds, step_s, lengths_s: [step_s; 2], searched: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
     /// The next search for the displayed span `from_s..to_s`, TDB seconds past J2000; `None` if the span has been searched.
-    pub(crate) fn next(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
+    pub(crate) fn next_search(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
         let middle_s = 0.5 * (from_s + to_s);
         let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
         if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
@@ -79,18 +79,19 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, from_s: start_s, length_s })
     }
 
-    /// Stores the result of a search; `None`: at least a part of it is outside the ephemeris. The result is dropped if the search does not extend the current span.
-    pub(crate) fn add(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
+    /// Stores the result of a search; `None` if a part of the search is outside the ephemeris. The result is dropped if it does not adjoin the searched span.
+    pub(crate) fn add_result(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_s, last_s)) = &mut self.searched else { return };
         let end_s = if search.backward { first_s } else { last_s };
         if *end_s != search.from_s {
             return;
         }
         let side = usize::from(!search.backward);
-        // Once a search has failed, the ephemeris ends within its length, and after each further one, within half the length of the one before.
+        // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end is within
+        // the length of that search from the searched span.
         if found.is_none() || search.length_s < self.step_s {
             self.lengths_s[side] = 0.5 * search.length_s;
-            self.is_exhausted[side] = self.lengths_s[side] < MIN_LENGTH_S;
+            self.is_exhausted[side] = self.lengths_s[side] < MIN_SEARCH_S;
         }
         let Some(found) = found else { return };
         *end_s += if search.backward { -search.length_s } else { search.length_s };
@@ -132,8 +133,8 @@ mod tests {
     /// Number of searches until a span has been searched.
     fn searches_needed(known: &mut KnownEvents, from_s: f64, to_s: f64) -> usize {
         let mut searches = 0;
-        while let Some(next) = known.next(from_s, to_s) {
-            known.add(&next, Some(Vec::new()));
+        while let Some(next) = known.next_search(from_s, to_s) {
+            known.add_result(&next, Some(Vec::new()));
             searches += 1;
             assert!(searches < 1000, "no end");
         }
@@ -157,16 +158,16 @@ mod tests {
         let (from_s, to_s) = (0.0, 100.0 * DAY_S);
         assert_eq!(known.unsearched(from_s, to_s), [Some((from_s, to_s)), None]);
         for step in 1..=4 {
-            let next = known.next(from_s, to_s).expect("a search");
-            known.add(&next, Some(Vec::new()));
+            let next = known.next_search(from_s, to_s).expect("a search");
+            known.add_result(&next, Some(Vec::new()));
             let [before, after] = known.unsearched(from_s, to_s).map(|part| part.map_or(0.0, |(a, b)| b - a));
             assert_eq!(before + after, (100.0 - 10.0 * f64::from(step)) * DAY_S);
             assert!((before - after).abs() <= 10.0 * DAY_S, "{before} {after}");
         }
         searches_needed(&mut known, from_s, to_s);
         assert_eq!(known.unsearched(from_s, to_s), [None; 2]);
-        while let Some(later) = known.next(50.0 * DAY_S, 150.0 * DAY_S) {
-            known.add(&later, None);
+        while let Some(later) = known.next_search(50.0 * DAY_S, 150.0 * DAY_S) {
+            known.add_result(&later, None);
         }
         assert_eq!(known.unsearched(50.0 * DAY_S, 150.0 * DAY_S), [None; 2], "nothing is searched beyond the ephemeris");
     }
@@ -175,12 +176,12 @@ mod tests {
     #[test]
     fn titles_are_rewritten_without_a_search() {
         let mut known = KnownEvents::new(&[EventKind::Moons], 10.0);
-        let next = known.next(0.0, 10.0 * DAY_S).expect("a search");
+        let next = known.next_search(0.0, 10.0 * DAY_S).expect("a search");
         let greatest = Instant::from_tdb_seconds_past_j2000(5.0 * DAY_S);
         let (moon, planet) = (NaifId(501), NaifId(599));
         let event = MoonEvent { class: MoonEventType::Transit, moon, planet, by_moon: None, greatest, contacts: Vec::new() };
         let found = KnownEvent { tdb_s: 5.0 * DAY_S, title: "before".into(), event: Arc::new(SkyEvent::Moons(event)) };
-        known.add(&next, Some(vec![found]));
+        known.add_result(&next, Some(vec![found]));
         searches_needed(&mut known, 0.0, 10.0 * DAY_S);
         known.rewrite_titles(|event| format!("{:?}", event.kind()));
         assert_eq!(known.between(0.0, 10.0 * DAY_S).iter().map(|e| e.title.as_str()).collect::<Vec<_>>(), ["Moons"]);
@@ -208,8 +209,8 @@ mod tests {
             };
             let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
             let mut searches = 0;
-            while let Some(next) = known.next(-2000.0 * DAY_S, 2000.0 * DAY_S) {
-                known.add(&next, is_covered(&next).then(Vec::new));
+            while let Some(next) = known.next_search(-2000.0 * DAY_S, 2000.0 * DAY_S) {
+                known.add_result(&next, is_covered(&next).then(Vec::new));
                 searches += 1;
                 assert!(searches < 30, "{end_days}: no end");
             }
@@ -222,20 +223,20 @@ mod tests {
     #[test]
     fn nothing_is_searched_beyond_the_ephemeris_and_late_results_are_dropped() {
         let mut known = KnownEvents::new(&[EventKind::Lunar], 10.0);
-        let first = known.next(0.0, 20.0 * DAY_S).expect("a search");
-        known.add(&first, None);
+        let first = known.next_search(0.0, 20.0 * DAY_S).expect("a search");
+        known.add_result(&first, None);
         let mut lengths_s = vec![first.length_s];
-        while let Some(next) = known.next(0.0, 20.0 * DAY_S) {
-            known.add(&next, None);
+        while let Some(next) = known.next_search(0.0, 20.0 * DAY_S) {
+            known.add_result(&next, None);
             lengths_s.push(next.length_s);
         }
         // Searches of 10, 5, 2.5 and 1.25 days on each side.
         lengths_s.sort_by(f64::total_cmp);
         assert_eq!(lengths_s, [1.25, 1.25, 2.5, 2.5, 5.0, 5.0, 10.0, 10.0].map(|days| days * DAY_S));
-        let elsewhere = known.next(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
-        known.add(&first, Some(Vec::new()));
+        let elsewhere = known.next_search(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
+        known.add_result(&first, Some(Vec::new()));
         assert_eq!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
-        known.add(&elsewhere, Some(Vec::new()));
+        known.add_result(&elsewhere, Some(Vec::new()));
         assert_ne!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
     }
 }

@@ -1,4 +1,7 @@
-//! The state behind the window: the view, its camera, time, history and settings. Not here: the window and the panels.
+//! The state behind the window: the view, its camera, time, history and settings.
+//!
+//! In: the user's actions, real time, positions of bodies. Out: plain values: the view to draw, texts for the panels, settings to save. Not here: the
+//! window and the panels.
 
 pub mod body_positions;
 pub mod civil_time;

@@ -1,23 +1,29 @@
 //! The view of a well-known moment of the catalog.
 //!
-//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment.
+//! In: a [`Moment`], positions of bodies. Out: a [`ViewState`], or `None` if the ephemeris does not cover the moment or the catalog lacks its
+//! body.
 
 use crate::catalog::Catalog;
 use crate::catalog::moments::{Moment, Vantage};
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::orbit_camera::OrbitCamera;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
+use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, inertial_orbit_pose};
 
 /// The view of a moment; quality, effects and layers come from `base_view`.
-pub(crate) fn view_of_moment(moment: &Moment, catalog: &Catalog, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
+pub(crate) fn view_of_moment(
+    moment: &Moment,
+    catalog: &Catalog,
+    positions: &dyn BodyPositions,
+    base_view: &ViewState,
+) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
         Vantage::Side { faced_body, away, radii } => {
-            let side = places.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
-            let pole = places.body_from_icrf(target.id, moment.time)?.row(2);
+            let side = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
+            let pole = positions.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
-            (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), FOV_DEG)
+            (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), DEFAULT_FOV_DEG)
         }
         // Above the target itself the camera looks straight down; from any other body it tracks the target, and these angles are not used.
         Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {

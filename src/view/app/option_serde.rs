@@ -1,7 +1,7 @@
 //! Serialisation of a view's options in links and files, as the names that the command line uses.
 //!
-//! In: values, or text from serde. Out: names, or the values of names, also of names that earlier versions wrote. Always: an unknown name is an
-//! error that suggests a similar name or lists the known names.
+//! In: values; or names, including those that earlier versions wrote. Out: names; or values. Always: an unknown name is an error that suggests a
+//! similar name or lists the known names.
 
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
@@ -20,8 +20,8 @@ pub(crate) trait NamedOption: Copy + 'static {
     fn by_name(name: &str) -> Option<Self>;
 }
 
-/// Implements [`NamedOption`] by the types' own methods of these names.
-macro_rules! named {
+/// Implements [`NamedOption`] with the type's inherent methods of the same names.
+macro_rules! impl_named_option {
     ($($option:ty),*) => {$(
         impl NamedOption for $option {
             fn names() -> Vec<&'static str> {
@@ -37,7 +37,7 @@ macro_rules! named {
     )*};
 }
 
-named!(PixelView, Projection, Quality, StereoLayout, ToneMap);
+impl_named_option!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 
 /// Stores a value as its name, for `#[serde(with)]`.
 pub mod by_name {
@@ -74,7 +74,7 @@ pub mod by_optional_name {
     }
 }
 
-/// Stores overrides in the syntax of `--effects`, for `#[serde(with)]`.
+/// Stores overrides of effects in the syntax of `--effects`, for `#[serde(with)]`.
 pub mod effects {
     use super::{Deserialize, Deserializer, EffectOverrides, Error, Serializer};
 

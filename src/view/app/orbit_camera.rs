@@ -1,15 +1,15 @@
 //! The orbiting camera of the window: angles about the pole of the orbited body and a distance, changed by mouse and keys.
 //!
-//! In: drags in pixels, wheel notches, the pole. Out: the camera's offset from the body in kilometres, in the axes in which the pole is given:
-//! ICRF, or body-fixed (the pole is z). This module uses no window and no ephemeris.
+//! In: drags in pixels, wheel notches, the pole. Out: the camera's offset from the body's centre in kilometres. Pole and offset are both in ICRF, or both
+//! in body-fixed axes, in which the pole is z. This module uses no window and no ephemeris.
 
 use glam::{DMat3, DVec3};
 
-/// Smallest distance from the centre, in radii: a metre above an Earth-sized sphere is 1.6e-7 radii.
-const MIN_RADII: f64 = 1.0 + 1.6e-7;
+/// Smallest distance from the centre, in radii: for the Earth, a metre above the sphere of its equatorial radius.
+const MIN_DISTANCE_RADII: f64 = 1.0 + 1.6e-7;
 /// Largest distance from the centre, in radii: about 2000 au for the Earth's radius.
-const MAX_RADII: f64 = 5.0e7;
-/// Change of the logarithm of the height above the ground per wheel notch; six notches are a factor of e.
+const MAX_DISTANCE_RADII: f64 = 5.0e7;
+/// Change of the natural logarithm of the height above the ground per wheel notch: six notches change the height by a factor of e.
 pub(crate) const LOG_HEIGHT_PER_NOTCH: f64 = 1.0 / 6.0;
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
@@ -25,7 +25,7 @@ pub(crate) struct OrbitCamera {
 }
 
 /// Rotation from the axes of a body's equator to ICRF. Its columns are the axes: z is the pole, x the ascending node of the body's equator on
-/// the ICRF equator. A pole along z gives the identity.
+/// the ICRF equator. With the pole of body-fixed axes, which is z, it is the identity.
 pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
@@ -41,6 +41,7 @@ impl OrbitCamera {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         let v = icrf_from_equator(pole).transpose() * offset_km;
+        // Distance from the pole's axis.
         let equatorial_km = v.truncate().length();
         let mut orbit =
             Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
@@ -75,7 +76,7 @@ impl OrbitCamera {
     fn keep_in_bounds(&mut self) {
         self.azimuth_rad = self.azimuth_rad.rem_euclid(std::f64::consts::TAU);
         self.elevation_rad = self.elevation_rad.clamp(-MAX_ELEVATION_RAD, MAX_ELEVATION_RAD);
-        self.distance_radii = self.distance_radii.clamp(MIN_RADII, MAX_RADII);
+        self.distance_radii = self.distance_radii.clamp(MIN_DISTANCE_RADII, MAX_DISTANCE_RADII);
     }
 }
 
@@ -112,11 +113,11 @@ mod tests {
         for _ in 0..2000 {
             orbit.zoom(1.0);
         }
-        assert_eq!(orbit.distance_radii, MIN_RADII);
+        assert_eq!(orbit.distance_radii, MIN_DISTANCE_RADII);
         for _ in 0..2000 {
             orbit.zoom(-1.0);
         }
-        assert_eq!(orbit.distance_radii, MAX_RADII);
+        assert_eq!(orbit.distance_radii, MAX_DISTANCE_RADII);
     }
 
     #[test]

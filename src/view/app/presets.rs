@@ -1,13 +1,13 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; its rate of
-//! time. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of stars and the exposure;
-//! `PresetChanges` undoes this for the next view.
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of
+//! time at which the view runs. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of
+//! stars and the exposure; `PresetChanges` undoes this for the next view.
 
 use super::body_positions::BodyPositions;
 use super::orbit_camera::OrbitCamera;
 use super::settings::Home;
-use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
+use super::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, inertial_orbit_pose};
 use super::what_to_see_now::MOON_FOV_DEG;
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -24,14 +24,14 @@ const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 const OUTER_DISTANCE_AU: f64 = 75.0;
 const INNER_DISTANCE_AU: f64 = 3.9;
 /// Height of the camera of [`Preset::SkyTonight`] above the ground.
-const SKY_HEIGHT_KM: f64 = 0.002;
+const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
 /// Altitude of the middle of its image; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 const SKY_FOV_DEG: f64 = 75.0;
-/// Stops by which stars are brightened, compared with a photograph of the night sky.
+/// Stops by which stars, Milky Way and zodiacal light are brightened.
 const SKY_STARS_BOOST: f64 = 2.0;
-/// Altitude of the Sun below which the sky is dark.
-const DARK_SUN_DEG: f64 = -15.0;
+/// Altitude of the Sun below which the sky counts as dark: the middle of astronomical twilight (-12 to -18 degrees).
+const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
 /// Time step and length of the search for a dark sky, seconds.
 const DARK_STEP_S: f64 = 600.0;
 const DARK_SEARCH_S: f64 = SECONDS_PER_DAY;
@@ -67,7 +67,7 @@ impl Preset {
         })
     }
 
-    /// Words by which the search field finds this preset, besides its name.
+    /// English and German words by which the search field finds this preset, besides its name.
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
@@ -87,23 +87,23 @@ impl Preset {
     }
 
     /// The view of this preset; settings that it does not change come from `base_view`.
-    pub fn view(self, places: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
+    pub fn view(self, positions: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
         let running = |view: ViewState| ViewState { paused: Some(false), ..view };
         match self {
-            Self::WholeSystem => system(OUTER_DISTANCE_AU, places, now, base_view),
-            Self::InnerSystem => system(INNER_DISTANCE_AU, places, now, base_view),
+            Self::WholeSystem => system_view(OUTER_DISTANCE_AU, positions, now, base_view),
+            Self::InnerSystem => system_view(INNER_DISTANCE_AU, positions, now, base_view),
             Self::MoonPhases => {
                 Some(running(base_view.paused_view(now, NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }, MOON_FOV_DEG)))
             }
             Self::SkyTonight => {
-                let time = dark_time(places, now, home)?;
-                // The part of the sky in which the Sun, the Moon and the planets culminate.
+                let time = dark_time(positions, now, home)?;
+                // North or south, where the Moon and the planets culminate.
                 let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
                 let eye = CameraPose::Ground {
                     body: NaifId::EARTH,
                     latitude_deg: home.latitude_deg,
                     longitude_deg: home.longitude_deg,
-                    height_km: SKY_HEIGHT_KM,
+                    height_km: SKY_CAMERA_HEIGHT_KM,
                     azimuth_deg,
                     altitude_deg: SKY_ALTITUDE_DEG,
                 };
@@ -116,29 +116,29 @@ impl Preset {
 }
 
 /// The planets' orbits from above, seen from the Earth's azimuth about the Sun.
-fn system(distance_au: f64, places: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
-    let pole = places.body_from_icrf(NaifId::SUN, now)?.row(2);
-    let earth_km = places.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
+fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
+    let pole = positions.body_from_icrf(NaifId::SUN, now)?.row(2);
+    let earth_km = positions.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
     let mut orbit = OrbitCamera::from_offset(earth_km.try_normalize()?, 1.0, pole);
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
-    let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), FOV_DEG);
+    let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), DEFAULT_FOV_DEG);
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 
 /// The first time from now on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun.
-fn dark_time(places: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
+fn dark_time(positions: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
     // Only the direction of the vertical is used; it does not depend on the radii.
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
-        let sun = places.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
-        Some((places.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
+        let sun = positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
+        Some((positions.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
     };
     let mut lowest: Option<(f64, Instant)> = None;
     for step in 0..=(DARK_SEARCH_S / DARK_STEP_S) as u32 {
         let time = now.plus_seconds(f64::from(step) * DARK_STEP_S);
         let sine = sun_altitude_sine(time)?;
-        if sine < DARK_SUN_DEG.to_radians().sin() {
+        if sine < DARK_SUN_ALTITUDE_DEG.to_radians().sin() {
             return Some(time);
         }
         if lowest.is_none_or(|(least, _)| sine < least) {

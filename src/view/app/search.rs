@@ -18,7 +18,7 @@ use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::presets::Preset;
-use crate::view::app::view_state::{CameraPose, FOV_DEG, ViewState, body_fixed_orbit_pose};
+use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text};
@@ -26,7 +26,7 @@ use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
 
-/// What a suggestion selects.
+/// What the user chooses with a suggestion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SearchTarget {
     Body(NaifId),
@@ -90,7 +90,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     );
     found.extend(
         viewer
-            .completions(text, max_count)
+            .matching_bodies(text, max_count)
             .into_iter()
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
@@ -100,7 +100,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found.extend(cities::named(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
-    found.extend(features(text, viewer).take(max_count));
+    found.extend(surface_features(text, viewer).take(max_count));
     found.extend(effects(text));
     if text.contains('.')
         && let Ok(key) = text.parse::<ShaderKey>()
@@ -111,20 +111,22 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found
 }
 
-/// What the user may have meant by a text that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
-/// corrected spelling of words for events and views.
+/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
+/// its words for events and views spelled correctly, if that matches something.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
     let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
-    let corrected = |word: &str| match word.parse::<f64>().is_err() && !known_words.contains(&word) {
-        true => nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned()),
-        false => word.to_owned(),
+    let corrected = |word: &str| {
+        if word.parse::<f64>().is_ok() || known_words.contains(&word) {
+            return word.to_owned();
+        }
+        nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned())
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
-    let is_new = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
+    let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
     let similar_names = nearest(text, names(viewer)).into_iter().map(str::to_owned);
-    similar_names.chain(is_new.then_some(corrected_text)).collect()
+    similar_names.chain(is_useful.then_some(corrected_text)).collect()
 }
 
 /// All names of bodies, stars and cities.
@@ -179,7 +181,7 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    // Fewer than three letters occur in too many names.
+    // One or two letters occur in too many names.
     let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
     let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
     named.map(|m| {
@@ -188,7 +190,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
 }
 
 /// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
-fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
+fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
         let lower = lower.clone();
@@ -202,16 +204,16 @@ fn features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggesti
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
-/// height is limited by [`FEATURE_HEIGHT_LIMITS_RADII`].
-pub(crate) fn feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
-    let height_radii = (FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
-        .clamp(FEATURE_HEIGHT_LIMITS_RADII[0], FEATURE_HEIGHT_LIMITS_RADII[1]);
+/// height is limited by [`SURFACE_FEATURE_HEIGHT_LIMITS_RADII`].
+pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
+    let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
+        .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
     ViewState {
         target: body.id,
         eye: body_fixed_orbit_pose(body.id, orbit),
         tracks: true,
-        fov_deg: FOV_DEG,
+        fov_deg: DEFAULT_FOV_DEG,
         roll_deg: 0.0,
         exposure_stops: None,
         ..base_view.clone()
@@ -267,15 +269,15 @@ const GERMAN_WORDS: [(&str, &str); 18] = [
     ("von", "of"),
 ];
 
-/// A text with its German words for events translated to English.
+/// A text in lower case with its German words for events translated to English.
 fn in_english(lower: &str) -> String {
     let english =
         |word: &str| GERMAN_WORDS.iter().find(|(german, _)| *german == word).map_or(word.to_owned(), |(_, word)| (*word).to_owned());
     lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
 }
 
-/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns its name, the kinds,
-/// and the start of the year if the text states one.
+/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns a name for the
+/// search, the kinds of events, and the start of the year if the text states one.
 fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
@@ -302,19 +304,19 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
 }
 
 /// Height of the camera above a feature, in diameters of the feature.
-const FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
 /// Limits of this height, in radii of the body.
-const FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
+const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star.
 const STAR_FOV_DEG: f64 = 20.0;
-/// Distance of the camera from the Earth's centre, radii. The camera is between the Earth and the star.
+/// Distance of the camera from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
 /// `years_since_epoch`: Julian years since the epoch of the star catalog.
-pub fn star_view(star: &Star, years_since_epoch: f64, places: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
-    let pole = places.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
-    // As seen from the solar system's barycentre: the annual parallax is invisible in this field of view.
+pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
+    let pole = positions.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
+    // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
     let eye = CameraPose::Orbit {

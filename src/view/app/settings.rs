@@ -11,7 +11,7 @@ use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error}
 use crate::session::DisplayPreference;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::view_state::{ViewState, within_half_turn_deg};
+use crate::view::app::view_state::{ViewState, wrapped_longitude_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
 use crate::view::window::placement::WindowPlacement;
@@ -21,12 +21,12 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
-pub(crate) const UI_SCALES: RangeInclusive<f32> = 0.6..=3.0;
-/// Width and height of the smallest window, points, to which larger text may reduce a window: its panels can still be scrolled to each control.
-const MIN_SCALED_SIZE: [f32; 2] = [600.0, 340.0];
+pub(crate) const UI_SCALE_RANGE: RangeInclusive<f32> = 0.6..=3.0;
+/// Smallest width and height of a window, in points at its scale, at which the user can still scroll to each control of a panel.
+const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
-/// Number of files set aside that are kept.
+/// Number of unusable settings files that are kept under other names (`.broken`).
 const MAX_SET_ASIDE: usize = 5;
 /// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
@@ -59,7 +59,7 @@ impl Default for Home {
 impl Home {
     /// The place with its longitude within ±180 degrees; the default place if there is no such latitude.
     fn or_default(self) -> Self {
-        let longitude_deg = within_half_turn_deg(self.longitude_deg);
+        let longitude_deg = wrapped_longitude_deg(self.longitude_deg);
         if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
     }
 }
@@ -77,15 +77,15 @@ pub struct HintsFollowed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct PanelLayout {
-    /// The list of bodies is shown.
+    /// Whether the list of bodies is shown.
     pub bodies_shown: bool,
     /// Name of the open panel.
     pub open: Option<String>,
     /// Name of the panel that is kept open on the other side.
     pub kept: Option<String>,
-    /// Panels are on the left, next to the list of bodies.
+    /// Whether panels are on the left, next to the list of bodies.
     pub on_left: bool,
-    /// Width of the list of bodies, points. `None`, as for the other widths: never changed.
+    /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
     pub bodies_width: Option<f32>,
     pub panel_width: Option<f32>,
     /// Width of panels with source text or two images.
@@ -97,7 +97,7 @@ pub struct PanelLayout {
     pub timeline_shown: bool,
     /// Span of the timeline.
     pub timeline_span_s: f64,
-    /// *What to see now* is shown over the sky; false after the first input of a new user.
+    /// *What to see now* is shown over the image. False once the user has closed it, caused an action other than a pause, or opened or closed a panel.
     pub now_shown: bool,
     /// Size of the viewport in the last run, pixels: the first image is requested before the window has a size.
     pub viewport_px: [u32; 2],
@@ -139,20 +139,22 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor for a window of this width and height (points at scale 1): that of the settings, or, if the bars would leave no room for the panels, a
-/// smaller one, but not below 1. The control that reduces the scale is in a panel.
+/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. If it is more than 1 and would leave no room
+/// for the panels, it is reduced, but not below 1: the control that changes it is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
-    let [min_width, min_height] = MIN_SCALED_SIZE;
+    let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
 }
 
+/// The settings of the window.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
     /// Dark panels; `None` follows the system.
     pub dark: Option<bool>,
     /// Scale of text and controls.
-    pub zoom: f32,
+    #[serde(rename = "zoom")]
+    pub ui_scale: f32,
     /// `None`: the language of the system.
     #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
@@ -168,7 +170,8 @@ pub struct Settings {
     pub unit: LengthUnit,
     pub home: Home,
     /// The time zone of displayed times.
-    pub clock: ShownTimeZone,
+    #[serde(rename = "clock")]
+    pub time_zone: ShownTimeZone,
     #[serde(rename = "hints")]
     pub hints_followed: HintsFollowed,
     pub panels: PanelLayout,
@@ -181,7 +184,7 @@ pub struct Settings {
     /// The last views that the user left, newest first. Written by `other_version::Saved`.
     #[serde(skip_serializing)]
     pub recent: Vec<Bookmark>,
-    /// What only another version of the program can read.
+    /// The parts of the file that only another version of the program can read.
     #[serde(skip)]
     pub other_version: OtherVersion,
 }
@@ -190,7 +193,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             dark: Some(true),
-            zoom: 1.0,
+            ui_scale: 1.0,
             language: None,
             names: true,
             markers: true,
@@ -198,7 +201,7 @@ impl Default for Settings {
             display_preference: DisplayPreference::default(),
             unit: LengthUnit::default(),
             home: Home::default(),
-            clock: ShownTimeZone::default(),
+            time_zone: ShownTimeZone::default(),
             hints_followed: HintsFollowed::default(),
             panels: PanelLayout::default(),
             window_placement: None,
@@ -210,8 +213,8 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Adds a view at the head of the list of recent views.
-    pub(crate) fn remember(&mut self, name: String, view: ViewState) {
+    /// Adds a view to the recent views, as the newest.
+    pub(crate) fn add_recent(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
         self.recent.truncate(MAX_RECENT);
@@ -224,16 +227,16 @@ impl Settings {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return (Self::default(), None),
-            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
+            Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
         let (read, unread) = match other_version::read(&text) {
             Ok(read) => read,
-            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), aside_or_reason(path)))),
+            Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
         };
         // egui would panic at a scale of 0.
-        let zoom = read.zoom.clamp(*UI_SCALES.start(), *UI_SCALES.end());
-        let settings = Self { zoom, home: read.home.or_default(), ..read };
+        let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
+        let settings = Self { ui_scale, home: read.home.or_default(), ..read };
         if let Some(unread) = unread {
             let line = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
@@ -265,17 +268,18 @@ impl Settings {
     }
 }
 
-/// [`set_aside`], where both outcomes are only told.
-fn aside_or_reason(path: &Path) -> String {
+/// Sets a file aside. Returns a text for the user: where the file is now, or why it could not be renamed.
+fn set_aside_message(path: &Path) -> String {
     set_aside(path).unwrap_or_else(|reason| reason)
 }
 
-/// Renames a file that cannot be used as settings. Returns a text that says where it is now, or as the error why it could not be renamed.
+/// Sets a file that cannot be used as settings aside: appends `.broken` to its name, or `.broken-2` and so on. Returns a text for the user: where the file is
+/// now, or, as the error, why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
     let mut earlier = set_aside_numbers(path);
-    // Above all others, also where earlier ones were removed, so that the highest number is the newest file.
+    // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
     let mut number = earlier.last().map_or(1, |last| last + 1);
-    // In a folder that cannot be listed, or beside a file of the user.
+    // The name may be taken all the same, for example if the folder cannot be listed.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
@@ -283,7 +287,7 @@ fn set_aside(path: &Path) -> Result<String, String> {
     std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
     earlier.truncate((earlier.len() + 1).saturating_sub(MAX_SET_ASIDE));
     for number in earlier {
-        // One that cannot be removed is tried again when the next file is set aside.
+        // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }
     Ok(format!("kept as {}", aside.display()))
@@ -296,13 +300,13 @@ fn set_aside_path(path: &Path, number: u32) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// The numbers of the files that were set aside, ascending; empty if the folder cannot be listed. A link whose target is missing occupies its number as well.
+/// The numbers of the files that were set aside, ascending; empty if the folder cannot be listed. Symbolic links count, even if their target is missing.
 fn set_aside_numbers(path: &Path) -> Vec<u32> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Some(settings_name) = path.file_name().and_then(|n| n.to_str()) else { return Vec::new() };
     let number = |name: &str| match name.strip_prefix(settings_name)?.strip_prefix(".broken")? {
         "" => Some(1),
-        // Only as the program writes it: `settings.json.broken-02` is a file of the user.
+        // Only names that the program writes: `settings.json.broken-02` is a file of the user.
         rest => rest.strip_prefix('-')?.parse::<u32>().ok().filter(|n| (2..1 << 30).contains(n) && rest == format!("-{n}")),
     };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -335,12 +339,12 @@ mod tests {
     fn saved_settings_are_loaded_unchanged() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("deep").join("settings.json");
-        let mut settings = Settings { zoom: 1.25, dark: None, ..Settings::default() };
+        let mut settings = Settings { ui_scale: 1.25, dark: None, ..Settings::default() };
         settings.bookmarks.push(Bookmark { name: "Saturn's \"ears\"".into(), view: view(699) });
         for i in 0..40 {
-            settings.remember(format!("view {i}"), view(i));
+            settings.add_recent(format!("view {i}"), view(i));
         }
-        settings.remember("again".into(), view(39));
+        settings.add_recent("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
         settings.save(&path).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
@@ -359,7 +363,7 @@ mod tests {
             std::fs::write(&path, text).expect("a file");
             Settings::load(&path)
         };
-        let others = Settings { names: false, zoom: 1.5, ..Settings::default() };
+        let others = Settings { names: false, ui_scale: 1.5, ..Settings::default() };
         for unknown in ["\"tlh\"", "\"\"", "null", "7", "[\"de\"]", "{\"code\": \"de\"}"] {
             let text = format!("{{\"language\": {unknown}, \"names\": false, \"zoom\": 1.5}}");
             assert_eq!(read(&text), (others.clone(), None), "{unknown}");
@@ -376,10 +380,11 @@ mod tests {
     fn a_scale_outside_its_range_is_limited() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        for (saved, zoom) in [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e30", 3.0)]
+        for (saved, ui_scale) in
+            [("0", 0.6), ("-1", 0.6), ("1e-6", 0.6), ("0.6", 0.6), ("1.5", 1.5), ("3", 3.0), ("1000", 3.0), ("1e30", 3.0)]
         {
             std::fs::write(&path, format!("{{\"zoom\": {saved}}}")).expect("a file");
-            assert_eq!(Settings::load(&path), (Settings { zoom, ..Settings::default() }, None), "{saved}");
+            assert_eq!(Settings::load(&path), (Settings { ui_scale, ..Settings::default() }, None), "{saved}");
         }
     }
 

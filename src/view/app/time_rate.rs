@@ -6,10 +6,10 @@
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
-/// The preset speeds, from real time to a Julian year per second; the last but one is a mean month per second.
+/// The preset speeds, from real time to a Julian year per second; the last but one is a twelfth of a Julian year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
-/// Longest real time, seconds, that one frame converts to scene time: after a stall (a hidden window, a slow frame) scene time at a high speed does
-/// not jump. At real time forward there is no limit, so that a view of the current sky stays current.
+/// Longest real time, seconds, that one frame converts to scene time, so that scene time at a high speed does not jump after a stall (a hidden window, a
+/// slow frame). At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
 const MAX_REAL_STEP_S: f64 = 2.0;
 
 /// Limits of the speed, scene seconds per real second.
@@ -78,7 +78,7 @@ impl TimeRate {
         self.paused = paused;
     }
 
-    /// Resets to real time, forward.
+    /// Runs time forward at the speed of real time.
     pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }

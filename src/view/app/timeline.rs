@@ -15,9 +15,9 @@ use std::ops::RangeInclusive;
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Range of the span of a timeline: a quarter of a day to four centuries.
-pub(crate) const SPANS_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
+pub(crate) const SPAN_RANGE_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
 /// Minimum distance between ticks, points, so that their labels do not touch.
-const MIN_TICK_POINTS: f64 = 72.0;
+const MIN_TICK_DISTANCE_POINTS: f64 = 72.0;
 /// Maximum number of ticks; a window 4000 points wide has fewer.
 const MAX_TICKS: usize = 100;
 /// Zoom factor of a wheel notch.
@@ -27,7 +27,7 @@ const ZOOM_PER_NOTCH: f64 = 1.3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TimeAxis {
     /// Time at the middle of the axis, TDB seconds past J2000.
-    pub middle_s: f64,
+    pub middle_tdb_s: f64,
     /// Time between the ends of the axis.
     pub span_s: f64,
     /// Width of the axis, points.
@@ -72,9 +72,9 @@ const TICK_INTERVALS: [TickInterval; 18] = [
     TickInterval::Years(200),
 ];
 
-/// A stored span clamped to [`SPANS_S`]; two years if the stored value is not finite.
+/// A stored span clamped to [`SPAN_RANGE_S`]; two years if the stored value is not finite.
 pub(crate) fn usable_span_s(saved: f64) -> f64 {
-    if saved.is_finite() { saved.clamp(*SPANS_S.start(), *SPANS_S.end()) } else { 2.0 * YEAR_S }
+    if saved.is_finite() { saved.clamp(*SPAN_RANGE_S.start(), *SPAN_RANGE_S.end()) } else { 2.0 * YEAR_S }
 }
 
 /// The span after zooming by wheel notches; positive notches shorten it.
@@ -95,45 +95,46 @@ pub(crate) fn span_text(span_s: f64) -> String {
 }
 
 impl TimeAxis {
-    pub(crate) fn start_s(&self) -> f64 {
-        self.middle_s - 0.5 * self.span_s
+    pub(crate) fn start_tdb_s(&self) -> f64 {
+        self.middle_tdb_s - 0.5 * self.span_s
     }
 
-    pub(crate) fn end_s(&self) -> f64 {
-        self.middle_s + 0.5 * self.span_s
+    pub(crate) fn end_tdb_s(&self) -> f64 {
+        self.middle_tdb_s + 0.5 * self.span_s
     }
 
     /// The position of a time, points from the left end; outside the axis it is negative or larger than the width.
     pub(crate) fn position(&self, tdb_s: f64) -> f64 {
-        (tdb_s - self.start_s()) / self.span_s * self.width
+        (tdb_s - self.start_tdb_s()) / self.span_s * self.width
     }
 
     /// The time at a distance from the left end in points, TDB seconds past J2000.
-    pub(crate) fn time_s(&self, points: f64) -> f64 {
-        self.start_s() + points / self.width * self.span_s
+    pub(crate) fn tdb_s_at(&self, points: f64) -> f64 {
+        self.start_tdb_s() + points / self.width * self.span_s
     }
 
-    /// The time that a distance in points spans, seconds.
-    pub(crate) fn seconds(&self, points: f64) -> f64 {
+    /// The duration that a distance in points stands for, seconds.
+    pub(crate) fn duration_s(&self, points: f64) -> f64 {
         points / self.width * self.span_s
     }
 
-    /// Ticks along the axis, in the time zone of `clock`; empty if the axis starts outside the calendar.
-    pub(crate) fn ticks(&self, clock: ShownTimeZone) -> Vec<Tick> {
-        let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_POINTS;
+    /// Ticks along the axis, at whole dates and hours of `zone`; empty if the axis starts outside the calendar.
+    pub(crate) fn ticks(&self, zone: ShownTimeZone) -> Vec<Tick> {
+        let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_DISTANCE_POINTS;
         let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
-        let start = Instant::from_tdb_seconds_past_j2000(self.start_s());
-        let Some(first) = clock.civil_time(start).and_then(|civil| interval.floor(civil)) else { return Vec::new() };
+        let start = Instant::from_tdb_seconds_past_j2000(self.start_tdb_s());
+        let Some(first) = zone.civil_time(start).and_then(|civil| interval.floor(civil)) else { return Vec::new() };
         std::iter::successors(Some(first), |civil| interval.after(*civil))
             .take(MAX_TICKS)
-            .filter_map(|civil| Some(Tick { tdb_s: clock.instant(civil)?.tdb_seconds_past_j2000(), label: interval.label(civil) }))
-            .skip_while(|tick| tick.tdb_s < self.start_s())
-            .take_while(|tick| tick.tdb_s <= self.end_s())
+            .filter_map(|civil| Some(Tick { tdb_s: zone.instant(civil)?.tdb_seconds_past_j2000(), label: interval.label(civil) }))
+            .skip_while(|tick| tick.tdb_s < self.start_tdb_s())
+            .take_while(|tick| tick.tdb_s <= self.end_tdb_s())
             .collect()
     }
 }
 
 impl TickInterval {
+    /// Mean length, seconds.
     fn seconds(self) -> f64 {
         match self {
             Self::Hours(n) => f64::from(n) * HOUR_S,
@@ -192,17 +193,17 @@ mod tests {
     use super::*;
 
     fn axis(middle: &str, span_s: f64, width: f64) -> TimeAxis {
-        TimeAxis { middle_s: Instant::parse(middle).expect("a time").tdb_seconds_past_j2000(), span_s, width }
+        TimeAxis { middle_tdb_s: Instant::parse(middle).expect("a time").tdb_seconds_past_j2000(), span_s, width }
     }
 
     #[test]
     fn position_and_time_are_inverse() {
         let axis = axis("2024-04-08T18:17:00Z", 30.0 * SECONDS_PER_DAY, 900.0);
-        assert!((axis.position(axis.middle_s) - 450.0).abs() < 1e-9);
+        assert!((axis.position(axis.middle_tdb_s) - 450.0).abs() < 1e-9);
         for points in [0.0, 17.0, 450.0, 900.0] {
-            assert!((axis.position(axis.time_s(points)) - points).abs() < 1e-6);
+            assert!((axis.position(axis.tdb_s_at(points)) - points).abs() < 1e-6);
         }
-        assert!((axis.seconds(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
+        assert!((axis.duration_s(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
 
     /// For spans from a day to four centuries, ticks are in order, inside the axis, neither too close nor too far apart, and at whole hours of UTC.
@@ -210,7 +211,7 @@ mod tests {
     fn ticks_are_at_whole_dates_and_far_enough_apart() {
         for middle in ["2024-02-29T18:17:00Z", "1582-10-10T00:00:00Z", "-0043-03-15T12:00:00Z", "2100-12-31T23:59:00Z"] {
             let mut span_s = SECONDS_PER_DAY;
-            while span_s < *SPANS_S.end() {
+            while span_s < *SPAN_RANGE_S.end() {
                 for width in [300.0, 900.0, 2500.0] {
                     let axis = axis(middle, span_s, width);
                     let ticks = axis.ticks(ShownTimeZone::Utc);
@@ -218,9 +219,9 @@ mod tests {
                     let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
                     assert!(positions.iter().all(|p| (0.0..=width).contains(p)), "{case}");
                     // Ticks every five days can be three days apart, from 26 February to 1 March.
-                    assert!(positions.windows(2).all(|p| p[1] - p[0] > 0.55 * MIN_TICK_POINTS), "{case}");
-                    assert!(positions.windows(2).all(|p| p[1] - p[0] < 5.0 * MIN_TICK_POINTS), "{case}");
-                    let max_intervals = width / MIN_TICK_POINTS;
+                    assert!(positions.windows(2).all(|p| p[1] - p[0] > 0.55 * MIN_TICK_DISTANCE_POINTS), "{case}");
+                    assert!(positions.windows(2).all(|p| p[1] - p[0] < 5.0 * MIN_TICK_DISTANCE_POINTS), "{case}");
+                    let max_intervals = width / MIN_TICK_DISTANCE_POINTS;
                     assert!(
                         ticks.len() as f64 <= max_intervals * 1.2 + 1.0 && ticks.len() as f64 >= (max_intervals / 5.0).floor(),
                         "{case}"
@@ -247,10 +248,10 @@ mod tests {
 
     #[test]
     fn spans_stay_within_the_limits() {
-        assert_eq!(zoomed_span_s(*SPANS_S.start(), 99.0), *SPANS_S.start());
-        assert_eq!(zoomed_span_s(*SPANS_S.end(), -99.0), *SPANS_S.end());
+        assert_eq!(zoomed_span_s(*SPAN_RANGE_S.start(), 99.0), *SPAN_RANGE_S.start());
+        assert_eq!(zoomed_span_s(*SPAN_RANGE_S.end(), -99.0), *SPAN_RANGE_S.end());
         assert!((zoomed_span_s(zoomed_span_s(YEAR_S, 3.0), -3.0) / YEAR_S - 1.0).abs() < 1e-12);
-        assert!(SPANS_S.contains(&usable_span_s(f64::NAN)) && SPANS_S.contains(&usable_span_s(-1.0)));
+        assert!(SPAN_RANGE_S.contains(&usable_span_s(f64::NAN)) && SPAN_RANGE_S.contains(&usable_span_s(-1.0)));
         for (days, text) in [(0.25, "6 hours"), (20.0, "20 days"), (365.25, "12 months"), (36_525.0, "100 years")] {
             assert_eq!(span_text(days * SECONDS_PER_DAY), text);
         }

@@ -7,7 +7,7 @@
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
-use super::flight::{FLIGHT_S, Flight, OUTSIDE_RADII, Pose, ease_in_out};
+use super::flight::{FLIGHT_S, Flight, OUTSIDE_BODY_RADII, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
 use crate::ephemeris::angle_rad;
 use crate::scene::request::Projection;
@@ -32,7 +32,7 @@ pub enum TourError {
     /// Not JSON, or not the fields of a tour.
     #[error("not a tour: {0}")]
     Json(#[from] serde_json::Error),
-    #[error("a tour has at least one stop: add to \"stops\"")]
+    #[error("a tour has at least one stop: add one to \"stops\"")]
     Empty,
     /// More stops than a tour may have.
     #[error("{0} stops; a tour has at most {MAX_STOPS}")]
@@ -106,9 +106,9 @@ const NEAR_RADII: f64 = 1.2;
 /// Fraction by which a path is raised in its middle, per radian of the angle between its ends as seen from the body's centre.
 const LIFT_PER_RAD: f64 = 0.3;
 
-/// What a tour shows at one time.
+/// What a tour shows at a time after its start.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TourMoment {
+pub struct TourFrame {
     pub view: ViewState,
     /// Number of the stop, from 0; on a camera path, the stop at its end.
     pub stop: usize,
@@ -178,13 +178,13 @@ impl Tour {
         if stops.is_empty() { Err(TourError::Empty) } else { Ok(Self { title: file.title, stops }) }
     }
 
-    /// Total length, seconds.
+    /// Total length, real seconds.
     pub fn length_s(&self) -> f64 {
         self.stops.iter().map(|s| s.travel_s + s.hold_s).sum()
     }
 
     /// Number of stops.
-    pub fn stops(&self) -> usize {
+    pub fn stop_count(&self) -> usize {
         self.stops.len()
     }
 
@@ -193,24 +193,24 @@ impl Tour {
         self.stops.get(stop).map_or("", |s| s.text.as_str())
     }
 
-    /// Time at which the camera arrives at a stop, seconds from the start.
+    /// Time at which the camera arrives at a stop, real seconds from the start of the tour.
     pub fn arrival_s(&self, stop: usize) -> f64 {
         let before: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
         before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
     }
 
     /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
-    pub fn at(&self, elapsed_s: f64) -> TourMoment {
+    pub fn at(&self, elapsed_s: f64) -> TourFrame {
         let mut remaining_s = elapsed_s.max(0.0);
         let last = self.stops.len() - 1;
         for (k, stop) in self.stops.iter().enumerate() {
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
-                return TourMoment { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
+                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
             }
             remaining_s -= stop.travel_s;
             if remaining_s < stop.hold_s || k == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
-                return TourMoment {
+                return TourFrame {
                     view: stop.view_after(held_s),
                     stop: k,
                     is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
@@ -219,7 +219,7 @@ impl Tour {
             remaining_s -= stop.hold_s;
         }
         // A tour has at least one stop, so the index is valid.
-        TourMoment { view: self.stops[last].final_view(), stop: last, is_changing: false }
+        TourFrame { view: self.stops[last].final_view(), stop: last, is_changing: false }
     }
 }
 
@@ -239,17 +239,18 @@ impl CameraPath {
     /// The path between two views, relative to the body of the second view.
     fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
         let body = to.eye.body();
+        let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
         let radius_km = |id| session.catalog().body(id).map_or(0.0, |b| b.radii_km.max_element());
         let pose = |view: &ViewState| -> Result<Pose, String> {
             let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
             // The image size does not affect the position of the camera.
             let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
-            // The scene's viewer: the camera, and the body on whose ground it stands, if any.
+            // The camera of the scene, and the body on whose ground it stands, if any.
             let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
             let camera = viewer.camera;
             let camera_body = view.eye.body();
             let from_camera_body_km = match (view.eye, viewer.stands_on) {
-                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_RADII * radius_km(camera_body),
+                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body),
                 (_, Some(ground)) => camera.position_km - ground.centre_km,
                 (_, None) => {
                     camera.position_km
@@ -258,7 +259,7 @@ impl CameraPath {
             };
             let offset_km = SessionPositions(session)
                 .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
-                .ok_or_else(|| format!("no source knows where {} is", body.0))?;
+                .ok_or_else(|| format!("no source gives the positions of {} and {}", name(camera_body), name(body)))?;
             Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
         };
         let (start, end) = (pose(from)?, pose(to)?);
@@ -275,18 +276,18 @@ impl CameraPath {
         let eased = ease_in_out(fraction);
         // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
-        // Clamped, because rounding could exceed the greatest field of view.
-        let between = |from_deg: f64, to_deg: f64| {
+        // Interpolates the logarithm, so that the zoom is even. Clamped, because rounding could exceed the greatest field of view.
+        let interpolated_deg = |from_deg: f64, to_deg: f64| {
             (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
         };
         let to_fisheye_deg = to.composition.fisheye_deg;
-        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| between(from_deg, to_fisheye_deg));
+        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| interpolated_deg(from_deg, to_fisheye_deg));
         ViewState {
             composition: CompositionState { fisheye_deg, ..to.composition.clone() },
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,
             eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
             tracks: false,
-            fov_deg: between(self.from_fov_deg, to.fov_deg),
+            fov_deg: interpolated_deg(self.from_fov_deg, to.fov_deg),
             paused: Some(true),
             ..to.clone()
         }

@@ -44,7 +44,7 @@ pub enum CameraPose {
     /// distance are those of an `OrbitCamera`.
     Orbit {
         body: NaifId,
-        /// The angles are in body-fixed axes, so that the camera rotates with the body; otherwise in ICRF.
+        /// Whether azimuth and elevation are in body-fixed axes, so that the camera rotates with the body; otherwise they are in ICRF.
         fixed: bool,
         azimuth_deg: f64,
         elevation_deg: f64,
@@ -68,8 +68,8 @@ impl CameraPose {
         }
     }
 
-    /// Calls `check` for each number: with whether it is possible, and the message if it is not.
-    fn field_errors(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
+    /// Calls `check` for each number, with whether it is possible and a function that gives the error message.
+    fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
             check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
@@ -112,9 +112,9 @@ pub struct ViewState {
     pub tdb_s: f64,
     /// The body that the exposure favours, and that the camera faces if it tracks it.
     pub target: NaifId,
-    /// The camera's pose.
+    /// The camera's position and orientation.
     pub eye: CameraPose,
-    /// The camera faces the target; otherwise it faces the direction given by its angles.
+    /// Whether the camera keeps facing the target; otherwise it faces the direction given by the angles of its pose.
     #[serde(default = "default_true")]
     pub tracks: bool,
     /// Vertical field of view.
@@ -156,8 +156,8 @@ fn default_true() -> bool {
     true
 }
 
-/// Default field of view.
-pub(crate) const FOV_DEG: f64 = 45.0;
+/// Default vertical field of view.
+pub(crate) const DEFAULT_FOV_DEG: f64 = 45.0;
 pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
@@ -170,7 +170,7 @@ impl ViewState {
             target: body,
             eye: inertial_orbit_pose(body, orbit),
             tracks: true,
-            fov_deg: FOV_DEG,
+            fov_deg: DEFAULT_FOV_DEG,
             roll_deg: 0.0,
             exposure_stops: None,
             tone_map: ToneMap::default(),
@@ -215,7 +215,7 @@ impl ViewState {
             return Err(ViewStateError::Field(error));
         }
         let mut request = ViewRequest::of(self.target, self.time());
-        let pose = self.pose(catalog, ephemeris)?;
+        let pose = self.request_pose(catalog, ephemeris)?;
         request.position = pose.position;
         request.look = pose.look;
         request.up = pose.up;
@@ -235,7 +235,7 @@ impl ViewState {
         Ok(request)
     }
 
-    /// The angle spanned by the height of the image, degrees.
+    /// The angle that the height of the image spans.
     pub(crate) fn image_fov_deg(&self) -> f64 {
         match self.composition.projection {
             Projection::Perspective => self.fov_deg,
@@ -269,12 +269,13 @@ impl ViewState {
                 check(false, &|| format!("effects: {e}"));
             }
         }
-        self.eye.field_errors(&mut check);
-        self.composition.field_errors(&mut check);
+        self.eye.check_fields(&mut check);
+        self.composition.check_fields(&mut check);
         errors
     }
 
-    fn pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
+    /// The camera's pose as the fields of a request. A pose without yaw, pitch and roll that faces the orbited body becomes `Look::Target`, too.
+    fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.eye.body())?;
@@ -327,7 +328,7 @@ impl ViewState {
     }
 }
 
-/// The camera's pose in the form that a request uses.
+/// The camera's pose as the fields of a request.
 struct RequestPose {
     position: Position,
     look: Look,
@@ -360,16 +361,16 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
     }
 }
 
-/// Largest east or west longitude that a field accepts: most planets have longitudes from 0 to 360 degrees.
+/// Largest east or west longitude that an input field accepts: for most planets, longitudes are given from 0 to 360 degrees.
 pub(crate) const MAX_TYPED_LONGITUDE_DEG: f64 = 360.0;
 
-/// A longitude within ±180 degrees, which is unchanged, or the same meridian within this range.
-pub(crate) fn within_half_turn_deg(longitude_deg: f64) -> f64 {
+/// Wraps a longitude to -180 to 180 degrees. A longitude in this range, including both ends, stays unchanged.
+pub(crate) fn wrapped_longitude_deg(longitude_deg: f64) -> f64 {
     if (-180.0..=180.0).contains(&longitude_deg) { longitude_deg } else { (longitude_deg + 180.0).rem_euclid(360.0) - 180.0 }
 }
 
-/// Height of the camera when it is placed on the ground, km.
-const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
+/// Height of a camera that is placed on the ground.
+pub(crate) const GROUND_CAMERA_HEIGHT_KM: f64 = 0.01;
 
 /// A camera on the ground that faces south, 10 degrees above the horizon.
 pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> CameraPose {

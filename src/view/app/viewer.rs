@@ -1,7 +1,7 @@
 //! The state of the window and how actions change it: the view, the rate of time, flights, history. All of these are plain values.
 //!
 //! In: actions of mouse, keys and panels; elapsed real seconds. Out: the current [`ViewState`]. Always: an orbiting camera cannot zoom into its body;
-//! going back restores the previous view; the current time comes from the given clock. Not here: the window and the panels, turns and zooms
+//! *Back* restores the previous view; the current time comes from the given clock. Not here: the window and the panels, turns and zooms
 //! (`camera_motion`).
 
 mod camera_motion;
@@ -10,17 +10,17 @@ use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
-use crate::view::app::flight::{Flight, OUTSIDE_RADII, Pose};
+use crate::view::app::flight::{Flight, OUTSIDE_BODY_RADII, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{
-    CameraPose, FOV_DEG, MAX_FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view,
+    CameraPose, DEFAULT_FOV_DEG, MAX_FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view,
 };
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
 
-/// A body that can be looked at.
+/// A body that the user can select: what the window needs of a [`Body`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     pub id: NaifId,
@@ -49,7 +49,7 @@ impl Subject {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     Select(NaifId),
-    /// Fly to the next body of the list (1), or to the previous body (-1).
+    /// Fly to the body this many entries after the selected one in the list: 1 for the next, -1 for the previous body.
     SelectNext(i32),
     FlyTo(NaifId),
     /// Turn the camera about its body by a drag in pixels, right and down; a camera that does not orbit looks around instead.
@@ -72,8 +72,8 @@ pub enum Action {
     RotateWithBody(bool),
     /// Whether the camera keeps facing the target.
     Track(bool),
-    /// Face the selected body again and reset the roll.
-    FaceSelected,
+    /// Face the orbited body again, or, without an orbit, the target; reset the roll.
+    FaceBody,
     SetTime(Instant),
     /// Change the time by scene seconds.
     Step(f64),
@@ -105,16 +105,16 @@ const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
 const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
 /// Largest elevation at arrival, radians (69 degrees).
 const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
-/// Least field of view from another body: it shows a small disc with its surroundings.
-const LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view for a larger disc, such as Jupiter's from its moons, in apparent diameters of the disc.
+/// Least field of view of a body seen from another one: it shows a small disc with its surroundings.
+const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
+/// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
-/// Maximum number of views to go back.
+/// Maximum number of views in the history.
 const MAX_HISTORY: usize = 64;
 
-/// A view of the history.
+/// A view in the history.
 struct PastView {
     view: ViewState,
     /// See [`Viewer::preset_changes`].
@@ -195,7 +195,7 @@ impl Viewer {
     }
 
     /// At most `max_count` bodies with a name or alias that begins with the text, followed by those with a name that contains it.
-    pub(crate) fn completions(&self, text: &str, max_count: usize) -> Vec<&Subject> {
+    pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&Subject> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {
             return Vec::new();
@@ -209,23 +209,23 @@ impl Viewer {
         begins.chain(contains).take(max_count).collect()
     }
 
-    /// Applies an action. `height_px`: the image's height; `places`: where the bodies are.
-    pub fn apply(&mut self, action: Action, height_px: f64, places: &dyn BodyPositions) {
+    /// Applies an action. `height_px`: the image's height; `positions`: of the bodies.
+    pub fn apply(&mut self, action: Action, height_px: f64, positions: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
-            Action::SelectNext(by) => self.select_next(by, places),
-            Action::FlyTo(id) => self.fly_to(id, places),
-            Action::Turn(dx, dy) => self.turn(dx, dy, height_px, places),
-            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, places),
-            Action::Roll(deg) => self.roll(deg, places),
-            Action::Zoom(notches) => self.zoom(notches, places),
+            Action::SelectNext(by) => self.select_next(by, positions),
+            Action::FlyTo(id) => self.fly_to(id, positions),
+            Action::Turn(dx, dy) => self.turn(dx, dy, height_px, positions),
+            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, positions),
+            Action::Roll(deg) => self.roll(deg, positions),
+            Action::Zoom(notches) => self.zoom(notches, positions),
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
-            Action::LookAt(id) => self.look_at(id, places),
-            Action::LookFrom(id) => self.look_from(id, places),
-            Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, places),
-            Action::Track(on) => self.track(on, places),
-            Action::FaceSelected => self.face_selected(places),
+            Action::LookAt(id) => self.look_at(id, positions),
+            Action::LookFrom(id) => self.look_from(id, positions),
+            Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, positions),
+            Action::Track(on) => self.track(on, positions),
+            Action::FaceBody => self.face_body(positions),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
             Action::RunAt(rate) => self.time_rate.run_at(rate),
@@ -258,7 +258,7 @@ impl Viewer {
         }
     }
 
-    /// Interval between frames that time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
+    /// Interval between the images that passing time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
     /// to real time, 1/60 at higher speeds.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
         match self.time_rate.rate().abs() {
@@ -278,14 +278,14 @@ impl Viewer {
         if let Some(paused) = view.paused.take() {
             self.time_rate.set_paused(paused);
         }
-        self.remember();
+        self.push_history();
         self.selected = view.target;
         self.view = view;
         self.preset_changes = preset_changes;
     }
 
     /// Stores the view, or a flight's destination, in the history, and ends the flight.
-    fn remember(&mut self) {
+    fn push_history(&mut self) {
         let current = self.current_view();
         self.end_flight();
         if self.back_history.last().is_none_or(|last| last.view != current.view) {
@@ -302,10 +302,10 @@ impl Viewer {
         PastView { view: self.destination(), preset_changes: self.preset_changes }
     }
 
-    /// Stores the view in the history, then undoes the brightness that a preset has set, because the next view is of another place. The history keeps
-    /// the view as it was.
-    fn leave(&mut self) {
-        self.remember();
+    /// Stores the view in the history before the camera goes elsewhere, then undoes the brightness of stars and the exposure that a preset has set. The
+    /// history keeps the view as it was.
+    fn leave_view(&mut self) {
+        self.push_history();
         if let Some(changes) = self.preset_changes.take() {
             changes.undo_brightness(&mut self.view);
         }
@@ -331,7 +331,7 @@ impl Viewer {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination() }
     }
 
-    /// Restores the previous view of the history (`back`), or the next one.
+    /// Restores the previous view (`back`) or the next view of the history.
     fn step_history(&mut self, back: bool) {
         let current = self.current_view();
         let (from, to) =
@@ -343,11 +343,11 @@ impl Viewer {
         (self.view, self.preset_changes) = (restored.view, restored.preset_changes);
     }
 
-    fn select_next(&mut self, by: i32, places: &dyn BodyPositions) {
+    fn select_next(&mut self, by: i32, positions: &dyn BodyPositions) {
         let count = self.subjects.len() as i32;
         let Some(index) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
         if let Some(next) = self.subjects.get((index as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
-            self.fly_to(next, places);
+            self.fly_to(next, positions);
         }
     }
 
@@ -355,11 +355,11 @@ impl Viewer {
         self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Position and orientation of the camera relative to a body.
-    fn pose_from(&self, body: NaifId, places: &dyn BodyPositions) -> Option<Pose> {
+    /// Position of the camera relative to the centre of a body, and its orientation.
+    fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let camera_body = self.view.eye.body();
-        let icrf_from_body = places.body_from_icrf(camera_body, time)?.transpose();
+        let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
         // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
         let (offset_km, forward, up, tracking_up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
@@ -378,25 +378,25 @@ impl Viewer {
             }
             CameraPose::Centre { .. } => {
                 // The pose is outside the body, on the side of the target.
-                let towards_target = places.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
-                (towards_target * self.radius_km(camera_body) * OUTSIDE_RADII, towards_target, DVec3::Z, None)
+                let towards_target = positions.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
+                (towards_target * self.radius_km(camera_body) * OUTSIDE_BODY_RADII, towards_target, DVec3::Z, None)
             }
         };
         let tracked = tracking_up
             .filter(|_| self.view.tracks && self.view.target != camera_body)
-            .and_then(|up| Some(((places.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
+            .and_then(|up| Some(((positions.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
         let roll_rad = if tracking_up.is_some() { self.view.roll_deg.to_radians() } else { 0.0 };
         let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Some(Pose { offset_km: places.camera_offset_from_km(body, camera_body, offset_km, time)?, forward, up })
+        Some(Pose { offset_km: positions.camera_offset_from_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
-    fn fly_to(&mut self, id: NaifId, places: &dyn BodyPositions) {
+    fn fly_to(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
-        let Some(pole) = places.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
-        let sunward = places.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
-        let from = self.pose_from(id, places);
+        let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
+        let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
+        let from = self.pose_relative_to(id, positions);
         // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
@@ -406,9 +406,9 @@ impl Viewer {
             let elevation_rad = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
             orbit.elevation_rad = elevation_rad.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
         }
-        self.leave();
+        self.leave_view();
         self.selected = id;
-        (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, FOV_DEG);
+        (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, DEFAULT_FOV_DEG);
         let destination = inertial_orbit_pose(id, orbit);
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
@@ -422,7 +422,7 @@ impl Viewer {
         }
     }
 
-    /// Ends a flight at its destination, which has an orbit that a drag can change.
+    /// Ends a flight at once: the camera takes the pose of the destination, an orbit that drags can change.
     fn end_flight(&mut self) {
         if let Some((_, destination)) = self.flight.take() {
             self.view.eye = destination;
@@ -431,18 +431,18 @@ impl Viewer {
 
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
-        self.leave();
+        self.leave_view();
         self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
-    /// Faces a body from where the camera is. A camera at the centre of this body cannot face it.
-    fn look_at(&mut self, id: NaifId, places: &dyn BodyPositions) {
+    /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
+    fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         if self.view.eye == (CameraPose::Centre { body: id }) {
             return;
         }
-        self.remember();
-        self.leave_free_pose(places);
+        self.push_history();
+        self.leave_free_pose(positions);
         (self.view.target, self.view.tracks) = (id, true);
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye
             && *body == id
@@ -451,16 +451,16 @@ impl Viewer {
         }
     }
 
-    fn look_from(&mut self, from: NaifId, places: &dyn BodyPositions) {
+    fn look_from(&mut self, from: NaifId, positions: &dyn BodyPositions) {
         let target = self.selected;
         if from == target {
             return;
         }
-        let distance_km = places.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        let distance_km = positions.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
-        let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
+        let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
         let eye = CameraPose::Centre { body: from };
-        self.leave();
+        self.leave_view();
         self.view = ViewState { eye, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }
 }

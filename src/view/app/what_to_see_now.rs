@@ -7,11 +7,12 @@ use super::body_positions::{BodyPositions, SessionPositions};
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit_camera::OrbitCamera;
-use super::view_state::{CameraPose, FOV_DEG, ViewState, inertial_orbit_pose};
+use super::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, inertial_orbit_pose};
 use crate::catalog::NaifId;
 use crate::catalog::moments::Moment;
 use crate::session::Session;
 use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
 use crate::view::language::dates::day_text;
 use crate::view::language::{catalog_text, decimal, text};
 use std::sync::Arc;
@@ -25,19 +26,24 @@ const SATURN_DISTANCE_RADII: f64 = 6.0;
 const SATURN_SUN_AZIMUTH_DEG: f64 = 35.0;
 /// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
 const SATURN_ELEVATION_DEG: f64 = 12.0;
-/// Length of the search for the next eclipse, seconds; a year has four to seven eclipses.
-const ECLIPSE_SEARCH_S: f64 = 400.0 * 86_400.0;
+/// Length of the search for the next eclipse, seconds. It is long enough, because a year has four to seven eclipses.
+const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
-/// Name in the catalog of the moment whose shader is shown.
+/// Name in the catalog of the moment of [`NowItem::Shader`].
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
 /// The five views, in the order of the row of thumbnails (`view::panels::what_to_see_now`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NowItem {
+    /// The Moon as it is now, from the Earth's centre.
     Moon,
+    /// The next eclipse of the Sun or the Moon.
     Eclipse,
+    /// Saturn as it is now, with its rings.
     Saturn,
+    /// A moment of the catalog with shadows of moons on a planet.
     Shadows,
+    /// A moment of the catalog; choosing it also opens the shader that draws it.
     Shader,
 }
 
@@ -69,18 +75,18 @@ impl NowItem {
 
     /// The view of this item; `None` if the ephemeris does not cover it or the catalog lacks its moment.
     pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
-        let (catalog, places) = (session.catalog(), SessionPositions(session));
+        let (catalog, positions) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
         // These views show the time at which they are opened; the caller decides whether time is paused.
         let at_current_time = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
-        let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &places, base_view);
+        let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &positions, base_view);
         match self {
             Self::Moon => {
                 let camera = CameraPose::Centre { body: NaifId::EARTH };
-                let lit = illuminated_fraction(&places, NaifId::MOON, now)?;
+                let lit = illuminated_fraction(&positions, NaifId::MOON, now)?;
                 let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
                 at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
             }
@@ -88,18 +94,18 @@ impl NowItem {
                 let backward = false;
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, backward);
                 let event = search.first(catalog, session.ephemeris()).ok()??;
-                let view = event.view(catalog, &places, base_view);
+                let view = event.view(catalog, &positions, base_view);
                 let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
-                let sunward = places.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
-                let pole = places.body_from_icrf(SATURN, now)?.row(2);
+                let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
+                let pole = positions.body_from_icrf(SATURN, now)?.row(2);
                 let mut orbit = OrbitCamera::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
                 orbit.azimuth_rad += SATURN_SUN_AZIMUTH_DEG.to_radians();
                 // The camera is on the lit side of the rings.
                 orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-                let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), FOV_DEG);
+                let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), DEFAULT_FOV_DEG);
                 at_current_time(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {
@@ -119,7 +125,7 @@ fn day_of(moment: &Moment) -> String {
 }
 
 /// Illuminated fraction of a body's disc as seen from the Earth.
-fn illuminated_fraction(places: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
-    let towards = |to| places.geometric_between_km(body, to, time)?.try_normalize();
+fn illuminated_fraction(positions: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
+    let towards = |to| positions.geometric_between_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))
 }

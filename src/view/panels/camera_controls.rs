@@ -4,7 +4,7 @@ use super::icons::{self, Icon};
 use super::{Interface, accessible};
 use crate::catalog::NaifId;
 use crate::scene::request::Projection;
-use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, within_half_turn_deg};
+use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
@@ -32,7 +32,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
             actions.push(Action::LookAt(selected));
         }
         if ui.add(level).on_hover_text(text!("camera-level-hint")).clicked() {
-            actions.push(Action::FaceSelected);
+            actions.push(Action::FaceBody);
         }
     });
     view_from_list(interface, ui, selected, actions);
@@ -54,7 +54,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
             ui.end_row();
         }
     });
-    *longitude_deg = within_half_turn_deg(*longitude_deg);
+    *longitude_deg = wrapped_longitude_deg(*longitude_deg);
     let stand = icons::button(ui, Icon::Stand, text!("camera-stand"));
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));

@@ -15,7 +15,7 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
-use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, within_half_turn_deg};
+use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, wrapped_longitude_deg};
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::second_text;
 use crate::view::language::numbers::localised;
@@ -276,7 +276,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             accessible::number(ui, drag(value, -limit..=limit), accessible_name);
         }
     });
-    home.longitude_deg = within_half_turn_deg(home.longitude_deg);
+    home.longitude_deg = wrapped_longitude_deg(home.longitude_deg);
 }
 
 /// Shows the solar eclipse of that day at the place, if any.

@@ -217,7 +217,7 @@ impl Interface {
         };
         ui.ctx().set_theme(theme_preference);
         let window_size = ui.ctx().content_rect().size() * ui.ctx().zoom_factor();
-        let ui_scale = scale_within(self.settings.zoom, window_size.into());
+        let ui_scale = scale_within(self.settings.ui_scale, window_size.into());
         // The scale changes only once the pointer is released; otherwise the slider would move away from the pointer during a drag.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - ui_scale).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(ui_scale);

@@ -8,7 +8,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::search::{SearchTarget, Suggestion, feature_view, similar_texts, star_view, suggestions};
+use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
@@ -184,7 +184,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
-                actions.push(Action::Show(Box::new(feature_view(feature, subject, &interface.viewer.base_view()))));
+                actions.push(Action::Show(Box::new(surface_feature_view(feature, subject, &interface.viewer.base_view()))));
             }
         }
         SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),

@@ -1,7 +1,7 @@
 //! Keyboard shortcuts, and the window that lists them.
 
 use super::{Interface, Tab};
-use crate::view::app::settings::UI_SCALES;
+use crate::view::app::settings::UI_SCALE_RANGE;
 use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
@@ -60,11 +60,11 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         interface.fullscreen = !interface.fullscreen;
     }
     let scale_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
-    let ui_scale = &mut interface.settings.zoom;
+    let ui_scale = &mut interface.settings.ui_scale;
     if scale_key(Key::Plus) || scale_key(Key::Equals) {
-        *ui_scale = (*ui_scale + UI_SCALE_STEP).min(*UI_SCALES.end());
+        *ui_scale = (*ui_scale + UI_SCALE_STEP).min(*UI_SCALE_RANGE.end());
     } else if scale_key(Key::Minus) {
-        *ui_scale = (*ui_scale - UI_SCALE_STEP).max(*UI_SCALES.start());
+        *ui_scale = (*ui_scale - UI_SCALE_STEP).max(*UI_SCALE_RANGE.start());
     } else if scale_key(Key::Num0) {
         *ui_scale = 1.0;
     }
@@ -137,7 +137,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
     for (key, action) in [
         (Key::PageDown, Action::SelectNext(1)),
         (Key::PageUp, Action::SelectNext(-1)),
-        (Key::Home, Action::FaceSelected),
+        (Key::Home, Action::FaceBody),
         (Key::Backspace, Action::PreviousView),
         (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
         (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),

@@ -103,7 +103,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 /// Shows the date field, and the button that switches between UTC and local time.
 fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
-    let clock = interface.settings.clock;
+    let clock = interface.settings.time_zone;
     let shown = clock.civil_time(time).map_or_else(|| instant_text(time), civil_text);
     let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
     let width = date_field_width(ui, &shown);
@@ -125,7 +125,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let name = clock.name(time);
     let hover = text!("time-zone-hint");
     if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
-        interface.settings.clock = other_clock;
+        interface.settings.time_zone = other_clock;
     }
 }
 
@@ -154,7 +154,7 @@ fn civil_text(civil: NaiveDateTime) -> String {
 
 /// Shows the button that opens the calendar, and applies the time chosen in it.
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let clock = interface.settings.clock;
+    let clock = interface.settings.time_zone;
     let Some(civil) = clock.civil_time(interface.viewer.view.time()) else { return };
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));

@@ -75,7 +75,7 @@ impl Timeline {
 
     /// Whether a time is in a part of the axis whose eclipses and transits are still to be searched.
     fn is_unsearched(&self, axis: &TimeAxis, tdb_s: f64) -> bool {
-        let parts = self.rare.known.unsearched(axis.start_s(), axis.end_s());
+        let parts = self.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s());
         parts.into_iter().flatten().any(|(from_s, to_s)| (from_s..to_s).contains(&tdb_s))
     }
 }
@@ -85,14 +85,14 @@ impl EventTrack {
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((search, pending)) = self.running.take() {
             match pending.take() {
-                Some(found) => self.known.add(&search, found),
+                Some(found) => self.known.add_result(&search, found),
                 None => {
                     self.running = Some((search, pending));
                     return;
                 }
             }
         }
-        let Some(next) = self.known.next(axis.start_s(), axis.end_s()) else { return };
+        let Some(next) = self.known.next_search(axis.start_tdb_s(), axis.end_tdb_s()) else { return };
         let mut search = next.search.clone();
         let query = move |session: &crate::session::Session| {
             let catalog = session.catalog();
@@ -121,7 +121,7 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     ui.add_sized(size, egui::Label::new(span_text(span_s)).truncate());
     let width = ui.available_width().max(60.0);
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
-    let axis = TimeAxis { middle_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
+    let axis = TimeAxis { middle_tdb_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
     if interface.shown().is_some() {
         interface.timeline.rare.update(&axis, worker);
         if span_s <= MAX_SPAN_MOONS_S {
@@ -139,7 +139,7 @@ pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
 /// The displayed events, with their positions on the timeline in points.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
     let Timeline { rare, frequent } = &interface.timeline;
-    let (from_s, to_s, span_s) = (axis.start_s(), axis.end_s(), axis.span_s);
+    let (from_s, to_s, span_s) = (axis.start_tdb_s(), axis.end_tdb_s(), axis.span_s);
     let axis = *axis;
     let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_s, to_s) } else { &[] };
     let rare = rare.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
@@ -180,13 +180,13 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let screen_x = |x_points: f64| rect.left() + x_points as f32;
     let dates_top = rect.bottom() - DATES_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
-    for tick in axis.ticks(interface.settings.clock) {
+    for tick in axis.ticks(interface.settings.time_zone) {
         let tick_x = screen_x(axis.position(tick.tdb_s));
         painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
     // The parts that are still to be searched are lighter: their marks are missing.
-    for (from_s, to_s) in interface.timeline.rare.known.unsearched(axis.start_s(), axis.end_s()).into_iter().flatten() {
+    for (from_s, to_s) in interface.timeline.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s()).into_iter().flatten() {
         let part = egui::Rangef::new(screen_x(axis.position(from_s)), screen_x(axis.position(to_s)));
         let fill = visuals.widgets.noninteractive.bg_stroke.color.gamma_multiply(UNSEARCHED_OPACITY);
         painter.rect_filled(Rect::from_x_y_ranges(part, rect.top()..=dates_top), 0.0, fill);
@@ -221,7 +221,7 @@ fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis)
     let tooltip = match event_at(interface, axis, x_points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
         None => {
-            let time_s = axis.time_s(x_points);
+            let time_s = axis.tdb_s_at(x_points);
             let date = minute_text(Instant::from_tdb_seconds_past_j2000(time_s));
             if interface.timeline.is_unsearched(axis, time_s) { format!("{date}\n{}", text!("timeline-searching")) } else { date }
         }
@@ -242,13 +242,13 @@ fn drag_and_click(
     let dragged_points = f64::from(response.drag_delta().x);
     if response.dragged() && dragged_points != 0.0 {
         ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
-        actions.push(Action::Step(-axis.seconds(dragged_points)));
+        actions.push(Action::Step(-axis.duration_s(dragged_points)));
     }
     let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
     let x_points = f64::from(at.x - rect.left());
     match event_at(interface, axis, x_points).map(|known| Arc::clone(&known.event)) {
         Some(event) => events::show(interface, worker, event, actions),
-        None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.time_s(x_points)))),
+        None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.tdb_s_at(x_points)))),
     }
 }
 

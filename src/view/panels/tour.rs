@@ -149,7 +149,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                     "tour-stop",
                     tour = catalog_text("tour", &playback.tour.title),
                     stop = stop + 1,
-                    stops = playback.tour.stops()
+                    stops = playback.tour.stop_count()
                 ))
                 .small(),
             ));
@@ -177,7 +177,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                         playback.elapsed_s = 0.0;
                     }
                 }
-                if button(ui, stop + 1 < playback.tour.stops(), text!("tour-next"), text!("tour-next-hint")) {
+                if button(ui, stop + 1 < playback.tour.stop_count(), text!("tour-next"), text!("tour-next-hint")) {
                     go_to = Some(stop + 1);
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));

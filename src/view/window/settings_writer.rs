@@ -60,11 +60,12 @@ mod tests {
 
     #[test]
     fn the_last_of_several_changes_is_written_once_and_none_after_the_sender_is_dropped() {
-        let zoomed = |zoom| Settings { zoom, ..Settings::default() };
+        let zoomed = |ui_scale| Settings { ui_scale, ..Settings::default() };
         let (mut sender, changes) = SettingsSender::new(&zoomed(1.0));
         let (report, written) = channel();
         std::thread::scope(|scope| {
-            scope.spawn(move || write_after(&changes, Duration::from_millis(50), |s| report.send(s.zoom).expect("a test that listens")));
+            scope
+                .spawn(move || write_after(&changes, Duration::from_millis(50), |s| report.send(s.ui_scale).expect("a test that listens")));
             for zoom in [1.0, 1.1, 1.1, 1.2] {
                 sender.send_if_changed(&zoomed(zoom));
             }

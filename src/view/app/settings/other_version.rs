@@ -10,10 +10,10 @@ use serde_json::{Map, Value};
 
 /// The field of bookmarks.
 const BOOKMARKS: &str = "bookmarks";
-/// Fields with lists of views, of which each is read on its own.
+/// Fields that are lists of views; each entry is read separately.
 const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
 
-/// What this version cannot read, and keeps.
+/// The parts of a settings file that this version cannot read, but writes back.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OtherVersion {
     /// Fields with unknown names.
@@ -23,7 +23,7 @@ pub struct OtherVersion {
 }
 
 impl OtherVersion {
-    /// What the user should know, in one line.
+    /// A line that tells the user which bookmarks are kept but not shown.
     pub(super) fn notice(&self) -> Option<String> {
         match self.bookmarks.len() {
             0 => None,
@@ -65,14 +65,14 @@ impl Settings {
         Saved {
             settings: self,
             bookmarks: SavedBookmark::all(&self.bookmarks, &other.bookmarks),
-            // The lists of both versions are limited, so that the file does not grow.
+            // The recent views of the other version are limited, like those of this version, so that the file does not grow without bound.
             recent: SavedBookmark::all(&self.recent, &other.recent[..other.recent.len().min(MAX_RECENT)]),
             other_fields: &other.fields,
         }
     }
 }
 
-/// The settings in a text. The second value says which fields are invalid; they have their defaults.
+/// The settings in a text. The second value names the invalid fields, which have their defaults; `None` if all are valid.
 ///
 /// # Errors
 /// If the text is not a JSON object.
@@ -127,7 +127,7 @@ mod tests {
     fn settings_of_a_newer_version_survive_this_one() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        let ours = Settings { zoom: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
+        let ours = Settings { ui_scale: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
         let mut newer = serde_json::to_value(ours.saved()).expect("JSON");
         newer["telescope"] = json!({"aperture_mm": 150});
         let mut unknown = newer["bookmarks"][0].clone();
@@ -137,7 +137,7 @@ mod tests {
         newer["recent"] = json!([unknown]);
         std::fs::write(&path, newer.to_string()).expect("a file");
         let (settings, notice) = Settings::load(&path);
-        assert_eq!((settings.zoom, &settings.bookmarks), (1.1, &ours.bookmarks));
+        assert_eq!((settings.ui_scale, &settings.bookmarks), (1.1, &ours.bookmarks));
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
         // This version saves a change; nothing of the newer one is lost.

@@ -1,7 +1,7 @@
 //! How actions move the camera: they turn it about its body or on the spot, zoom, or change the frame in which it orbits.
 //!
-//! In: motions of the mouse and positions of bodies. Out: the camera pose of the view. Always: the first motion starts in the direction that the
-//! last image had.
+//! In: motions of the mouse and positions of bodies. Out: the camera pose of the view. Always: a motion starts in the direction of the
+//! last image, also after a tour, or if the camera tracked a body until then.
 
 use super::Viewer;
 use crate::catalog::NaifId;
@@ -19,9 +19,10 @@ use glam::{DMat3, DVec3};
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
 
 impl Viewer {
-    pub(super) fn turn(&mut self, dx: f64, dy: f64, height_px: f64, places: &dyn BodyPositions) {
+    /// Turns the camera about its body by a drag in pixels, right and down. A camera that does not orbit looks around instead.
+    pub(super) fn turn(&mut self, dx: f64, dy: f64, height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
+        self.leave_free_pose(positions);
         let fov_rad = self.view.image_fov_deg().to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
@@ -29,15 +30,15 @@ impl Viewer {
                 orbit.drag(dx, dy, height_px, fov_rad);
                 (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
             }
-            _ => self.look_around(-dx, -dy, height_px, places),
+            _ => self.look_around(-dx, -dy, height_px, positions),
         }
     }
 
     /// Turns the camera by a motion in pixels, right and down. A drag passes the negative motion, so that the image follows the mouse.
-    pub(super) fn look_around(&mut self, dx: f64, dy: f64, height_px: f64, places: &dyn BodyPositions) {
+    pub(super) fn look_around(&mut self, dx: f64, dy: f64, height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
-        self.keep_tracked_direction(places);
+        self.leave_free_pose(positions);
+        self.keep_tracked_direction(positions);
         let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
         match &mut self.view.eye {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
@@ -54,15 +55,15 @@ impl Viewer {
         self.view.tracks &= self.view.target == self.view.eye.body();
     }
 
-    pub(super) fn roll(&mut self, deg: f64, places: &dyn BodyPositions) {
+    pub(super) fn roll(&mut self, deg: f64, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
+        self.leave_free_pose(positions);
         self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0);
     }
 
-    pub(super) fn zoom(&mut self, notches: f64, places: &dyn BodyPositions) {
+    pub(super) fn zoom(&mut self, notches: f64, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
+        self.leave_free_pose(positions);
         match &mut self.view.eye {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
@@ -83,28 +84,29 @@ impl Viewer {
         *angle_deg = (*angle_deg * (-notches * LOG_FOV_PER_NOTCH).exp()).clamp(*range_deg.start(), *range_deg.end());
     }
 
-    pub(super) fn track(&mut self, on: bool, places: &dyn BodyPositions) {
-        self.leave_free_pose(places);
+    /// Starts or stops tracking the target. When tracking stops, the camera keeps its direction.
+    pub(super) fn track(&mut self, on: bool, positions: &dyn BodyPositions) {
+        self.leave_free_pose(positions);
         if !on {
-            self.keep_tracked_direction(places);
+            self.keep_tracked_direction(positions);
         }
         self.view.tracks = on;
     }
 
-    /// If the camera tracks another body than the one that it stands on or orbits, stores the direction to that body in its own angles. Otherwise the
-    /// camera would jump to the stored angles when the tracking ends, although no image has shown that direction. The stored direction is geometric,
-    /// without the planetary aberration that an image includes: from the Earth some 20 arcsec for the Sun, at most an arcminute for a planet.
-    fn keep_tracked_direction(&mut self, places: &dyn BodyPositions) {
+    /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of its pose. Without
+    /// this, the camera would jump to the stored angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
+    /// planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
+    fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.eye.body();
         if !self.view.tracks || self.view.target == body {
             return;
         }
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
-        let Some(pose) = self.pose_from(body, places) else { return };
-        let subject_radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
+        let Some(pose) = self.pose_relative_to(body, positions) else { return };
+        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
         match &mut self.view.eye {
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
-                let (_, normal) = ground_point_km(subject_radii_km, *latitude_deg, *longitude_deg, *height_km);
+                let (_, normal) = ground_point_km(radii_km, *latitude_deg, *longitude_deg, *height_km);
                 (*azimuth_deg, *altitude_deg) = horizontal_angles_deg(normal, body_from_icrf * pose.forward);
                 // While the camera tracks a body, its up direction is the zenith, without the roll.
                 self.view.roll_deg = 0.0;
@@ -123,9 +125,9 @@ impl Viewer {
     /// Replaces a free pose, in which a tour was paused, by one that drags can change and that gives the same image. This is an orbit, or a place above the
     /// ground if the camera is closer to the centre than the equatorial radius: near the ground of a flattened body there is no orbit. During a flight the
     /// pose stays free.
-    pub(super) fn leave_free_pose(&mut self, places: &dyn BodyPositions) {
+    pub(super) fn leave_free_pose(&mut self, positions: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
+        let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
         let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };
         let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
         // A free camera tracks nothing.
@@ -143,12 +145,13 @@ impl Viewer {
         }
     }
 
-    pub(super) fn rotate_with_body(&mut self, make_fixed: bool, places: &dyn BodyPositions) {
+    /// Changes the axes of an orbit to body-fixed ones (`make_fixed`) or to ICRF, and keeps the camera in place.
+    pub(super) fn rotate_with_body(&mut self, make_fixed: bool, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
+        self.leave_free_pose(positions);
         let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
-        let Some(pose) = self.pose_from(body, places).filter(|_| fixed != make_fixed) else { return };
-        let Some(body_from_icrf) = places.body_from_icrf(body, self.view.time()) else { return };
+        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| fixed != make_fixed) else { return };
+        let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
         self.view.eye = if make_fixed {
             body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
@@ -161,9 +164,10 @@ impl Viewer {
         }
     }
 
-    pub(super) fn face_selected(&mut self, places: &dyn BodyPositions) {
+    /// Resets the roll and tracks the target; in an orbit, the orbited body becomes the target.
+    pub(super) fn face_body(&mut self, positions: &dyn BodyPositions) {
         self.end_flight();
-        self.leave_free_pose(places);
+        self.leave_free_pose(positions);
         self.view.roll_deg = 0.0;
         self.view.tracks = true;
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
@@ -173,7 +177,7 @@ impl Viewer {
     }
 }
 
-/// A place above the reference ellipsoid.
+/// A place above the reference ellipsoid: planetographic latitude, east longitude, height.
 struct GroundPlace {
     latitude_deg: f64,
     longitude_deg: f64,
@@ -185,14 +189,14 @@ struct GroundPlace {
 impl GroundPlace {
     /// The place of a body-fixed point: the inverse of [`ground_point_km`]. `None` for a point on or below the ellipsoid.
     fn of(radii_km: DVec3, point_km: DVec3) -> Option<Self> {
-        let squared = radii_km * radii_km;
-        let mut normal = (point_km / squared).try_normalize()?;
+        let squared_radii = radii_km * radii_km;
+        let mut normal = (point_km / squared_radii).try_normalize()?;
         let mut height_km = 0.0;
         // Each step multiplies the error of the normal by about the height in radii, which is below the flattening: at most 0.1 for a planet.
         for _ in 0..30 {
-            let surface_km = squared * normal / (squared * normal).dot(normal).sqrt();
+            let surface_km = squared_radii * normal / (squared_radii * normal).dot(normal).sqrt();
             height_km = (point_km - surface_km).dot(normal);
-            normal = ((point_km - normal * height_km) / squared).try_normalize()?;
+            normal = ((point_km - normal * height_km) / squared_radii).try_normalize()?;
         }
         let latitude_deg = normal.z.atan2(normal.truncate().length()).to_degrees();
         let longitude_deg = normal.y.atan2(normal.x).to_degrees();
@@ -211,13 +215,13 @@ impl GroundPlace {
     }
 }
 
-/// The roll, degrees, that turns an up vector about `forward` to another one. A positive roll turns the up vector by a negative angle.
+/// The roll, degrees, that turns `unrolled_up` about `forward` to `up`. A positive roll turns the up vector by a negative angle.
 fn roll_deg(forward: DVec3, unrolled_up: DVec3, up: DVec3) -> f64 {
     (-up.dot(forward.cross(unrolled_up)).atan2(up.dot(unrolled_up)).to_degrees()).rem_euclid(360.0)
 }
 
-/// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors; the first two are measured from `inward`, the direction from an orbit to
-/// its body. All vectors are in the same axes; `forward` and `inward` are unit vectors.
+/// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors. Yaw and pitch are measured from `inward`, the direction from the camera to the
+/// body that it orbits. All vectors are in the same axes; `forward` and `inward` are unit vectors.
 fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f64; 3] {
     let (inward, level_up) = rotated_view(inward, pole, 0.0, 0.0);
     let right = inward.cross(level_up);

@@ -1,7 +1,9 @@
+//! Tests of the viewer with bodies on a line.
+
 use super::*;
 use crate::view::app::view_state::MIN_FOV_DEG;
 
-/// The Sun at the origin, bodies on the x axis. All have the same orientation.
+/// The Sun at the origin, the other bodies on the x axis. All bodies have the same orientation and rotate about z at 1e-4 rad/s.
 struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
@@ -53,7 +55,7 @@ fn apply(viewer: &mut Viewer, action: Action) {
 #[test]
 fn a_flight_ends_at_the_lit_side_and_back_returns() {
     let mut viewer = viewer();
-    let home = viewer.view.clone();
+    let start = viewer.view.clone();
     apply(&mut viewer, Action::FlyTo(SATURN));
     assert!(viewer.is_flying() && viewer.is_animating());
     viewer.advance(0.5);
@@ -65,11 +67,11 @@ fn a_flight_ends_at_the_lit_side_and_back_returns() {
     let CameraPose::Orbit { body, distance_radii, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
     assert_eq!((body, viewer.view.target, viewer.selected), (SATURN, SATURN, SATURN));
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
-    let pose = viewer.pose_from(SATURN, &CollinearBodies).expect("a place");
+    let pose = viewer.pose_relative_to(SATURN, &CollinearBodies).expect("a pose");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the camera is on the lit side");
     apply(&mut viewer, Action::PreviousView);
-    assert_eq!((viewer.view.eye, viewer.view.target), (home.eye, home.target));
+    assert_eq!((viewer.view.eye, viewer.view.target), (start.eye, start.target));
     apply(&mut viewer, Action::NextView);
     assert_eq!(viewer.view.target, SATURN);
     assert!(!viewer.has_next_view() && viewer.has_previous_view());
@@ -95,7 +97,7 @@ fn changes_during_a_flight_last() {
     apply(&mut viewer, Action::SetTime(Instant::from_tdb_seconds_past_j2000(5e7)));
     apply(&mut viewer, Action::ChangeFov(2.0));
     let fov_deg = viewer.view.fov_deg;
-    assert!(viewer.is_flying() && fov_deg < FOV_DEG);
+    assert!(viewer.is_flying() && fov_deg < DEFAULT_FOV_DEG);
     let shared = viewer.shareable();
     viewer.advance(3.0);
     assert!(!viewer.is_flying());
@@ -120,7 +122,7 @@ fn changes_during_a_flight_last() {
 #[test]
 fn a_body_seen_from_another_fits_the_image() {
     for (target, from, fov_deg) in [
-        (SATURN, NaifId::EARTH, LOOK_FROM_FOV_DEG..=LOOK_FROM_FOV_DEG),
+        (SATURN, NaifId::EARTH, MIN_LOOK_FROM_FOV_DEG..=MIN_LOOK_FROM_FOV_DEG),
         (NaifId::EARTH, NaifId::MOON, 2.5..=5.0),
         (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
     ] {
@@ -140,7 +142,7 @@ fn a_body_seen_from_another_fits_the_image() {
 fn look_at_faces_the_body() {
     let faces = |viewer: &Viewer, id: NaifId| {
         let camera_body = viewer.view.eye.body();
-        let pose = viewer.pose_from(camera_body, &CollinearBodies).expect("a place");
+        let pose = viewer.pose_relative_to(camera_body, &CollinearBodies).expect("a pose");
         let body_km = CollinearBodies.geometric_between_km(camera_body, id, viewer.view.time()).expect("a body");
         pose.forward.distance((body_km - pose.offset_km).normalize()) < 1e-9
     };
@@ -172,7 +174,7 @@ fn motions_continue_from_a_free_pose() {
         Action::LookAround(30.0, 10.0),
         Action::Roll(5.0),
         Action::Zoom(1.0),
-        Action::FaceSelected,
+        Action::FaceBody,
         Action::LookAt(NaifId::MOON),
     ];
     for (action, keeps_image) in zero_motions.into_iter().chain(motions.map(|action| (action, false))) {
@@ -185,7 +187,7 @@ fn motions_continue_from_a_free_pose() {
         viewer.view.tracks = false;
         apply(&mut viewer, action.clone());
         assert!(matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::EARTH, .. }), "{action:?}");
-        let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         let change = pose.offset_km.distance(offset_km) / 2e4 + pose.forward.distance(forward) + pose.up.distance(up);
         assert!((change < 1e-9) == keeps_image, "{action:?}: {change} {pose:?}");
     }
@@ -214,7 +216,7 @@ fn a_free_pose_near_flattened_ground_stays_in_place() {
                 viewer.view.tracks = false;
                 apply(&mut viewer, action.clone());
                 assert!(matches!(viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }), "{action:?}: {:?}", viewer.view.eye);
-                let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+                let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
                 let moved_km = pose.offset_km.distance(offset_km);
                 let turned = pose.forward.distance(forward) + pose.up.distance(up);
                 assert!(moved_km < 1e-6 && turned < 1e-6, "{radii_km}, {latitude_deg}, {action:?}: {moved_km} km, {turned}");
@@ -228,13 +230,13 @@ fn changing_the_frame_keeps_the_camera_in_place() {
     let mut viewer = viewer();
     viewer.view.tdb_s = 4321.0;
     apply(&mut viewer, Action::Turn(133.0, 57.0));
-    let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     apply(&mut viewer, Action::RotateWithBody(true));
-    let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     assert!((before.offset_km - after.offset_km).length() < 1e-6 * before.offset_km.length());
     // In 1000 s the body has turned by 0.1 rad, and the camera with it.
     viewer.view.tdb_s += 1000.0;
-    let later = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let later = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
     assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
 }
@@ -245,12 +247,12 @@ fn changing_the_frame_keeps_the_direction_of_view() {
     if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut viewer.view.eye {
         (*yaw_deg, *pitch_deg) = (60.0, -10.0);
     }
-    let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     let towards_earth = -before.offset_km.normalize();
     assert!(before.forward.dot(towards_earth) < 0.6, "the camera has turned away from the Earth");
     for make_fixed in [true, false] {
         apply(&mut viewer, Action::RotateWithBody(make_fixed));
-        let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         assert!(before.forward.distance(after.forward) < 1e-9 && before.up.distance(after.up) < 1e-9, "{make_fixed}: {after:?}");
     }
 }
@@ -261,21 +263,21 @@ fn a_flight_starts_in_the_direction_of_the_tracked_body() {
     let mut viewer = viewer();
     apply(&mut viewer, Action::LookAt(NaifId::MOON));
     assert!(viewer.view.tracks && viewer.view.eye.body() == NaifId::EARTH);
-    let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     let moon_km = CollinearBodies.geometric_between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
     assert!(pose.forward.distance((moon_km - pose.offset_km).normalize()) < 1e-9, "{pose:?}");
     // With a roll and without tracking, the image's up direction is rolled.
     let mut rolled = self::viewer();
-    let level = rolled.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let level = rolled.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     rolled.view.roll_deg = 90.0;
-    let pose = rolled.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+    let pose = rolled.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     assert!(pose.up.dot(level.up).abs() < 1e-9 && pose.forward.distance(level.forward) < 1e-9, "{pose:?}");
 }
 
 #[test]
-fn completions_begin_with_names_that_start_with_the_text() {
+fn matching_bodies_begin_with_names_that_start_with_the_text() {
     let viewer = viewer();
-    let found = |text: &str| viewer.completions(text, 5).iter().map(|s| s.name.clone()).collect::<Vec<_>>();
+    let found = |text: &str| viewer.matching_bodies(text, 5).iter().map(|s| s.name.clone()).collect::<Vec<_>>();
     assert_eq!(found("s"), ["Sun", "Saturn"]);
     assert_eq!(found("RTH"), ["Earth"]);
     assert!(found(" ").is_empty() && found("planet nine").is_empty());
@@ -319,10 +321,10 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
         apply(&mut viewer, Action::StandOn(10.0, 20.0));
         apply(&mut viewer, Action::LookAt(NaifId::SUN));
         viewer.view.roll_deg = 30.0;
-        let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         assert!(before.forward.distance(DVec3::NEG_X) < 1e-3, "the camera tracks the Sun: {before:?}");
         apply(&mut viewer, action.clone());
-        let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         let turned_deg = crate::ephemeris::angle_rad(before.forward, after.forward).to_degrees();
         let rolled_deg = crate::ephemeris::angle_rad(before.up, after.up).to_degrees();
         assert!(turned_deg < largest_deg && rolled_deg < largest_deg, "{action:?}: {turned_deg} {rolled_deg}");
@@ -344,9 +346,9 @@ fn in_an_orbit_the_view_stays_where_it_was_when_tracking_ends() {
             viewer.view.tdb_s = 5000.0;
             apply(&mut viewer, Action::RotateWithBody(rotates));
             apply(&mut viewer, Action::LookAt(NaifId::MOON));
-            let before = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+            let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             apply(&mut viewer, action.clone());
-            let after = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+            let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             let turned = before.forward.distance(after.forward) + before.up.distance(after.up);
             assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {rotates}: {turned}");
             assert_eq!((viewer.view.tracks, viewer.view.target), (false, NaifId::MOON), "{action:?}");
@@ -378,7 +380,7 @@ fn extreme_zooms_keep_the_camera_finite() {
     for notches in [1e4, -1e4, 5.0] {
         apply(&mut viewer, Action::Zoom(notches));
         apply(&mut viewer, Action::ChangeFov(notches));
-        let pose = viewer.pose_from(NaifId::EARTH, &CollinearBodies).expect("a place");
+        let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         assert!(pose.offset_km.length() > 6378.1 && pose.offset_km.is_finite());
         assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&viewer.view.fov_deg));
     }

@@ -9,7 +9,7 @@ use crate::events::GeodeticPosition;
 use crate::time::SHOWN_DELTA_T_ERROR_S;
 use crate::view::app::event_search::{ContactLine, SkyEvent};
 use crate::view::app::settings::Home;
-use crate::view::app::view_state::{CameraPose, ViewState, within_half_turn_deg};
+use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::month_day_second_text;
@@ -82,7 +82,7 @@ pub(super) fn show(
 /// Whether a camera stands at a place on the Earth's ground.
 fn stands_at(eye: &CameraPose, home: Home) -> bool {
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *eye else { return false };
-    let apart_deg = [latitude_deg - home.latitude_deg, within_half_turn_deg(longitude_deg - home.longitude_deg)];
+    let apart_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
     apart_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 

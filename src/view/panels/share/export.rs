@@ -11,7 +11,7 @@ use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, Quality, ViewRequest};
 use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
-use crate::view::app::file_names::{free_names, free_sequence};
+use crate::view::app::file_names::{candidate_names, free_sequence};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
@@ -201,7 +201,7 @@ fn add_frame(
     let AnimationInProgress { writer, bytes, name } = *animation;
     writer.finish().map_err(|e| error_text(&e))?;
     let bytes = bytes.0.lock();
-    let names = free_names(&name).map_err(|e| error_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
+    let names = candidate_names(&name).map_err(|e| error_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
     let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| error_text(&e))?;
     Ok((Some(path), None))
 }

@@ -13,8 +13,8 @@ use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
 use crate::session::Session;
-use crate::view::app::file_names::{absolute_path, free_names};
-use crate::view::app::settings::{Bookmark, UI_SCALES};
+use crate::view::app::file_names::{absolute_path, candidate_names};
+use crate::view::app::settings::{Bookmark, UI_SCALE_RANGE};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
@@ -148,7 +148,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
             let text = interface.viewer.shareable().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| error_text(&e));
-            let written = free_names(&interface.share.file).map_err(|e| error_text(&e)).and_then(write);
+            let written = candidate_names(&interface.share.file).map_err(|e| error_text(&e)).and_then(write);
             if let Ok(path) = &written {
                 // The saved file may have another name than the typed one; *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
@@ -192,7 +192,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     if (wants_image || kind.is_some()) && panel.is_busy() {
         interface.reply(text!("share-busy"));
     } else if wants_image {
-        match free_names(&panel.image) {
+        match candidate_names(&panel.image) {
             Ok(files) => {
                 let (view, options) = (interface.viewer.shareable(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
@@ -295,8 +295,10 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             }
         }
     });
-    ui.add(egui::Slider::new(&mut interface.settings.zoom, UI_SCALES).custom_parser(typed_number).text(text!("appearance-text-size")))
-        .on_hover_text(text!("appearance-text-size-hint"));
+    ui.add(
+        egui::Slider::new(&mut interface.settings.ui_scale, UI_SCALE_RANGE).custom_parser(typed_number).text(text!("appearance-text-size")),
+    )
+    .on_hover_text(text!("appearance-text-size-hint"));
     ui.horizontal(|ui| {
         ui.label(text!("appearance-panels"));
         for (name, on_left) in [(text!("appearance-left"), true), (text!("appearance-right"), false)] {
