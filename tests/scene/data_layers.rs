@@ -326,7 +326,7 @@ fn wrong_files_of_each_format_are_refused() {
     let earth = "body = \"Earth\"\n";
     let json = br#"{"type":"Point","coordinates":[10,99]}"#;
     assert!(refused("a.geojson", earth, json).contains("a.geojson:1: field coordinates: latitude 99"));
-    assert!(refused("a.geojson", "", json).contains("a.geojson:1: its coordinates are a body's"));
+    assert!(refused("a.geojson", "", json).contains("a.geojson:1: its coordinates are on a body"));
     assert!(
         refused("a.kml", earth, b"<kml><Placemark><Point><coordinates>x</coordinates></Point></Placemark></kml>")
             .contains("a.kml:1: field coordinates: `x`")
