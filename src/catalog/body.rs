@@ -31,7 +31,7 @@ pub enum InventedRelief {
     /// No invented relief: the ground is smooth, or nothing is known about it.
     #[default]
     None,
-    /// Craters, for old ground that they cover completely. They are not drawn on a body with an atmosphere.
+    /// Craters, for old ground that they cover completely. They are not drawn on a body with an atmosphere or clouds.
     Craters,
     /// Hills, for ground eroded by air, water or ice.
     Hills,

@@ -32,7 +32,7 @@ pub struct Constellation {
 /// A segment of a border between two corners, along a circle of right ascension or declination of B1875.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BorderSegment {
-    /// Right ascension and declination of B1875, radians. The right ascensions differ by at most half a turn; the second may lie outside one turn.
+    /// Right ascension and declination of B1875, radians. The right ascensions differ by at most half a turn, so the second may lie beyond ±pi.
     pub ends: [[f64; 2]; 2],
 }
 

@@ -330,8 +330,8 @@ fn assemble(
         });
     }
     report_parent_cycles(&bodies, &parent_lines, problems);
-    // The rings of a file replace those of earlier files. Whether `b.rings` are of the same file is decided by the body's id, because a file may name a body in
-    // several ways: `Saturn` and `saturn`, or an alias.
+    // The rings of a file replace those of earlier files. The file is remembered by the body's id, because a file may name a body in several ways: as `Saturn`,
+    // `saturn` or an alias.
     let mut file_of_kept_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
     for (body_name, list) in rings {
         let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };

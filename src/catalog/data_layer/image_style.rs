@@ -1,5 +1,5 @@
-//! Conversion of an image's values to colours: percentiles select the values drawn black and white, a curve (stretch) maps the values between them to 0 to 1, and
-//! a colour map gives the colour.
+//! Conversion of an image's values to colours: percentiles select the values drawn black and white, a curve (stretch) maps the values between them to the
+//! range from 0 to 1, and a colour map gives the colours.
 //!
 //! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, which is 0 where the value is not finite.
 

@@ -101,12 +101,12 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
     let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD_ZERO));
     let passage_days = match (values[PERIHELION_PASSAGE], values[MEAN_ANOMALY], epoch_jd) {
         (Some(passage_jd), ..) => passage_jd - JD_J2000,
-        (None, Some(m), Some(epoch)) if eccentricity != 1.0 => {
-            let a = perihelion_au / (1.0 - eccentricity).abs();
-            let m = m.to_radians();
+        (None, Some(mean_anomaly_deg), Some(epoch_jd)) if eccentricity != 1.0 => {
+            let semi_major_axis_au = perihelion_au / (1.0 - eccentricity).abs();
+            let m = mean_anomaly_deg.to_radians();
             // An ellipse has many passages: take the one nearest to the epoch.
             let m = if eccentricity < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
-            epoch - JD_J2000 - m / (GAUSS_CONSTANT * a.powf(-1.5))
+            epoch_jd - JD_J2000 - m / (GAUSS_CONSTANT * semi_major_axis_au.powf(-1.5))
         }
         (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),

@@ -24,7 +24,7 @@ pub(super) struct Header {
 pub(super) type WrongCard = (usize, String);
 
 impl Header {
-    /// Reads the header at the start of `bytes`. `first_card`: number of its first card in the file.
+    /// Reads the header at the start of `bytes`. `first_card`: number in the file of the header's first card.
     pub fn read(bytes: &[u8], first_card: usize) -> Result<Self, WrongCard> {
         let mut cards = Vec::new();
         for (k, card) in bytes.chunks_exact(CARD_BYTES).take(MAX_BLOCKS * BLOCK_BYTES / CARD_BYTES).enumerate() {

@@ -128,8 +128,8 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     Ok(ImageWcs::Tangent { centre_deg, centre_px, deg_per_px })
 }
 
-/// Rotates a matrix from pixels to intermediate world coordinates, so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude of the
-/// celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
+/// Rotates a matrix from pixels to intermediate world coordinates, so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude
+/// of the celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
 fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
     // Sine and cosine of the usual values, without rounding errors.
     let (sin, cos) = match lonpole_deg {
