@@ -29,6 +29,7 @@ impl City {
 }
 
 static CITIES: LazyLock<Vec<City>> = LazyLock::new(|| {
+    // The first line below the comments names the columns.
     let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).skip(1);
     lines.filter_map(City::from_line).collect()
 });

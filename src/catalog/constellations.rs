@@ -161,11 +161,12 @@ mod tests {
     #[test]
     fn borders_run_along_circles_of_1875() {
         let sky = Constellations::embedded();
-        let slant = |b: &BorderSegment| {
+        // How far a segment is from both a parallel and a meridian, degrees.
+        let deviation_deg = |b: &BorderSegment| {
             let [[ra, dec], [ra2, dec2]] = b.ends;
             ((ra2 - ra).abs() * dec.cos().min(dec2.cos())).min((dec2 - dec).abs()).to_degrees()
         };
-        let straight = sky.borders.iter().filter(|b| slant(b) < 0.005).count();
+        let straight = sky.borders.iter().filter(|b| deviation_deg(b) < 0.005).count();
         println!("{straight} of {}", sky.borders.len());
         assert!(sky.borders.len() > 500 && 100 * straight > 97 * sky.borders.len(), "{straight} of {}", sky.borders.len());
         assert!(sky.borders.iter().all(|b| (b.ends[1][0] - b.ends[0][0]).abs() <= std::f64::consts::PI));
@@ -174,7 +175,7 @@ mod tests {
             let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
             [v.y.atan2(v.x), v.z.asin()]
         };
-        let straight_in_j2000 = sky.borders.iter().filter(|b| slant(&BorderSegment { ends: b.ends.map(in_j2000) }) < 0.005).count();
+        let straight_in_j2000 = sky.borders.iter().filter(|b| deviation_deg(&BorderSegment { ends: b.ends.map(in_j2000) }) < 0.005).count();
         assert!(2 * straight_in_j2000 < sky.borders.len(), "{straight_in_j2000}");
     }
 }

@@ -43,6 +43,7 @@ pub(super) struct BodyDraft {
     pub estimates: Estimates,
 }
 
+/// The values of the field `model` of `photometry`.
 #[derive(Clone, Copy)]
 enum PhotometryWord {
     Emissive,
@@ -78,6 +79,7 @@ fn photometry(mut table: TableReader) -> Option<Photometry> {
     result
 }
 
+/// The values of the field `theory` of `motion`.
 #[derive(Clone, Copy)]
 enum MotionWord {
     Planetary,
@@ -140,6 +142,7 @@ fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     })
 }
 
+/// The values of the field `model` of `rotation`.
 #[derive(Clone, Copy)]
 enum RotationWord {
     EarthIau2006,

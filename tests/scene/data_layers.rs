@@ -333,7 +333,7 @@ fn wrong_files_of_each_format_are_refused() {
     );
     assert!(refused("a.vot", "", b"<VOTABLE><RESOURCE/></VOTABLE>").contains("a.vot:1: no TABLE"));
     assert!(refused("a.fits", "", &fits(&[], [2, 2], &[1, 2, 3, 4])).contains("CTYPE1"));
-    assert!(refused("a.fits", "", b"no image at all").contains("a.fits:1: (card) does not begin with SIMPLE"));
+    assert!(refused("a.fits", "", b"no image at all").contains("a.fits:1: header card 1: does not begin with SIMPLE"));
     assert!(refused("a.csv", "", b"\xff\xfe").contains("a.csv:1: not UTF-8 text"));
     assert!(refused("a.png", "", b"").contains("layers.toml:3"));
     let incomplete_overlay = format!("{earth}[[overlay]]\nbody = \"Earth\"\n");

@@ -83,7 +83,7 @@ impl ColourMap {
 }
 
 /// The values drawn black and white: percentiles of the finite values. `None` if none is finite.
-fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
+fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let last = finite.len().checked_sub(1)?;
     let [low, high] = percentiles.map(|p| {
@@ -95,7 +95,7 @@ fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
 
 /// The colours of an image, four bytes (red, green, blue, alpha) per value; `None` if no value is finite.
 pub(super) fn colours(values: &[f32], style: &ImageStyle) -> Option<Vec<u8>> {
-    let [low, high] = limits(values, style.percentiles)?;
+    let [low, high] = black_and_white(values, style.percentiles)?;
     // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
     let table: Vec<[u8; 3]> = (0..=1023).map(|k| style.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
@@ -147,8 +147,8 @@ mod tests {
     fn limits_are_percentiles_of_finite_values() {
         let mut values: Vec<f32> = (0..=1000).map(|k| k as f32).collect();
         values.extend([f32::NAN, f32::INFINITY]);
-        assert_eq!(limits(&values, [1.0, 99.0]), Some([10.0, 990.0]));
-        assert_eq!(limits(&[f32::NAN], [0.0, 100.0]), None);
+        assert_eq!(black_and_white(&values, [1.0, 99.0]), Some([10.0, 990.0]));
+        assert_eq!(black_and_white(&[f32::NAN], [0.0, 100.0]), None);
         let style = ImageStyle { percentiles: [0.0, 100.0], ..ImageStyle::default() };
         assert_eq!(
             colours(&[0.0, 5.0, 10.0, f32::NAN], &style),

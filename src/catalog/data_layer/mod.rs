@@ -126,14 +126,14 @@ impl DataLayer {
     /// The layer with the content of its file. `file`: the file's name in messages.
     ///
     /// # Errors
-    /// Names the first wrong line, or the wrong card of a FITS file.
+    /// The first wrong line. For a FITS file the line is the number of the wrong header card.
     pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
         let problem = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let format = format(&self.file);
         if format == Some(Format::Fits) {
             let image = fits::read(bytes, self.body.is_some(), &self.style);
-            self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("(card) {why}"))))?));
+            self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("header card {card}: {why}"))))?));
             return Ok(self);
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {

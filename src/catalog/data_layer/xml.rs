@@ -104,14 +104,14 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
             }
             Event::Text(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push_str(&text);
+                if let Some(open) = path.last_mut() {
+                    open.text.push_str(&text);
                 }
             }
             Event::CData(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push_str(&text);
+                if let Some(open) = path.last_mut() {
+                    open.text.push_str(&text);
                 }
             }
             Event::GeneralRef(reference) => {
@@ -126,8 +126,8 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                     _ => None,
                 });
                 let c = c.ok_or_else(|| (line, format!("the entity &{}; is not predefined in XML", echo_within(&named, 40))))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push(c);
+                if let Some(open) = path.last_mut() {
+                    open.text.push(c);
                 }
             }
             Event::Eof if !path.is_empty() => {

@@ -61,7 +61,7 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
     }
     let mut pixel_bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
     reader.next_frame(&mut pixel_bytes).map_err(|e| e.to_string())?;
-    let km: Vec<f32> = match depth {
+    let heights: Vec<f32> = match depth {
         png::BitDepth::Sixteen => {
             let to_km = unsigned_16_to_km(range);
             pixel_bytes.as_chunks::<2>().0.iter().map(|pair| to_km(f64::from(u16::from_be_bytes(*pair)))).collect()
@@ -72,7 +72,7 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
         }
         _ => return Err(TOO_FEW_BITS.into()),
     };
-    Ok((columns, km))
+    Ok((columns, heights))
 }
 
 fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
@@ -95,7 +95,7 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
     }
     let require_no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
-    let km = match decoder.read_image().map_err(|e| e.to_string())? {
+    let heights = match decoder.read_image().map_err(|e| e.to_string())? {
         DecodingResult::U8(v) => convert(&v, range_to_km(required_range("8-bit values")?, [0.0, 255.0])),
         DecodingResult::U16(v) => convert(&v, unsigned_16_to_km(range)),
         DecodingResult::I16(v) => convert(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
@@ -103,10 +103,10 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
         DecodingResult::F64(v) => require_no_range().map(|()| convert(&v, |km| km as f32))?,
         _ => return Err(UNSUPPORTED_VALUES.into()),
     };
-    if km.len() != columns * rows {
+    if heights.len() != columns * rows {
         return Err("the number of values differs from the number of pixels".into());
     }
-    Ok((columns, km))
+    Ok((columns, heights))
 }
 
 #[cfg(test)]

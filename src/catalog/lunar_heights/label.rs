@@ -11,7 +11,7 @@ use crate::wording::echo;
 pub(super) struct LabelledHeights {
     pub columns: usize,
     /// Heights, rows from north to south.
-    pub km: Vec<f32>,
+    pub heights_km: Vec<f32>,
     /// Longitude of the western edge.
     pub west_deg: f64,
     /// Radius of the reference sphere.
@@ -158,7 +158,7 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
     if image.len() < needed_bytes {
         return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));
     }
-    let km =
+    let heights_km =
         image.chunks_exact(sample.bytes()).take(columns * rows).map(|bytes| (sample.value(bytes) * factor * km_per_unit) as f32).collect();
     // Columns run eastward even if longitudes are positive west; only the sign of the longitude differs.
     let west_deg = number_or(label, "WESTERNMOST_LONGITUDE", 0.0)?;
@@ -167,7 +167,7 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
         Some("WEST") => -west_deg,
         Some(other) => return Err(format!("POSITIVE_LONGITUDE_DIRECTION = {}: only EAST and WEST are supported", echo(other))),
     };
-    Ok(LabelledHeights { columns, km, west_deg, sphere_km })
+    Ok(LabelledHeights { columns, heights_km, west_deg, sphere_km })
 }
 
 #[cfg(test)]
@@ -203,9 +203,9 @@ END_OBJECT\r
         assert_eq!(image_file(LABEL), Ok("LDEM_4.IMG".into()));
         let read = heights(LABEL, &image(false)).expect("read");
         assert_eq!((read.columns, read.west_deg, read.sphere_km), (4, 0.0, 1737.4));
-        assert_eq!((read.km[0], read.km[1], read.km[7]), (-1.0, 1.0, 0.0015));
+        assert_eq!((read.heights_km[0], read.heights_km[1], read.heights_km[7]), (-1.0, 1.0, 0.0015));
         let big_endian_label = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
-        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").km, read.km);
+        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").heights_km, read.heights_km);
         // The floating-point maps are in kilometres.
         let real_label = LABEL
             .replace("LSB_INTEGER", "PC_REAL")
@@ -213,9 +213,9 @@ END_OBJECT\r
             .replace("METER", "KILOMETER")
             .replace("0.5", "1.")
             .replace("1737400.", "1737.4");
-        let bytes: Vec<u8> = read.km.iter().flat_map(|km| km.to_le_bytes()).collect();
+        let bytes: Vec<u8> = read.heights_km.iter().flat_map(|km| km.to_le_bytes()).collect();
         let real_heights = heights(&real_label, &bytes).expect("read");
-        assert_eq!((real_heights.km, real_heights.sphere_km), (read.km, 1737.4));
+        assert_eq!((real_heights.heights_km, real_heights.sphere_km), (read.heights_km, 1737.4));
     }
 
     #[test]
@@ -236,7 +236,7 @@ END_OBJECT\r
         let read = |pointer: &str, bytes_before: usize| {
             let text = LABEL.replace("\"LDEM_4.IMG\"", pointer).replace("LINES = 2", "RECORD_BYTES = 6\r\n  LINES = 2");
             let bytes = [vec![7; bytes_before], image(false)].concat();
-            heights(&text, &bytes).map(|read| [read.km[0], read.km[7]])
+            heights(&text, &bytes).map(|read| [read.heights_km[0], read.heights_km[7]])
         };
         for (pointer, bytes_before) in
             [("\"A.IMG\"", 0), ("(\"A.IMG\", 1)", 0), ("(\"A.IMG\", 3)", 12), ("(\"A.IMG\", 3 <BYTES>)", 2), ("(\"A.IMG\",5<bytes>)", 4)]

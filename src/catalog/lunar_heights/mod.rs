@@ -47,7 +47,7 @@ pub struct HeightMap {
     columns: usize,
     rows: usize,
     /// Heights above the sphere: rows from north to south, each row eastward.
-    km: Vec<f32>,
+    heights_km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
     west_rad: f64,
     sphere_km: f64,
@@ -62,31 +62,31 @@ impl std::fmt::Debug for HeightMap {
 }
 
 impl HeightMap {
-    /// A map of the entire Moon. `km`: rows from north to south, each eastward from `west_deg`.
+    /// A map of the entire Moon. `heights_km`: rows from north to south, each eastward from `west_deg`.
     ///
     /// # Errors
     /// If the map is not twice as wide as high, has too many heights, or contains a height that the Moon cannot have (the error names the first).
-    pub fn new(name: &str, columns: usize, km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
+    pub fn new(name: &str, columns: usize, heights_km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let rows = columns / 2;
         check_size(columns, rows).map_err(failed)?;
-        if columns * rows != km.len() {
-            return Err(failed(format!("{} heights, not {columns} x {rows}", km.len())));
+        if columns * rows != heights_km.len() {
+            return Err(failed(format!("{} heights, not {columns} x {rows}", heights_km.len())));
         }
         if !(1700.0..1800.0).contains(&sphere_km) {
             return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {DEFAULT_SPHERE_KM} km")));
         }
-        if let Some(at) = km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
+        if let Some(at) = heights_km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
             let (row, column) = (at / columns + 1, at % columns + 1);
             let why = format!(
                 "row {row}, column {column}: a height of {} km; the Moon's lie between -{MAX_HEIGHT_KM} and {MAX_HEIGHT_KM} km",
-                km[at]
+                heights_km[at]
             );
             return Err(failed(why));
         }
-        let (min, max) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
+        let (min, max) = heights_km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
         let (min_km, max_km) = (f64::from(min), f64::from(max));
-        Ok(Self { name: name.to_owned(), columns, rows, km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
+        Ok(Self { name: name.to_owned(), columns, rows, heights_km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
     /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
@@ -97,8 +97,8 @@ impl HeightMap {
     /// States what is wrong with the file, and what to do.
     pub fn of_image(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
-        let (columns, km) = image_file::heights_km(bytes, range).map_err(failed)?;
-        Self::new(name, columns, km, -180.0, DEFAULT_SPHERE_KM)
+        let (columns, heights_km) = image_file::heights_km(bytes, range).map_err(failed)?;
+        Self::new(name, columns, heights_km, -180.0, DEFAULT_SPHERE_KM)
     }
 
     /// The name, without a folder, of the image file that a PDS label refers to.
@@ -115,7 +115,7 @@ impl HeightMap {
     /// Names the keyword that is missing or has an unsupported value.
     pub fn of_pds(name: &str, text: &str, image: &[u8]) -> Result<Self, HeightMapError> {
         let read = label::heights(text, image).map_err(|why| HeightMapError { file: name.to_owned(), why })?;
-        Self::new(name, read.columns, read.km, read.west_deg, read.sphere_km)
+        Self::new(name, read.columns, read.heights_km, read.west_deg, read.sphere_km)
     }
 
     pub fn sphere_km(&self) -> f64 {
@@ -133,8 +133,8 @@ impl HeightMap {
     }
 
     /// All heights: rows from north to south, each eastward.
-    pub fn km(&self) -> &[f32] {
-        &self.km
+    pub fn heights_km(&self) -> &[f32] {
+        &self.heights_km
     }
 
     /// Resolution, range of heights and reference sphere as text.
@@ -162,7 +162,7 @@ impl HeightMap {
         let right = if left + 1 == self.columns { 0 } else { left + 1 };
         let upper = y0 as usize;
         let lower = (upper + 1).min(self.rows - 1);
-        let at = |row: usize, column: usize| f64::from(self.km[row * self.columns + column]);
+        let at = |row: usize, column: usize| f64::from(self.heights_km[row * self.columns + column]);
         let in_row = |row: usize| at(row, left) + (at(row, right) - at(row, left)) * (x - x0);
         in_row(upper) + (in_row(lower) - in_row(upper)) * (y - y0)
     }

@@ -25,7 +25,7 @@ pub struct PlacedImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// sRGB and alpha, rows from the top: the last row of the file first.
+    /// sRGB and alpha, rows from the top: the last row of the file first. On a body, columns run from west to east.
     pub rgba: Vec<u8>,
     /// Its world coordinates.
     pub wcs: ImageWcs,

@@ -29,7 +29,7 @@ pub enum ImageWcs {
         south_deg: f64,
         /// Northern edge.
         north_deg: f64,
-        /// Whether the file's columns run from east to west.
+        /// Whether the columns of the file run from east to west; those of [`PlacedImage`](super::PlacedImage) do not.
         mirrored: bool,
     },
 }
