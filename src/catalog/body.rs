@@ -1,6 +1,6 @@
 //! The catalog entry of a body: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
 //!
-//! Plain values, filled by the reader of catalog files.
+//! Plain values without a computation of positions: `read` and `read_body` fill them from catalog files and check their ranges.
 
 use super::species::Species;
 use crate::message::{Argument, Message, message};
@@ -17,7 +17,7 @@ impl NaifId {
     pub const SOLAR_SYSTEM_BARYCENTER: Self = Self(0);
     /// The Earth-Moon barycentre, whose position the planetary theories give.
     pub const EARTH_MOON_BARYCENTER: Self = Self(3);
-    /// The star of the system.
+    /// The Sun.
     pub const SUN: Self = Self(10);
     /// The Earth itself, not the Earth-Moon barycentre.
     pub const EARTH: Self = Self(399);
@@ -31,9 +31,9 @@ pub enum InventedRelief {
     /// No invented relief: the ground is smooth, or nothing is known about it.
     #[default]
     None,
-    /// Craters: old, saturated ground; not for bodies with air or clouds.
+    /// Craters, for old ground that they cover completely. They are not drawn on a body with an atmosphere or clouds.
     Craters,
-    /// Hills: ground eroded by air, water or ice.
+    /// Hills, for ground eroded by air, water or ice.
     Hills,
 }
 
@@ -52,10 +52,11 @@ pub enum BodyKind {
     Asteroid,
 }
 
-/// The photometric model of a surface. The variant is part of the shader's structure; the numbers are uniforms.
+/// The photometric model of a surface. mu and mu0: cosines of the angles of emission and of incidence. The variant selects the shader; the numbers are
+/// uniforms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Photometry {
-    /// Emissive, with limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)^2 per linear RGB channel.
+    /// Emissive, with limb darkening I(mu)/I(1) = 1 - u1 (1-mu) - u2 (1-mu)².
     Emissive {
         /// Linear term, per linear RGB channel.
         u1: [f64; 3],
@@ -71,9 +72,9 @@ pub enum Photometry {
         /// L, 0 to 1.
         lunar_weight: f64,
     },
-    /// Oren-Nayar, with roughness as the standard deviation of facet slopes, degrees.
+    /// Oren-Nayar: facets that each obey Lambert's law.
     OrenNayar {
-        /// 0 to 60.
+        /// Standard deviation of the facets' slopes, 0 to 60.
         roughness_deg: f64,
     },
 }
@@ -94,9 +95,9 @@ pub struct Map {
     pub file: String,
     /// Linear factor per channel that scales the decoded map to the body's published colour and albedo.
     pub gain: [f64; 3],
-    /// The kind of latitude of its rows.
+    /// The kind of latitude in which its rows are evenly spaced.
     pub latitude: MapLatitude,
-    /// Its width in texels, if the catalog states it; needed to decide on procedural detail before the map is read.
+    /// Its width in texels, if the catalog states it: procedural detail is chosen by it before the map is read.
     pub columns: Option<u32>,
     /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
@@ -118,8 +119,8 @@ pub struct Maps {
 /// The cloud shell of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clouds {
-    /// The texel's first channel, read as a linear value, gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, by smoothstep between them. The gain is
-    /// not used.
+    /// The red channel, read as a linear value, gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, by smoothstep between them. The map's gain is
+    /// ignored.
     pub map: Map,
     /// Height above the ellipsoid.
     pub height_km: f64,
@@ -296,9 +297,9 @@ pub struct ShapeModel {
 pub struct Atmosphere {
     /// Height of its top.
     pub top_km: f64,
-    /// Refractivity (refractive index minus 1) at the reference level, green light; `None`: refraction is left out.
+    /// Refractivity (refractive index minus 1) in green light at height 0, on the ellipsoid; `None`: refraction is left out.
     pub refractivity: Option<f64>,
-    /// Luminance of its airglow in the zenith; `None`: unknown, and left out.
+    /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,

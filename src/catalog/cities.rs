@@ -1,8 +1,8 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
 //! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those of which a later word starts with it.
-//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named
-//! and some sixty other large cities. Any other place can be given by latitude and longitude.
+//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named,
+//! other large cities, and cities on the paths of eclipses.
 
 use std::sync::LazyLock;
 
@@ -20,6 +20,7 @@ pub struct City {
 }
 
 impl City {
+    /// Parses a line of the table: name, latitude, longitude, country.
     fn from_line(line: &'static str) -> Option<Self> {
         let mut fields = line.splitn(4, ',');
         let (name, latitude, longitude, country) = (fields.next()?, fields.next()?, fields.next()?, fields.next()?);
@@ -28,6 +29,7 @@ impl City {
 }
 
 static CITIES: LazyLock<Vec<City>> = LazyLock::new(|| {
+    // The first line below the comments names the columns.
     let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).skip(1);
     lines.filter_map(City::from_line).collect()
 });
@@ -37,8 +39,8 @@ pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `limit` cities whose name, or a word of it, starts with `text`, regardless of case; none if `text` has fewer than two letters.
-pub fn named(text: &str, limit: usize) -> Vec<&'static City> {
+/// At most `limit` cities whose name, or a later word of it, starts with `text`. Case is ignored. None if `text` has fewer than two characters.
+pub fn with_prefix(text: &str, limit: usize) -> Vec<&'static City> {
     let prefix = text.trim().to_lowercase();
     if prefix.chars().count() < 2 {
         return Vec::new();
@@ -69,7 +71,7 @@ mod tests {
             ("Munich", "Germany", 48.130, 11.583),
             ("Luxor", "Egypt", 25.719, 32.657),
         ] {
-            let found = named(&name.to_lowercase(), 1);
+            let found = with_prefix(&name.to_lowercase(), 1);
             let [city] = found[..] else { panic!("{name}: {found:?}") };
             assert_eq!((city.name, city.country), (name, country));
             let difference_deg = (city.latitude_deg - latitude_deg).abs().max((city.longitude_deg - longitude_deg).abs());
@@ -82,6 +84,6 @@ mod tests {
         let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).count() - 1;
         assert!(lines > 400 && all().len() == lines, "{} of {lines}", all().len());
         assert!(all().iter().all(|c| c.latitude_deg.abs() <= 90.0 && c.longitude_deg.abs() <= 180.0 && !c.country.is_empty()));
-        assert!(named("a", 9).is_empty() && named("york", 9)[0].name == "New York" && named("xyzzy", 9).is_empty());
+        assert!(with_prefix("a", 9).is_empty() && with_prefix("york", 9)[0].name == "New York" && with_prefix("xyzzy", 9).is_empty());
     }
 }

@@ -1,8 +1,8 @@
 //! The constellations: names, figures and borders.
 //!
 //! In: the embedded files of catalogs/ (figures and borders as GeoJSON, and a list of names), with right ascension and declination of J2000 in degrees. Out:
-//! [`Constellations`]: figures, whose vertices refer to stars of the catalog where possible, so that they follow proper motion; and Delporte's borders, which
-//! run along circles of right ascension and declination of the equinox B1875. Not here: apparent places.
+//! [`Constellations`]: figures, whose vertices refer to stars of the catalog where possible, so that they follow proper motion; and the borders of the IAU
+//! (Delporte 1930), which run along circles of right ascension and declination of the equinox B1875. Not here: apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
@@ -12,7 +12,7 @@ use std::sync::LazyLock;
 /// A vertex of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FigureVertex {
-    /// Unit vector of J2000, ICRF.
+    /// Unit vector at the epoch J2000, ICRF.
     pub direction: DVec3,
     /// The star at this vertex: its index in [`StarCatalog::embedded`].
     pub star: Option<usize>,
@@ -23,7 +23,7 @@ pub struct Constellation {
     /// The IAU abbreviation.
     pub abbreviation: String,
     pub name: String,
-    /// The direction at which its name is written: a unit vector, ICRF.
+    /// Where its name is written: a unit vector, ICRF.
     pub label_direction: DVec3,
     /// Polylines from star to star.
     pub figure: Vec<Vec<FigureVertex>>,
@@ -31,22 +31,22 @@ pub struct Constellation {
 
 /// A segment of a border between two corners, along a circle of right ascension or declination of B1875.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Border {
-    /// Right ascension and declination of B1875, radians; right ascensions are less than half a turn apart.
+pub struct BorderSegment {
+    /// Right ascension and declination of B1875, radians. The right ascensions differ by at most half a turn, so the second may lie beyond ±pi.
     pub ends: [[f64; 2]; 2],
 }
 
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constellations {
     pub all: Vec<Constellation>,
-    pub borders: Vec<Border>,
+    pub borders: Vec<BorderSegment>,
 }
 
-/// Angle within which a vertex is identified with a star. The files have four decimals of a degree, and their epoch may differ, which matters for the
-/// fastest stars.
+/// Largest angle between a vertex and the star that it stands for. The files give four decimals of a degree. Their epoch is unknown, which matters for stars
+/// of large proper motion.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
-/// A GeoJSON FeatureCollection; its coordinates are right ascension and declination.
+/// A GeoJSON FeatureCollection of lines; its coordinates are right ascension and declination, degrees.
 #[derive(Deserialize)]
 struct Collection {
     features: Vec<Feature>,
@@ -63,13 +63,15 @@ struct Geometry {
     coordinates: Vec<Vec<[f64; 2]>>,
 }
 
-fn direction([longitude_deg, latitude_deg]: [f64; 2]) -> DVec3 {
-    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
-    DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
+/// The unit vector of a right ascension and a declination.
+fn direction([ra_deg, dec_deg]: [f64; 2]) -> DVec3 {
+    let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
+    DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
 }
 
-/// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession by Lieske's angles (1977, A&A 58, 1) over -1.2500 Julian centuries from
-/// J2000. The frame of the FK4 itself differs by up to an arcsecond, which is invisible in a border.
+/// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession between B1875.0 and J2000 by the angles of Lieske (1977, A&A 58, 1). The borders
+/// were drawn in the system of older star catalogs (FK4), which differs by up to an arcsecond. That and the ICRF's offset from J2000 (0.02 arcseconds) are
+/// ignored.
 pub fn icrf_from_b1875() -> glam::DMat3 {
     /// B1875.0 is JD 2405889.258.
     const CENTURIES_FROM_J2000: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
@@ -82,7 +84,7 @@ pub fn icrf_from_b1875() -> glam::DMat3 {
 }
 
 impl Constellations {
-    /// The 88 constellations that are embedded in the program. A test verifies that their files can be read, so this never panics in a built program.
+    /// The 88 constellations that are embedded in the program. A test verifies that their files can be read, so this never panics in a released program.
     pub fn embedded() -> &'static Self {
         static EMBEDDED: LazyLock<Constellations> = LazyLock::new(|| match Constellations::read() {
             Ok(all) => all,
@@ -92,7 +94,7 @@ impl Constellations {
     }
 
     fn read() -> Result<Self, serde_json::Error> {
-        // Abbreviation, name, genitive, rank (unused), and the position of the name.
+        // Abbreviation, name, genitive, rank, and the position of the label; genitive and rank are not used.
         type Name = (String, String, String, String, [f64; 2]);
         let names: Vec<Name> = serde_json::from_str(orrery_catalogs::CONSTELLATION_NAMES)?;
         let figures: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_LINES)?;
@@ -105,10 +107,10 @@ impl Constellations {
                 let star = &stars.stars()[index];
                 (star.direction + star.motion_per_year * years_to_j2000).normalize().distance(direction)
             };
-            // Twice the angle, as a margin for proper motion: cells are bounded at the epoch of the star catalog.
+            // Twice the angle, as a margin for proper motion: the bounds of cells hold at the epoch of the star catalog.
             let near = |cell: &&super::stars::SkyCell| cell.axis.dot(direction) > (cell.radius_rad + 2.0 * SAME_STAR_RAD).cos();
             let indices = stars.cells().iter().filter(near).flat_map(|cell| cell.stars.clone());
-            // If the vertex is a double star, its brighter component.
+            // The brightest star at the vertex: of a double star, the brighter component.
             let at_vertex = indices.filter(|index| distance(*index) < SAME_STAR_RAD);
             let star = at_vertex.min_by(|a, b| stars.stars()[*a].v_magnitude.total_cmp(&stars.stars()[*b].v_magnitude));
             FigureVertex { direction, star }
@@ -116,8 +118,8 @@ impl Constellations {
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
         let mut with_figure = std::collections::BTreeSet::new();
         let constellation = |(abbreviation, name, _, _, at): Name| {
-            let is_first = with_figure.insert(abbreviation.clone());
-            let figures_of_name = figures.features.iter().filter(|f| is_first && f.id.as_ref() == Some(&abbreviation));
+            let is_first_entry = with_figure.insert(abbreviation.clone());
+            let figures_of_name = figures.features.iter().filter(|f| is_first_entry && f.id.as_ref() == Some(&abbreviation));
             let figure =
                 figures_of_name.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| vertex(*at)).collect()).collect();
             Constellation { abbreviation, name, label_direction: direction(at), figure }
@@ -129,7 +131,7 @@ impl Constellations {
                 [v.y.atan2(v.x), v.z.clamp(-1.0, 1.0).asin()]
             });
             let turns = ((b[0] - a[0]) / std::f64::consts::TAU).round();
-            Border { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
+            BorderSegment { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
         };
         let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(border)).collect();
         Ok(Self { all: names.into_iter().map(constellation).collect(), borders })
@@ -159,11 +161,12 @@ mod tests {
     #[test]
     fn borders_run_along_circles_of_1875() {
         let sky = Constellations::embedded();
-        let slant = |b: &Border| {
+        // How far a segment is from both a parallel and a meridian, degrees.
+        let deviation_deg = |b: &BorderSegment| {
             let [[ra, dec], [ra2, dec2]] = b.ends;
             ((ra2 - ra).abs() * dec.cos().min(dec2.cos())).min((dec2 - dec).abs()).to_degrees()
         };
-        let straight = sky.borders.iter().filter(|b| slant(b) < 0.005).count();
+        let straight = sky.borders.iter().filter(|b| deviation_deg(b) < 0.005).count();
         println!("{straight} of {}", sky.borders.len());
         assert!(sky.borders.len() > 500 && 100 * straight > 97 * sky.borders.len(), "{straight} of {}", sky.borders.len());
         assert!(sky.borders.iter().all(|b| (b.ends[1][0] - b.ends[0][0]).abs() <= std::f64::consts::PI));
@@ -172,7 +175,7 @@ mod tests {
             let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
             [v.y.atan2(v.x), v.z.asin()]
         };
-        let straight_in_j2000 = sky.borders.iter().filter(|b| slant(&Border { ends: b.ends.map(in_j2000) }) < 0.005).count();
+        let straight_in_j2000 = sky.borders.iter().filter(|b| deviation_deg(&BorderSegment { ends: b.ends.map(in_j2000) }) < 0.005).count();
         assert!(2 * straight_in_j2000 < sky.borders.len(), "{straight_in_j2000}");
     }
 }

@@ -1,19 +1,21 @@
 //! The radii of the Sun and the Moon for the computation of eclipses.
 //!
-//! In: a convention. Out: both radii in the catalog, so that image, shadow, contacts and queries all use the same values. The convention changes the length
-//! of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 4 s more totality and an umbra 3 km wider.
-//! Not here: the Moon's mountains, which shift contacts by further seconds.
+//! In: a convention ([`EclipseRadii`]). Out: the catalog with its two radii, so that images, shadows, contact times and queries use the same values. The
+//! convention changes the length of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 4 s more totality
+//! and an umbra 3 km wider.
+//! Not here: the Moon's limb profile, which shifts contacts by further seconds.
 
 use super::{Catalog, NaifId};
 use crate::message::{Message, message};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// The Earth's equatorial radius, km: the unit of k.
+/// The Earth's equatorial radius (WGS 84), the unit of k.
 const ALMANAC_EARTH_KM: f64 = 6378.137;
-/// k, the ratio of the Moon's radius to the Earth's, for the umbra: smaller than the mean radius, because the valleys of the limb transmit the last sunlight.
+/// k, the ratio of the Moon's radius to the Earth's, for the umbra. It is smaller than that of the mean limb, because sunlight still passes through the
+/// valleys of the limb when the mean limb covers the Sun.
 const K_UMBRA: f64 = 0.272_281;
-/// k for the penumbra.
+/// k for the penumbra, that of the mean limb.
 const K_PENUMBRA: f64 = 0.272_488;
 /// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), the value that almanacs adopted.
 const ALMANAC_SUN_ARCSEC: f64 = 959.63;
@@ -53,7 +55,7 @@ impl EclipseRadii {
         }
     }
 
-    /// Ratio of the Moon's radius for first and last contact to that for totality and for the image.
+    /// The Moon's radius for the penumbra (first and last contact) divided by its radius for the umbra, which images use, too.
     pub fn penumbral_moon_ratio(self) -> f64 {
         match self {
             Self::Iau => 1.0,
@@ -63,7 +65,7 @@ impl EclipseRadii {
 }
 
 impl Catalog {
-    /// The same catalog with a convention's radii of the Sun and the Moon.
+    /// This catalog with a convention's radii of the Sun and the Moon.
     pub fn with_eclipse_radii(mut self, radii: EclipseRadii) -> Self {
         self.eclipse_radii = radii;
         if let Some((sun_km, moon_km)) = radii.replacement_km() {

@@ -10,45 +10,51 @@ pub(super) fn finite(v: &f64) -> bool {
 }
 
 /// A check of three components: each is finite and passes `check`.
-pub(super) fn each(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
+pub(super) fn each_component(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) -> bool {
     move |values| values.iter().all(|x| x.is_finite() && check(*x))
 }
 
 /// Reads an optional field whose value is one of a few words.
-pub(super) fn word<T: Copy>(table: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+pub(super) fn optional_word<T: Copy>(table: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
     let found = table.optional::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, value)| *value)
 }
 
+/// Like [`optional_word`], but reports a missing field.
 pub(super) fn required_word<T: Copy>(table: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
     let found = table.required::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
     words.iter().find(|(w, _)| *w == found.value).map(|(_, value)| *value)
 }
 
-pub(super) fn number(table: &mut TableReader, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
+/// Reads a required finite number that passes `ok`.
+pub(super) fn required_number(table: &mut TableReader, field: &'static str, allowed: &str, ok: impl Fn(f64) -> bool) -> Option<f64> {
     table.required::<f64>(field, allowed, |v| v.is_finite() && ok(*v)).map(|l| l.value)
 }
 
-/// The description of the invented part of a map or shape: one line.
+/// Reads the description of the invented part of a map or shape: one line.
 pub(super) fn invented(table: &mut TableReader) -> Option<String> {
     let text =
         table.optional("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
     text.map(|l| l.value)
 }
 
-/// A value that `read` makes of a table, with the line where the table begins.
-pub(super) fn located<T>(table: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
+/// Reads a table by `read`. The value gets the line where the table begins.
+pub(super) fn with_line<T>(table: TableReader, read: impl FnOnce(TableReader) -> Option<T>) -> Option<WithLine<T>> {
     let source_line = table.source_line.clone();
     Some(WithLine { value: read(table)?, source_line })
 }
 
-pub(super) fn map(mut table: TableReader) -> Option<Map> {
+/// Reads the table of one map.
+pub(super) fn read_map(mut table: TableReader) -> Option<Map> {
     let file = table.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
-    let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each(|x| (0.0..=100.0).contains(&x)));
-    let latitude =
-        word(&mut table, "latitude", &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)]);
+    let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
+    let latitude = optional_word(
+        &mut table,
+        "latitude",
+        &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)],
+    );
     let columns = table.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut table);
     let _ = table.optional::<String>("source", "a string", |_| true);
@@ -57,15 +63,16 @@ pub(super) fn map(mut table: TableReader) -> Option<Map> {
     Some(Map { file: file?.value, gain, latitude, columns, invented })
 }
 
-/// The limit is below 100 because a value whose error is 100 % is not an estimate.
-const PERCENT: &str = "percent above 0, at most 90";
+/// What [`optional_percent`] accepts, for messages. A value whose error is 100 % would not be an estimate.
+const ALLOWED_PERCENT: &str = "percent above 0, at most 90";
 
-pub(super) fn percent(table: &mut TableReader, field: &'static str) -> Option<f64> {
-    table.optional(field, PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
+/// Reads an estimated error.
+pub(super) fn optional_percent(table: &mut TableReader, field: &'static str) -> Option<f64> {
+    table.optional(field, ALLOWED_PERCENT, |p: &f64| *p > 0.0 && *p <= 90.0).map(|l| l.value)
 }
 
 /// What [`is_name`] accepts, for messages.
-pub(super) const NAME: &str = "a name in one line, without control characters";
+pub(super) const ALLOWED_NAME: &str = "a name in one line, without control characters";
 
 /// Whether a text is a name: not blank, and without control characters such as line breaks.
 #[expect(clippy::ptr_arg, reason = "the check of a field that is read as a `String`")]

@@ -1,19 +1,19 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
-//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or a problem with the line and the TOML field. A circle has `diameter_deg`, or
-//! `focal_length_mm` with `field_stop_mm`; a rectangle has `width_deg` and `height_deg`, or `focal_length_mm` with `sensor_mm`. A focal length means that of a
-//! lens without distortion, so a field stop or sensor of `size` covers 2 atan(size / (2 focal length)).
+//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or problems in the shared list. The table gives a circle by `diameter_deg`, or
+//! by `focal_length_mm` and `field_stop_mm`; a rectangle by `width_deg` and `height_deg`, or by `focal_length_mm` and `sensor_mm`. Lenses are taken as free of
+//! distortion, so a field stop or sensor side of length s covers the angle 2 atan(s / (2 focal length)).
 
-use super::fields::{NAME, is_name, required_word};
+use super::fields::{ALLOWED_NAME, is_name, required_word};
 use super::table::TableReader;
 
 /// The field of view of an instrument or eyepiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {
-    /// The label of its frame.
+    /// The name, drawn as the label of the frame.
     pub name: String,
     /// Its field of view.
-    pub field: FieldOfView,
+    pub field_of_view: FieldOfView,
     /// Position angle of the frame's upper side, from north through east.
     pub position_angle_deg: f64,
 }
@@ -35,46 +35,50 @@ pub enum FieldOfView {
     },
 }
 
-/// Largest field of view.
-const WIDEST_DEG: f64 = 170.0;
+/// Largest angle of a field of view. Messages state it, too.
+const MAX_FIELD_DEG: f64 = 170.0;
 
+/// The values of the field `shape`.
 #[derive(Clone, Copy, PartialEq)]
 enum FieldShape {
     Circle,
     Rectangle,
 }
 
-/// The angle that `size_mm` in the focal plane subtends.
+/// The angle on the sky that a length of `size_mm` in the focal plane covers.
 fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
     2.0 * (0.5 * size_mm / focal_length_mm).atan().to_degrees()
 }
 
 /// Reads an instrument.
 pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
-    let name = table.required("name", NAME, is_name);
+    let name = table.required("name", ALLOWED_NAME, is_name);
     let shape = required_word(&mut table, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
-    let degrees = |x: &f64| *x > 0.0 && *x <= WIDEST_DEG;
+    let is_field_angle = |x: &f64| *x > 0.0 && *x <= MAX_FIELD_DEG;
     let is_size = |x: &f64| *x > 0.0 && x.is_finite();
     let has_focal_length = table.has("focal_length_mm");
-    let focal_mm = if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
-    let field = match (shape, has_focal_length) {
+    let focal_length_mm =
+        if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+    let field_of_view = match (shape, has_focal_length) {
         (Some(FieldShape::Circle), true) => {
             let stop = table.required("field_stop_mm", "millimetres above 0", is_size);
-            focal_mm.zip(stop).map(|(focal_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_mm) })
+            focal_length_mm
+                .zip(stop)
+                .map(|(focal_length_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_length_mm) })
         }
-        (Some(FieldShape::Circle), false) => {
-            table.required("diameter_deg", "degrees above 0, at most 170", degrees).map(|d| FieldOfView::Circle { diameter_deg: d.value })
-        }
+        (Some(FieldShape::Circle), false) => table
+            .required("diameter_deg", "degrees above 0, at most 170", is_field_angle)
+            .map(|d| FieldOfView::Circle { diameter_deg: d.value }),
         (Some(FieldShape::Rectangle), true) => {
             let sensor = table.required("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
-            focal_mm.zip(sensor).map(|(focal_mm, sensor)| {
-                let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_mm));
+            focal_length_mm.zip(sensor).map(|(focal_length_mm, sensor)| {
+                let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_length_mm));
                 FieldOfView::Rectangle { width_deg, height_deg }
             })
         }
         (Some(FieldShape::Rectangle), false) => {
-            let width = table.required("width_deg", "degrees above 0, at most 170", degrees);
-            let height = table.required("height_deg", "degrees above 0, at most 170", degrees);
+            let width = table.required("width_deg", "degrees above 0, at most 170", is_field_angle);
+            let height = table.required("height_deg", "degrees above 0, at most 170", is_field_angle);
             width.zip(height).map(|(w, h)| FieldOfView::Rectangle { width_deg: w.value, height_deg: h.value })
         }
         (None, _) => None,
@@ -82,7 +86,7 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
     let angle = table.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
-    Some(Instrument { name: name?.value, field: field?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
+    Some(Instrument { name: name?.value, field_of_view: field_of_view?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
 }
 
 #[cfg(test)]
@@ -98,14 +102,17 @@ mod tests {
 
     #[test]
     fn fields_are_read_in_degrees_and_by_focal_length() {
-        assert_eq!(read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field, FieldOfView::Circle { diameter_deg: 6.5 });
-        // A sensor twice as wide as the focal length covers 90 degrees; 36 mm behind a 50 mm lens cover 39.6 degrees, the usual figure for a normal lens.
+        assert_eq!(
+            read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field_of_view,
+            FieldOfView::Circle { diameter_deg: 6.5 }
+        );
+        // A sensor twice as wide as the focal length covers 90 degrees; 36 mm behind a 50 mm lens cover 39.6 degrees, the usual value for a normal lens.
         let wide =
             read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
-        let FieldOfView::Rectangle { width_deg, height_deg } = wide[0].field else { panic!("{wide:?}") };
+        let FieldOfView::Rectangle { width_deg, height_deg } = wide[0].field_of_view else { panic!("{wide:?}") };
         assert!((width_deg - 90.0).abs() < 1e-12 && (height_deg - 67.380).abs() < 1e-3 && wide[0].position_angle_deg == 30.0);
         let normal = read("shape = \"rectangle\"\nfocal_length_mm = 50.0\nsensor_mm = [36.0, 24.0]").expect("read");
-        assert!(matches!(normal[0].field, FieldOfView::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
+        assert!(matches!(normal[0].field_of_view, FieldOfView::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
         assert!(Catalog::embedded().instruments().len() >= 4);
     }
 

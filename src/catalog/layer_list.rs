@@ -1,4 +1,6 @@
 //! The data layers of a catalog: layers from its files, and layers added at run time, for example by dropping a file on the window.
+//!
+//! In: layers. Out: all layers in drawing order. Layers are added to a catalog that several threads share, so the list is behind a lock.
 
 use super::data_layer::DataLayer;
 use parking_lot::RwLock;

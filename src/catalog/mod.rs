@@ -1,7 +1,8 @@
-//! The catalog of bodies: identity, shape, photometry, maps, motion, rotation, rings, atmosphere.
+//! The catalog: bodies (shape, photometry, maps, motion, rotation, rings, atmosphere), moments, instruments, data layers, stars, small bodies, lunar heights.
 //!
-//! In: the embedded files of catalogs/ and the user's files, as (name, text) pairs. Out: [`Catalog`], checked as a whole: a catalog that exists has
-//! every field in its range, unique names and known parents. It does not access the file system and computes no positions.
+//! In: the embedded files of catalogs/ and the user's files, as (name, text) pairs. Out: [`Catalog`], checked as a whole: every field is in its range, names
+//! are unique and parents are known. The user's stars, small bodies, heights and layers are parsed here, too, and added by `Catalog::with_*`. Not here: access
+//! to the file system, and positions.
 
 use crate::wording::{did_you_mean, echo, echo_within, one_line};
 use orrery_catalogs::CATALOG_FILES;
@@ -67,8 +68,8 @@ pub struct Catalog {
     small_bodies: OnceLock<Arc<SmallBodies>>,
     /// The user's lunar height map; none is embedded.
     lunar_heights: Option<Arc<HeightMap>>,
-    /// File and line, by body and field, of the fields that can be checked only against the complete catalog. The field "" gives the line of the
-    /// body itself, at which problems of other fields are reported.
+    /// File and line of `parent`, `motion` and `rotation`, which other modules check against the complete catalog. The field "" stands for the body itself:
+    /// problems of its other fields are reported at its line.
     field_lines: BTreeMap<BodyField, FileLine>,
 }
 
@@ -93,7 +94,7 @@ impl std::fmt::Display for Problem {
 /// All problems of the files. As text it has one line for each of the first `MAX_SHOWN_PROBLEMS`, then the number of the others.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct CatalogError {
-    /// Sorted by file and line.
+    /// In order of file, then line.
     pub problems: Vec<Problem>,
 }
 
@@ -129,13 +130,13 @@ pub(crate) fn normalized_name(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Whether a name, as [`normalized_name`] writes it, is looked up as that of a barycentre.
+/// Whether [`Catalog::find_body_or_barycenter`] takes this normalized name for that of a barycentre, so that no body may have it.
 fn is_name_of_barycenter(normalized: &str) -> bool {
     matches!(normalized, "ssb" | "emb") || normalized.ends_with(" barycenter")
 }
 
 impl Catalog {
-    /// The embedded catalog. A test verifies that it has no problem, so it never panics in a released program.
+    /// The embedded catalog. A test verifies that its files have no problem, so this never panics in a released program.
     pub fn embedded() -> Self {
         match read::read(CATALOG_FILES) {
             Ok(catalog) => catalog,
@@ -169,12 +170,12 @@ impl Catalog {
         &self.bodies
     }
 
-    /// This catalog with other stars.
+    /// This catalog with the user's stars; `None`: with the embedded stars.
     pub fn with_stars(self, stars: Option<Arc<StarCatalog>>) -> Self {
         Self { stars, ..self }
     }
 
-    /// Gives a body the number of a custom surface shader; returns false if it already has one, or if there is no such body.
+    /// Gives a body the custom surface shader of this number. Returns false if the body already has one, or if there is no such body.
     pub fn set_custom_surface(&mut self, id: NaifId, number: u8) -> bool {
         let body = self.bodies.iter_mut().find(|b| b.id == id && b.custom_surface == 0);
         body.map(|b| b.custom_surface = number).is_some()
@@ -216,7 +217,7 @@ impl Catalog {
         self.lunar_heights.as_ref()
     }
 
-    /// The user's data, in the order of the files, then as they were added.
+    /// The user's data layers: those of the catalog files in their order, then those added at run time.
     pub fn data_layers(&self) -> Vec<Arc<DataLayer>> {
         self.data_layers.all()
     }
@@ -258,12 +259,12 @@ impl Catalog {
         self.data_layers.add(layer);
     }
 
-    /// Well-known moments, by kind and time.
+    /// Well-known moments, sorted by kind, then by time.
     pub fn moments(&self) -> &[moments::Moment] {
         &self.moments
     }
 
-    /// The body with a code.
+    /// The body with a NAIF code.
     pub fn body(&self, id: NaifId) -> Option<&Body> {
         self.bodies.iter().find(|b| b.id == id)
     }
@@ -303,6 +304,7 @@ impl Catalog {
             .ok_or_else(|| UnknownName(format!("`{}` is a barycentre, which has no surface: name a body", echo_within(name.trim(), 60))))
     }
 
+    /// The error for an unknown name. `what`: the kind of thing that was expected to have it.
     fn unknown(&self, name: &str, what: &str) -> UnknownName {
         let known = self.bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
         let hint = did_you_mean(name.trim(), known).unwrap_or_else(|| "`orrery doctor` lists all names".into());

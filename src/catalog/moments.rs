@@ -1,10 +1,10 @@
-//! Well-known moments and viewpoints for them: eclipses, transits, triple shadow transits (of moons on Jupiter), ring-plane crossings.
+//! Well-known moments and viewpoints for them: eclipses, transits, shadows of three moons on Jupiter at once, ring-plane crossings.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems. A field that only other kinds of
-//! viewpoint ([`Vantage`]) have is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is computed here; tests compare the
-//! moments with the ephemeris.
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems in the shared list. A field that this kind
+//! of viewpoint ([`Vantage`]) does not use is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is computed here; tests
+//! compare the moments with the ephemeris.
 
-use super::fields::{NAME, is_name};
+use super::fields::{ALLOWED_NAME, is_name};
 use super::table::{Problems, TableReader, WithLine};
 use super::{Body, NaifId};
 use crate::time::Instant;
@@ -20,16 +20,16 @@ pub enum Vantage {
         /// Vertical field of view.
         fov_deg: f64,
     },
-    /// Over the side of the target that faces a body, or over the opposite side, at a distance in equatorial radii.
+    /// Above the side of the target that faces a body, or above the opposite side.
     Side {
-        /// The body that fixes the side.
+        /// The body that the side faces, or faces away from.
         faced_body: NaifId,
-        /// False: over the side that faces this body; true: over the opposite side.
+        /// False: above the side that faces this body; true: above the opposite side.
         away: bool,
         /// Distance from the target's centre in its equatorial radii.
         radii: f64,
     },
-    /// Over a place of a body: planetographic latitude and east longitude.
+    /// Above a place on a body, towards the target; straight down if the body is the target.
     Place {
         /// The body that the place is on.
         body: NaifId,
@@ -55,7 +55,7 @@ pub struct Moment {
     pub about: String,
     /// The instant.
     pub time: Instant,
-    /// The target.
+    /// The body in the middle of the view.
     pub target: NaifId,
     /// The viewpoint.
     pub vantage: Vantage,
@@ -87,7 +87,7 @@ enum UnresolvedVantage {
 pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMoment> {
     let text =
         |table: &mut TableReader, field: &'static str, allowed: &str| table.required(field, allowed, |v: &String| !v.trim().is_empty());
-    let name = table.required("name", NAME, is_name);
+    let name = table.required("name", ALLOWED_NAME, is_name);
     if let Some(name) = &name {
         table.set_message_prefix(&name.value);
     }
@@ -121,8 +121,8 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     };
     if vantage.is_none() {
         let source_line = table.source_line.clone();
-        let allowed = "from with fov_deg, side or away_from with radii, or over with latitude_deg, longitude_deg, height_km, fov_deg";
-        table.problem(&source_line, "vantage", "incomplete", allowed);
+        let allowed = "`from` and `fov_deg`; `side` or `away_from`, and `radii`; or `over`, `latitude_deg`, `longitude_deg`, `height_km` and `fov_deg`";
+        table.problem(&source_line, "vantage", "incomplete or ambiguous", allowed);
     }
     table.finish();
     Some(UnresolvedMoment {
@@ -172,7 +172,9 @@ pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], probl
             source: moment.source,
         });
     }
-    let rank = |m: &Moment| KINDS.iter().position(|k| *k == m.kind).unwrap_or(KINDS.len());
-    moments.sort_by(|a, b| rank(a).cmp(&rank(b)).then(a.time.tdb_seconds_past_j2000().total_cmp(&b.time.tdb_seconds_past_j2000())));
+    let kind_index = |m: &Moment| KINDS.iter().position(|k| *k == m.kind).unwrap_or(KINDS.len());
+    moments.sort_by(|a, b| {
+        kind_index(a).cmp(&kind_index(b)).then(a.time.tdb_seconds_past_j2000().total_cmp(&b.time.tdb_seconds_past_j2000()))
+    });
     moments
 }

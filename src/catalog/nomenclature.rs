@@ -1,9 +1,9 @@
 //! Names on the surfaces of bodies: the features of the IAU's gazetteer, and crewed landing sites.
 //!
-//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body: landing sites first, then the others by decreasing prominence.
+//! In: the embedded tables nomenclature_usgs.csv and landing_sites.csv. Out: the features of a body: landing sites first, then the others from large to small.
 //! Always: the tables' latitudes are taken as planetocentric and their longitudes as east, which is right for Mars and for nearly spherical bodies. For oblate
-//! moons the gazetteer gives planetographic latitudes, so their features are off by up to 5 degrees on Mimas and 2 on Enceladus. Not here: which names fit
-//! into an image.
+//! moons the gazetteer gives planetographic latitudes, so their features are off by up to 5 degrees on Mimas and 2 on Enceladus. Not here: the choice of the
+//! names that an image shows.
 
 use glam::DVec3;
 use std::collections::BTreeMap;
@@ -18,39 +18,41 @@ pub struct SurfaceFeature {
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Effective size in an image: the diameter. For elongated features such as valleys, ridges and rilles, whose table entry is a length, a quarter of
-    /// that length.
-    pub prominence_km: f64,
+    /// Size by which an image decides whether to show the name: the diameter. For elongated features such as valleys, ridges and rilles the gazetteer gives the
+    /// length as their diameter; the effective size is their width, a quarter of it.
+    pub effective_size_km: f64,
     /// Whether it is a landing site.
     pub is_landing_site: bool,
 }
 
-/// Elongated feature types of the gazetteer: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
+/// The gazetteer's codes of elongated feature types: catena, chasma, dorsum, fossa, linea, flumen, rima, rupes, scopulus, sulcus, vallis.
 const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "RU", "SC", "SU", "VA"];
 /// Assumed ratio of width to length of these types.
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl SurfaceFeature {
-    /// Parses the texts of a table's line. `diameter_km`: empty for a feature without a diameter, `None` for a landing site.
-    fn parse(name: &'static str, kind: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
+    /// Parses the fields of a table's line. `diameter_km`: empty for a feature without a diameter; `None` for a landing site.
+    fn parse(name: &'static str, feature_type: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
-        // Outer `None`: a landing site; inner `None`: a text that is not a number.
-        let diameter: Option<Option<f64>> = diameter_km.map(|d| if d.is_empty() { Some(0.0) } else { d.parse().ok() });
+        let is_landing_site = diameter_km.is_none();
+        let diameter_km: f64 = match diameter_km {
+            None | Some("") => 0.0,
+            Some(text) => text.parse().ok()?,
+        };
         Some(Self {
             name,
             direction: DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat),
-            diameter_km: diameter.flatten().or_else(|| diameter_km.is_none().then_some(0.0))?,
-            prominence_km: diameter.flatten().unwrap_or(0.0)
-                * if ELONGATED_TYPES.contains(&kind) { ELONGATED_WIDTH_TO_LENGTH } else { 1.0 },
-            is_landing_site: diameter_km.is_none(),
+            diameter_km,
+            effective_size_km: diameter_km * if ELONGATED_TYPES.contains(&feature_type) { ELONGATED_WIDTH_TO_LENGTH } else { 1.0 },
+            is_landing_site,
         })
     }
 
-    /// Body and feature of a line: seven fields in the gazetteer, four in the table of landing sites.
+    /// The body and the feature of a line: seven fields in the gazetteer, four in the table of landing sites.
     fn from_line(line: &'static str) -> Option<(&'static str, Self)> {
         match line.split(',').collect::<Vec<_>>()[..] {
-            [body, _, name, kind, lat, lon, diameter] => Some((body, Self::parse(name, kind, lat, lon, Some(diameter))?)),
+            [body, _, name, feature_type, lat, lon, diameter] => Some((body, Self::parse(name, feature_type, lat, lon, Some(diameter))?)),
             [body, name, lat, lon] => Some((body, Self::parse(name, "", lat, lon, None)?)),
             _ => None,
         }
@@ -69,13 +71,13 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(
         all.entry(body.to_lowercase()).or_default().push(feature);
     }
     let order = |a: &SurfaceFeature, b: &SurfaceFeature| {
-        b.is_landing_site.cmp(&a.is_landing_site).then(b.prominence_km.total_cmp(&a.prominence_km)).then(a.name.cmp(b.name))
+        b.is_landing_site.cmp(&a.is_landing_site).then(b.effective_size_km.total_cmp(&a.effective_size_km)).then(a.name.cmp(b.name))
     };
     all.values_mut().for_each(|features| features.sort_by(order));
     all
 });
 
-/// The features of a body by its name: landing sites, then the others by decreasing prominence.
+/// The features of the body with this name: landing sites first, then the others from large to small.
 pub fn features(body: &str) -> &'static [SurfaceFeature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }
@@ -115,7 +117,9 @@ mod tests {
             assert!((found_diameter - diameter).abs() <= 0.05 * diameter, "{name}: {found_diameter}");
         }
         let moon = features("Moon");
-        assert!(moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].prominence_km >= w[1].prominence_km));
+        assert!(
+            moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].effective_size_km >= w[1].effective_size_km)
+        );
         assert!(features("Nibiru").is_empty());
     }
 }

@@ -1,11 +1,11 @@
-//! Reads catalog files into bodies: one draft per body, in which later files override earlier ones, then a check of the entire catalog.
+//! Reads catalog files: one draft per body, in which later files override earlier ones, then a check of the entire catalog.
 //!
-//! In: (name, text) pairs. Out: the bodies, or all problems, each with file, line, field, value and allowed values. A field of a later
-//! file replaces the same field. Photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced as a unit,
-//! maps one by one.
+//! In: (name, text) pairs. Out: a [`Catalog`], or all problems, each with its file and line. A field of a later file replaces the same field of earlier ones.
+//! Photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced as a whole; maps one by one; overlays, instruments and moments by
+//! name.
 
 use super::data_layer;
-use super::fields::{NAME, each, finite, is_name, number, percent};
+use super::fields::{ALLOWED_NAME, each_component, finite, is_name, optional_percent, required_number};
 use super::instrument::{Instrument, instrument};
 use super::layer_list::LayerList;
 use super::overlay;
@@ -24,12 +24,12 @@ use std::sync::OnceLock;
 
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
-    let name = table.required("name", NAME, is_name);
-    let inner_km = number(&mut table, "inner_km", "kilometres above 0", |x| x > 0.0);
+    let name = table.required("name", ALLOWED_NAME, is_name);
+    let inner_km = required_number(&mut table, "inner_km", "kilometres above 0", |x| x > 0.0);
     let outer_km =
         table.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|inner| *x > inner));
-    let tau_normal = number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
-    let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each(|x| (0.0..=1.0).contains(&x)));
+    let tau_normal = required_number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
+    let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each_component(|x| (0.0..=1.0).contains(&x)));
     let dust = table.optional("dust", "a fraction from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     table.finish();
     Some((
@@ -47,13 +47,13 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
 
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
-    let name = table.required("name", NAME, is_name);
-    let scale_height_km = number(&mut table, "scale_height_km", "kilometres above 0", |x| x > 0.0);
+    let name = table.required("name", ALLOWED_NAME, is_name);
+    let scale_height_km = required_number(&mut table, "scale_height_km", "kilometres above 0", |x| x > 0.0);
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
-    let scattering = table.optional("scattering_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
-    let absorption = table.optional("absorption_per_km", per_km, each(|x| (0.0..=10.0).contains(&x)));
+    let scattering = table.optional("scattering_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
+    let absorption = table.optional("absorption_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
     let asymmetry = table.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
-    let estimate_percent = percent(&mut table, "estimate_percent");
+    let estimate_percent = optional_percent(&mut table, "estimate_percent");
     table.finish();
     Some(Species {
         name: name?.value,
@@ -66,15 +66,15 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; the thousands that fit into a file of one megabyte would take
-/// minutes.
+/// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; a file of one megabyte could list thousands, and a frame would
+/// take minutes.
 const MAX_SPECIES: usize = 16;
-/// Maximum number of rings of a body: the shader's table of ring edges has room for 4,096.
+/// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
 
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
-    let top_km = number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
+    let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = table.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
     let airglow_cd_m2 =
         table.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
@@ -101,8 +101,8 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let mut instruments: Vec<Instrument> = Vec::new();
     let mut all_are_toml = true;
     for (file, text) in files {
-        let source = TomlFile::new(file, text, &problems);
-        let Some(mut root) = source.root() else {
+        let toml_file = TomlFile::new(file, text, &problems);
+        let Some(mut root) = toml_file.root() else {
             all_are_toml = false;
             continue;
         };
@@ -128,7 +128,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         unresolved_moments.extend(root.sections("moment").into_iter().filter_map(moments::unresolved_moment));
         root.finish();
     }
-    // Names are looked up only if every file could be read: a name that seems unknown may be that of a body in the unread file.
+    // Names of bodies are looked up only if every file is valid TOML: a body whose name seems unknown may be in the file that could not be read.
     if !all_are_toml {
         return Err(problems.into_error());
     }
@@ -165,7 +165,7 @@ fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems
     found
 }
 
-/// File and line of the fields that can be checked only against the complete catalog.
+/// The entries of a body in `Catalog::field_lines`.
 fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
         ("", Some(&draft.source_line)),
@@ -179,11 +179,12 @@ fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)
         .collect()
 }
 
+/// Whether a line is in one of the embedded files.
 fn is_embedded(source_line: &SourceLine) -> bool {
     CATALOG_FILES.iter().any(|(file, _)| *file == &*source_line.file)
 }
 
-/// Maximum number of bodies that the message about a cycle names.
+/// Maximum number of bodies that the message about a cycle of parents lists.
 const MAX_NAMES_OF_CYCLE: usize = 8;
 
 /// Reports cycles of parents, each at the `parent` fields of the user's files.
@@ -216,18 +217,20 @@ fn assemble(
     overlays: Vec<(WithLine<String>, Overlay)>,
     problems: &Problems,
 ) -> Vec<Body> {
-    let mut ids: BTreeMap<String, i32> = BTreeMap::new();
-    let mut named: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
+    let mut id_by_name: BTreeMap<String, i32> = BTreeMap::new();
+    let mut owner_by_normalized_name: BTreeMap<String, (i32, &SourceLine)> = BTreeMap::new();
     for (id, draft) in &drafts {
         let aliases = draft.aliases.iter().flat_map(|l| l.value.iter().map(|alias| (alias, &l.source_line)));
         for (name, source_line) in draft.name.iter().map(|l| (&l.value, &l.source_line)).chain(aliases) {
-            ids.insert(name.to_lowercase(), *id);
+            id_by_name.insert(name.to_lowercase(), *id);
             // Of two bodies whose names have the same normalized form, a look-up would find only one.
-            let form = normalized_name(name);
-            if is_name_of_barycenter(&form) {
+            let normalized = normalized_name(name);
+            if is_name_of_barycenter(&normalized) {
                 problems.add(source_line, format!("the name \"{name}\" is that of a barycentre"));
             }
-            let Some((other, other_line)) = named.insert(form, (*id, source_line)).filter(|(other, _)| other != id) else {
+            let Some((other, other_line)) =
+                owner_by_normalized_name.insert(normalized, (*id, source_line)).filter(|(other, _)| other != id)
+            else {
                 continue;
             };
             // The message points to the user's file, not to an embedded one.
@@ -235,21 +238,21 @@ fn assemble(
             problems.add(source_line, format!("the name \"{name}\" is already that of body {other}"));
         }
     }
-    let known: Vec<&str> = ids.keys().map(String::as_str).collect();
-    let resolve = |name: &WithLine<String>| {
-        let id = ids.get(&name.value.to_lowercase()).copied();
+    let known: Vec<&str> = id_by_name.keys().map(String::as_str).collect();
+    let find_id = |name: &WithLine<String>| {
+        let id = id_by_name.get(&name.value.to_lowercase()).copied();
         if id.is_none() {
             problems.add_unknown_body(name, &known);
         }
         id
     };
-    let parents = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.parent.as_ref()?.source_line.clone()))).collect();
-    let with_atmosphere: BTreeSet<i32> =
-        atmospheres.iter().filter_map(|(owner, _)| ids.get(&owner.value.to_lowercase()).copied()).collect();
+    let parent_lines = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.parent.as_ref()?.source_line.clone()))).collect();
+    let ids_with_atmosphere: BTreeSet<i32> =
+        atmospheres.iter().filter_map(|(owner, _)| id_by_name.get(&owner.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, draft) in drafts {
-        let label = draft.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
-        let missing = |field: &str| problems.add(&draft.source_line, format!("{label}.{field} is missing"));
+        let message_name = draft.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
+        let missing = |field: &str| problems.add(&draft.source_line, format!("{message_name}.{field} is missing"));
         // The value of a field of the draft; reports a missing one.
         macro_rules! required {
             ($field:ident, $name:literal) => {
@@ -265,10 +268,12 @@ fn assemble(
         if draft.name.is_none() {
             missing("name");
         }
-        let parent = draft.parent.as_ref().and_then(&resolve).map(NaifId);
+        let parent = draft.parent.as_ref().and_then(&find_id).map(NaifId);
         if parent == Some(NaifId(id)) {
-            problems
-                .add(draft.parent.as_ref().map_or(&draft.source_line, |l| &l.source_line), format!("{label}.parent is the body itself"));
+            problems.add(
+                draft.parent.as_ref().map_or(&draft.source_line, |l| &l.source_line),
+                format!("{message_name}.parent is the body itself"),
+            );
         }
         let (kind, radii, albedo, colour) = (
             required!(kind, "kind"),
@@ -292,7 +297,7 @@ fn assemble(
             if mesh.value.alpha && draft.maps.albedo.is_none() {
                 add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
-            if with_atmosphere.contains(&id) || draft.clouds.is_some() {
+            if ids_with_atmosphere.contains(&id) || draft.clouds.is_some() {
                 add_problem("a body with an atmosphere or clouds cannot have a mesh: both are drawn over an ellipsoid");
             }
         }
@@ -324,13 +329,14 @@ fn assemble(
             estimates: draft.estimates,
         });
     }
-    report_parent_cycles(&bodies, &parents, problems);
-    // The rings of a file replace those of earlier files. A file may name a body in several ways: `Saturn` and `saturn`, or an alias.
-    let mut file_of_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
+    report_parent_cycles(&bodies, &parent_lines, problems);
+    // The rings of a file replace those of earlier files. The file is remembered by the body's id, because a file may name a body in several ways: as `Saturn`,
+    // `saturn` or an alias.
+    let mut file_of_kept_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
     for (body_name, list) in rings {
-        let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };
+        let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };
         let file = &body_name.source_line.file;
-        if file_of_rings.insert(b.id.0, Rc::clone(file)).is_none_or(|earlier| !Rc::ptr_eq(&earlier, file)) {
+        if file_of_kept_rings.insert(b.id.0, Rc::clone(file)).is_none_or(|earlier| !Rc::ptr_eq(&earlier, file)) {
             b.rings.clear();
         }
         b.rings.extend(list);
@@ -340,12 +346,12 @@ fn assemble(
         }
     }
     for (body_name, air) in atmospheres {
-        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
+        if let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.atmosphere = Some(air);
         }
     }
     for (body_name, new) in overlays {
-        if let Some(b) = resolve(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
+        if let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id))
             && let Err(why) = overlay::add(&mut b.overlays, new)
         {
             problems.add(&body_name.source_line, format!("{}: {why}", b.name));

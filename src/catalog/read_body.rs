@@ -1,16 +1,21 @@
 //! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
-//! A field of a later file replaces the same field. Photometry, motion, rotation, clouds and mesh are replaced as a unit, maps one by one.
+//! In: the TOML table, and the drafts of the bodies read so far. Out: the changed draft, and problems in the shared list. A field of a later file replaces the
+//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole, maps and sources one by one.
 
-use super::fields::{NAME, each, finite, invented, is_name, located, map, number, percent, required_word, word};
+use super::fields::{
+    ALLOWED_NAME, each_component, finite, invented, is_name, optional_percent, optional_word, read_map, required_number, required_word,
+    with_line,
+};
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
 use std::collections::BTreeMap;
 
-const COLOUR_RANGE: &str = "three numbers from 0 to 100, not all 0";
+/// What [`is_colour`] accepts, for messages.
+const ALLOWED_COLOUR: &str = "three numbers from 0 to 100, not all 0";
 
 fn is_colour(rgb: &[f64; 3]) -> bool {
-    each(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
+    each_component(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
 }
 
 /// The fields of one body as read so far.
@@ -38,6 +43,7 @@ pub(super) struct BodyDraft {
     pub estimates: Estimates,
 }
 
+/// The values of the field `model` of `photometry`.
 #[derive(Clone, Copy)]
 enum PhotometryWord {
     Emissive,
@@ -58,21 +64,22 @@ fn photometry(mut table: TableReader) -> Option<Photometry> {
     let result = match required_word(&mut table, "model", &words)? {
         PhotometryWord::Emissive => {
             let allowed = "three numbers from -1 to 2 (red, green, blue)";
-            let u1 = table.required("u1", allowed, each(|x| (-1.0..=2.0).contains(&x)));
-            let u2 = table.required("u2", allowed, each(|x| (-1.0..=2.0).contains(&x)));
+            let u1 = table.required("u1", allowed, each_component(|x| (-1.0..=2.0).contains(&x)));
+            let u2 = table.required("u2", allowed, each_component(|x| (-1.0..=2.0).contains(&x)));
             u1.zip(u2).map(|(u1, u2)| Photometry::Emissive { u1: u1.value, u2: u2.value })
         }
         PhotometryWord::Lambert => Some(Photometry::Lambert),
         PhotometryWord::LommelSeeliger => Some(Photometry::LommelSeeliger),
-        PhotometryWord::LunarLambert => number(&mut table, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
+        PhotometryWord::LunarLambert => required_number(&mut table, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
             .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
-        PhotometryWord::OrenNayar => number(&mut table, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
+        PhotometryWord::OrenNayar => required_number(&mut table, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
             .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
     };
     table.finish();
     result
 }
 
+/// The values of the field `theory` of `motion`.
 #[derive(Clone, Copy)]
 enum MotionWord {
     Planetary,
@@ -104,18 +111,18 @@ fn motion(mut table: TableReader) -> Option<Motion> {
 
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
-    let pole_ra_deg = number(table, "pole_ra_deg", "degrees", any);
-    let pole_dec_deg = number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-    let epoch_jd_tt = number(table, "epoch_jd_tt", "a Julian date", any);
-    let semi_major_axis_km = number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
-    let eccentricity = number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
-    let inclination_deg = number(table, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
-    let node_deg = number(table, "node_deg", "degrees", any);
-    let argument_of_periapsis_deg = number(table, "argument_of_periapsis_deg", "degrees", any);
-    let mean_anomaly_deg = number(table, "mean_anomaly_deg", "degrees", any);
-    let mean_motion_deg_day = number(table, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
-    let node_period_yr = number(table, "node_period_yr", "Julian years, 0 for none", any);
-    let argument_period_yr = number(table, "argument_period_yr", "Julian years, 0 for none", any);
+    let pole_ra_deg = required_number(table, "pole_ra_deg", "degrees", any);
+    let pole_dec_deg = required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date", any);
+    let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
+    let eccentricity = required_number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
+    let inclination_deg = required_number(table, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
+    let node_deg = required_number(table, "node_deg", "degrees", any);
+    let argument_of_periapsis_deg = required_number(table, "argument_of_periapsis_deg", "degrees", any);
+    let mean_anomaly_deg = required_number(table, "mean_anomaly_deg", "degrees", any);
+    let mean_motion_deg_day = required_number(table, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
+    let node_period_yr = required_number(table, "node_period_yr", "Julian years, 0 for none", any);
+    let argument_period_yr = required_number(table, "argument_period_yr", "Julian years, 0 for none", any);
     let quadratic =
         table.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
     Some(MeanElements {
@@ -135,6 +142,7 @@ fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     })
 }
 
+/// The values of the field `model` of `rotation`.
 #[derive(Clone, Copy)]
 enum RotationWord {
     EarthIau2006,
@@ -155,10 +163,10 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
         RotationWord::Pck => Some(Rotation::Pck),
         RotationWord::Synchronous => Some(Rotation::Synchronous),
         RotationWord::Fixed => {
-            let pole_ra_deg = number(&mut table, "pole_ra_deg", "degrees", |_| true);
-            let pole_dec_deg = number(&mut table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-            let w0_deg = number(&mut table, "w0_deg", "degrees", |_| true);
-            let w_deg_day = number(&mut table, "w_deg_day", "degrees a day", |_| true);
+            let pole_ra_deg = required_number(&mut table, "pole_ra_deg", "degrees", |_| true);
+            let pole_dec_deg = required_number(&mut table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+            let w0_deg = required_number(&mut table, "w0_deg", "degrees", |_| true);
+            let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day", |_| true);
             match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
                 (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
                     Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
@@ -173,13 +181,13 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
 
 fn clouds(mut table: TableReader) -> Option<Clouds> {
     let from_0_to_1 = "a number from 0 to 1";
-    let height_km = number(&mut table, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = number(&mut table, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = number(&mut table, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let closed_texel = number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
+    let height_km = required_number(&mut table, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
+    let albedo = required_number(&mut table, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let clear_texel = required_number(&mut table, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let closed_texel = required_number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
         x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
     });
-    let map = map(table)?;
+    let map = read_map(table)?;
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
@@ -199,12 +207,12 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     Some(WithLine { value, source_line })
 }
 
-/// Reads the maps of a `maps` table into `into`; the others remain.
-fn maps(mut table: TableReader, into: &mut Maps) {
+/// Replaces those of a body's maps that a `maps` table gives.
+fn maps(mut table: TableReader, maps: &mut Maps) {
     for (field, target) in
-        [("albedo", &mut into.albedo), ("normal", &mut into.normal), ("specular", &mut into.specular), ("night", &mut into.night)]
+        [("albedo", &mut maps.albedo), ("normal", &mut maps.normal), ("specular", &mut maps.specular), ("night", &mut maps.night)]
     {
-        if let Some(found) = table.section(field).and_then(map) {
+        if let Some(found) = table.section(field).and_then(read_map) {
             *target = Some(found);
         }
     }
@@ -212,27 +220,30 @@ fn maps(mut table: TableReader, into: &mut Maps) {
 }
 
 fn estimates(mut table: TableReader) -> Estimates {
-    let found = Estimates { albedo_percent: percent(&mut table, "albedo_percent"), colour_percent: percent(&mut table, "colour_percent") };
+    let found = Estimates {
+        albedo_percent: optional_percent(&mut table, "albedo_percent"),
+        colour_percent: optional_percent(&mut table, "colour_percent"),
+    };
     table.finish();
     found
 }
 
 /// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
 pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
-    let name = table.optional("name", NAME, is_name);
+    let name = table.optional("name", ALLOWED_NAME, is_name);
     let source_line = table.source_line.clone();
     if let Some(name) = &name {
         table.set_message_prefix(&name.value);
     }
     let id = table.required("id", "a NAIF code above 9", |i: &i32| *i > 9);
-    if let (None, Some(older_name)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
-        table.set_message_prefix(&older_name.value);
+    if let (None, Some(earlier_name)) = (&name, id.as_ref().and_then(|id| drafts.get(&id.value)?.name.clone())) {
+        table.set_message_prefix(&earlier_name.value);
     }
-    let mut fresh = BodyDraft {
+    let mut draft = BodyDraft {
         source_line,
         name,
         aliases: table.optional("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
-        kind: word(
+        kind: optional_word(
             &mut table,
             "kind",
             &[
@@ -244,63 +255,65 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
             ],
         ),
         parent: table.optional("parent", "the name of a body", |_: &String| true),
-        radii_km: table.optional("radii_km", "three lengths above 0 and below 1e7", each(|x| x > 0.0 && x < 1e7)).map(|l| l.value),
+        radii_km: table
+            .optional("radii_km", "three lengths above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
+            .map(|l| l.value),
         gm_km3_s2: table.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: table.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: table.optional("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
-        invented_relief: word(
+        invented_relief: optional_word(
             &mut table,
             "invented_relief",
             &[("none", InventedRelief::None), ("craters", InventedRelief::Craters), ("hills", InventedRelief::Hills)],
         ),
         clear_sky_albedo: table.optional("clear_sky_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
-        clear_sky_colour: table.optional("clear_sky_colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
-        colour: table.optional("colour_linear_srgb", COLOUR_RANGE, is_colour).map(|l| l.value),
+        clear_sky_colour: table.optional("clear_sky_colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
+        colour: table.optional("colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
         photometry: table.section("photometry").and_then(photometry),
         maps: Maps::default(),
         clouds: table.section("clouds").and_then(clouds),
         mesh: table.section("mesh").and_then(mesh),
-        motion: table.section("motion").and_then(|table| located(table, motion)),
-        rotation: table.section("rotation").and_then(|table| located(table, rotation)),
+        motion: table.section("motion").and_then(|table| with_line(table, motion)),
+        rotation: table.section("rotation").and_then(|table| with_line(table, rotation)),
         sources: BTreeMap::new(),
         estimates: table.section("estimates").map(estimates).unwrap_or_default(),
     };
     let Some(id) = id else {
         return table.finish();
     };
-    let older = drafts.remove(&id.value);
-    if let Some(older) = older {
-        // An estimated error belongs to the value given in the same file. If this file replaces the value, the older error is dropped.
-        let kept = |own: Option<f64>, is_replaced: bool, former: Option<f64>| own.or(former.filter(|_| !is_replaced));
-        fresh.estimates = Estimates {
-            albedo_percent: kept(fresh.estimates.albedo_percent, fresh.geometric_albedo.is_some(), older.estimates.albedo_percent),
-            colour_percent: kept(fresh.estimates.colour_percent, fresh.colour.is_some(), older.estimates.colour_percent),
+    let earlier = drafts.remove(&id.value);
+    if let Some(earlier) = earlier {
+        // An estimated error belongs to the value given in the same file. If this file replaces the value, the earlier error is dropped.
+        let estimate = |new: Option<f64>, value_is_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !value_is_new));
+        draft.estimates = Estimates {
+            albedo_percent: estimate(draft.estimates.albedo_percent, draft.geometric_albedo.is_some(), earlier.estimates.albedo_percent),
+            colour_percent: estimate(draft.estimates.colour_percent, draft.colour.is_some(), earlier.estimates.colour_percent),
         };
-        fresh.source_line = older.source_line;
-        fresh.name = fresh.name.or(older.name);
-        fresh.aliases = fresh.aliases.or(older.aliases);
-        fresh.kind = fresh.kind.or(older.kind);
-        fresh.parent = fresh.parent.or(older.parent);
-        fresh.radii_km = fresh.radii_km.or(older.radii_km);
-        fresh.gm_km3_s2 = fresh.gm_km3_s2.or(older.gm_km3_s2);
-        fresh.geometric_albedo = fresh.geometric_albedo.or(older.geometric_albedo);
-        fresh.bond_albedo = fresh.bond_albedo.or(older.bond_albedo);
-        fresh.invented_relief = fresh.invented_relief.or(older.invented_relief);
-        fresh.clear_sky_albedo = fresh.clear_sky_albedo.or(older.clear_sky_albedo);
-        fresh.clear_sky_colour = fresh.clear_sky_colour.or(older.clear_sky_colour);
-        fresh.colour = fresh.colour.or(older.colour);
-        fresh.photometry = fresh.photometry.or(older.photometry);
-        fresh.maps = older.maps;
-        fresh.clouds = fresh.clouds.or(older.clouds);
-        fresh.mesh = fresh.mesh.or(older.mesh);
-        fresh.motion = fresh.motion.or(older.motion);
-        fresh.rotation = fresh.rotation.or(older.rotation);
-        fresh.sources = older.sources;
+        draft.source_line = earlier.source_line;
+        draft.name = draft.name.or(earlier.name);
+        draft.aliases = draft.aliases.or(earlier.aliases);
+        draft.kind = draft.kind.or(earlier.kind);
+        draft.parent = draft.parent.or(earlier.parent);
+        draft.radii_km = draft.radii_km.or(earlier.radii_km);
+        draft.gm_km3_s2 = draft.gm_km3_s2.or(earlier.gm_km3_s2);
+        draft.geometric_albedo = draft.geometric_albedo.or(earlier.geometric_albedo);
+        draft.bond_albedo = draft.bond_albedo.or(earlier.bond_albedo);
+        draft.invented_relief = draft.invented_relief.or(earlier.invented_relief);
+        draft.clear_sky_albedo = draft.clear_sky_albedo.or(earlier.clear_sky_albedo);
+        draft.clear_sky_colour = draft.clear_sky_colour.or(earlier.clear_sky_colour);
+        draft.colour = draft.colour.or(earlier.colour);
+        draft.photometry = draft.photometry.or(earlier.photometry);
+        draft.maps = earlier.maps;
+        draft.clouds = draft.clouds.or(earlier.clouds);
+        draft.mesh = draft.mesh.or(earlier.mesh);
+        draft.motion = draft.motion.or(earlier.motion);
+        draft.rotation = draft.rotation.or(earlier.rotation);
+        draft.sources = earlier.sources;
     }
     if let Some(maps_table) = table.section("maps") {
-        maps(maps_table, &mut fresh.maps);
+        maps(maps_table, &mut draft.maps);
     }
-    fresh.sources.extend(table.strings("sources"));
-    drafts.insert(id.value, fresh);
+    draft.sources.extend(table.strings("sources"));
+    drafts.insert(id.value, draft);
     table.finish();
 }

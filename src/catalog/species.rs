@@ -1,19 +1,20 @@
 //! A species of an atmosphere: a gas, an aerosol or an absorption layer.
 //!
-//! Plain values, filled by the reader of catalog files.
+//! Plain values: `read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
 
-/// A gas or aerosol with an exponential profile, or a triangular one if `tent_centre_km` is set.
+/// A gas or aerosol whose density is exponential in height, or triangular if `tent_centre_km` is set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
     /// Name of the gas or aerosol.
     pub name: String,
-    /// Scale height of an exponential profile; half width of a triangular one.
+    /// Scale height of an exponential profile; of a triangular one, the distance from its peak to either end.
     pub scale_height_km: f64,
-    /// Height of the peak of a triangular profile; `None` for an exponential one.
+    /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
-    /// Scattering coefficient, linear sRGB channel means, per kilometre, at the reference level.
+    /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at its
+    /// peak.
     pub scattering_per_km: [f64; 3],
-    /// Absorption coefficient, in the same units, at the same level.
+    /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
     /// Angular distribution of the scattered light.
     pub phase: PhaseFunction,
@@ -21,7 +22,7 @@ pub struct Species {
     pub estimate_percent: Option<f64>,
 }
 
-/// The phase function of a species; `scene::atmosphere::phase` computes it.
+/// The kind of phase function of a species; `scene::atmosphere::phase` computes its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PhaseFunction {
     /// That of gas, without parameters.
@@ -38,21 +39,21 @@ pub struct AerosolPhase {
 }
 
 impl AerosolPhase {
-    /// The parameters in the order of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads; 0 where there is none.
+    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. Unused components are 0.
     pub fn parameters(self) -> [f64; 4] {
-        // Without `..`, so that the compiler demands each field here.
+        // Destructured without `..`, so that a new field is a compile error here.
         let Self { asymmetry } = self;
         [asymmetry, 0.0, 0.0, 0.0]
     }
 }
 
 impl Species {
-    /// Whether it is a gas: Rayleigh's phase function and an exponential profile.
+    /// Whether it is a gas: it has the Rayleigh phase function and an exponential profile.
     pub fn is_gas(&self) -> bool {
         self.phase == PhaseFunction::Rayleigh && self.tent_centre_km.is_none()
     }
 
-    /// The phase function's parameters, if it is an aerosol: its profile is exponential.
+    /// The parameters of the phase function, if it is an aerosol with an exponential profile.
     pub fn aerosol_phase(&self) -> Option<AerosolPhase> {
         match self.phase {
             PhaseFunction::Aerosol(phase) if self.tent_centre_km.is_none() => Some(phase),

@@ -1,6 +1,6 @@
 //! Reading TOML tables field by field, so that one pass finds every wrong field, not only the first.
 //!
-//! In: one parsed table with its file and line. Out: values that know their file and line; each problem goes to one shared list.
+//! In: the text of a file. Out: values with their file and line; all problems are added to one shared list, [`Problems`].
 //! Serde converts each value to its type. The caller describes the allowed values next to its check.
 
 use super::{CatalogError, Problem};
@@ -26,7 +26,7 @@ pub(super) struct WithLine<T> {
     pub source_line: SourceLine,
 }
 
-/// Number of problems after which no more suggestions are computed.
+/// Number of problems from which on no more suggestions are computed.
 const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
 /// All problems found so far, in the order in which they were found.
@@ -38,8 +38,8 @@ impl Problems {
         self.0.borrow_mut().push(Problem { file: source_line.file.to_string(), line: source_line.line, message });
     }
 
-    /// The known word that was probably meant, if one is similar; `None` if there are already many problems, because a file can have a hundred thousand of
-    /// them and only the first are shown.
+    /// The known word that was probably meant, if one is similar. Not computed after [`MAX_PROBLEMS_WITH_HINT`] problems, because a file can have a hundred
+    /// thousand of them and only the first are shown.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
         let gets_hint = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
         gets_hint.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
@@ -64,9 +64,10 @@ impl Problems {
     }
 }
 
-/// One file's text, for turning byte offsets into lines.
+/// The text of one file. Converts byte offsets to line numbers.
 pub(super) struct TomlFile<'a> {
     file: Rc<str>,
+    /// Byte offset of the start of each line.
     line_starts: Vec<usize>,
     text: &'a str,
     problems: &'a Problems,
@@ -82,8 +83,8 @@ impl<'a> TomlFile<'a> {
         SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
 
-    /// The top-level table. Of text that is not TOML only the first syntax error is reported, because the parser's guess at the rest has faults that the file
-    /// does not have.
+    /// The top-level table; `None` if the text is not TOML. Only the first syntax error is reported, because the parser may report errors after it that the
+    /// file does not have.
     pub fn root(&'a self) -> Option<TableReader<'a>> {
         let (table, errors) = DeTable::parse_recoverable(self.text);
         let start = |e: &toml::de::Error| e.span().map_or(0, |s| s.start);
@@ -93,7 +94,7 @@ impl<'a> TomlFile<'a> {
         }
         let table = table.into_inner();
         table.values().for_each(|value| self.report_control_characters(value));
-        Some(TableReader { source: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() })
+        Some(TableReader { toml_file: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() })
     }
 
     /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.
@@ -112,9 +113,9 @@ impl<'a> TomlFile<'a> {
     }
 }
 
-/// A table being read. Every allowed field is requested once; [`TableReader::finish`] reports the rest.
+/// A table being read. The caller requests every allowed field once; [`TableReader::finish`] reports the fields that remain.
 pub(super) struct TableReader<'a> {
-    source: &'a TomlFile<'a>,
+    toml_file: &'a TomlFile<'a>,
     /// The prefix of fields in messages: a dotted path that ends in a dot, or empty.
     prefix: String,
     /// Where the table begins.
@@ -131,10 +132,12 @@ impl<'a> TableReader<'a> {
         self.prefix = format!("{name}.");
     }
 
+    /// Reports the value of a field. `allowed` describes the values that it may have.
     pub fn problem(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
-        self.source.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
+        self.toml_file.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
     }
 
+    /// Takes the value of a field, which counts as requested from now on.
     fn value(&mut self, field: &'static str) -> Option<Spanned<DeValue<'a>>> {
         self.requested.push(field);
         self.table.remove(field)
@@ -149,11 +152,11 @@ impl<'a> TableReader<'a> {
     pub fn optional<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
-        let source_line = self.source.source_line(span.start);
+        let source_line = self.toml_file.source_line(span.start);
         match T::deserialize(ValueDeserializer::from(value)) {
             Ok(v) if ok(&v) => Some(WithLine { value: v, source_line }),
             _ => {
-                let shown: String = self.source.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
+                let shown: String = self.toml_file.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
                 self.problem(&source_line, field, &echo_within(&shown, 80), allowed);
                 None
             }
@@ -163,7 +166,7 @@ impl<'a> TableReader<'a> {
     /// Like [`TableReader::optional`], but reports a missing field.
     pub fn required<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         if !self.table.contains_key(field) {
-            self.source.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.prefix));
+            self.toml_file.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.prefix));
             self.requested.push(field);
             return None;
         }
@@ -173,10 +176,10 @@ impl<'a> TableReader<'a> {
     /// A nested table.
     pub fn section(&mut self, field: &'static str) -> Option<TableReader<'a>> {
         let value = self.value(field)?;
-        let source_line = self.source.source_line(value.span().start);
+        let source_line = self.toml_file.source_line(value.span().start);
         match value.into_inner() {
             DeValue::Table(table) => Some(TableReader {
-                source: self.source,
+                toml_file: self.toml_file,
                 prefix: format!("{}{field}.", self.prefix),
                 source_line,
                 table,
@@ -192,18 +195,18 @@ impl<'a> TableReader<'a> {
     /// The tables of `[[field]]`.
     pub fn sections(&mut self, field: &'static str) -> Vec<TableReader<'a>> {
         let Some(value) = self.value(field) else { return Vec::new() };
-        let source_line = self.source.source_line(value.span().start);
+        let source_line = self.toml_file.source_line(value.span().start);
         let DeValue::Array(array) = value.into_inner() else {
             self.problem(&source_line, field, "one value", &format!("tables, each under [[{field}]]"));
             return Vec::new();
         };
         let mut found = Vec::new();
         for item in array {
-            let source_line = self.source.source_line(item.span().start);
+            let source_line = self.toml_file.source_line(item.span().start);
             match item.into_inner() {
                 DeValue::Table(table) => {
                     found.push(TableReader {
-                        source: self.source,
+                        toml_file: self.toml_file,
                         prefix: format!("{}{field}.", self.prefix),
                         source_line,
                         table,
@@ -216,22 +219,22 @@ impl<'a> TableReader<'a> {
         found
     }
 
-    /// A table whose values are all strings, such as the sources.
+    /// A table whose values are all strings, such as `sources`.
     pub fn strings(&mut self, field: &'static str) -> std::collections::BTreeMap<String, String> {
         let allowed = "a table of strings";
         self.optional(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
     }
 
-    /// Reports fields that were not requested, with the nearest known name.
+    /// Reports the fields that were not requested, each with the most similar allowed name.
     pub fn finish(self) {
         for key in self.table.keys() {
-            let source_line = self.source.source_line(key.span().start);
+            let source_line = self.toml_file.source_line(key.span().start);
             let name: &str = key.get_ref();
-            let hint = match self.source.problems.nearest(name, &self.requested) {
+            let hint = match self.toml_file.problems.nearest(name, &self.requested) {
                 Some(n) => format!("did you mean `{n}`?"),
                 None => format!("allowed are {}", self.requested.join(", ")),
             };
-            self.source.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.prefix, echo_within(name, 80)));
+            self.toml_file.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.prefix, echo_within(name, 80)));
         }
     }
 }

@@ -283,7 +283,10 @@ impl Session {
         let sources = self.source_digests.get_or_init(|| {
             let mut sources = source_digests(&self.catalog, &self.sources);
             if let Some(map) = self.catalog.lunar_heights() {
-                sources.insert("lunar heights".into(), hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.km()).to_vec()]));
+                sources.insert(
+                    "lunar heights".into(),
+                    hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.heights_km()).to_vec()]),
+                );
             }
             sources.insert("sky".into(), self.sky_map.as_ref().map_or("embedded".into(), |map| self.sky_digest(map)));
             sources

@@ -227,7 +227,7 @@ fn wrong_overlays_are_named_by_line_and_field() {
     );
     let lunar_overlay = |n: &str| overlay_toml("moon", n, "a.png", REGION);
     let three = problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("c")));
-    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is one too many: a body takes 2, here \"a\" and \"b\""]);
+    assert_eq!(three, ["mine.toml:22: Moon: overlay \"c\" is one too many: a body can have 2, and this one has \"a\" and \"b\""]);
     assert_eq!(
         problems(&(lunar_overlay("a") + &lunar_overlay("b") + &lunar_overlay("a"))),
         Vec::<String>::new(),

@@ -12,7 +12,7 @@ pub(super) struct Columns {
     indices: [Option<usize>; 5],
     /// Number of all columns of the table.
     count: usize,
-    /// Names in messages of the first two.
+    /// Names of the first two in messages.
     coordinate_names: [&'static str; 2],
 }
 
@@ -31,9 +31,9 @@ impl Columns {
         // If several columns have names for the same field, the name that comes first in `known` decides: `ra_deg` before `ra`, which may be in hours.
         let indices = known.map(|known| known.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
-        // In the customary order: latitude before longitude, but right ascension before declination.
-        let in_order = if on_body { [0, 1] } else { [1, 0] };
-        let missing: Vec<&str> = in_order.into_iter().filter(|k| indices[*k].is_none()).map(|k| coordinate_names[k]).collect();
+        // Messages use the customary order: latitude before longitude, but right ascension before declination.
+        let message_order = if on_body { [0, 1] } else { [1, 0] };
+        let missing: Vec<&str> = message_order.into_iter().filter(|k| indices[*k].is_none()).map(|k| coordinate_names[k]).collect();
         match missing[..] {
             [] => {}
             [one] => return Err(format!("has no column {one}")),
@@ -47,7 +47,7 @@ impl Columns {
         self.indices[..2].iter().flatten().copied()
     }
 
-    /// Converts a row to a point.
+    /// Converts the values of a row to a point.
     pub fn point(&self, values: &[String]) -> Result<DataPoint, String> {
         if values.len() != self.count {
             return Err(format!("{} values; the table names {} columns", values.len(), self.count));

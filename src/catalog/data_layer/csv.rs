@@ -1,4 +1,6 @@
-//! Points in a table of comma-separated values (RFC 4180, without line breaks in values). The first line names the columns.
+//! Points in a table of comma-separated values (RFC 4180, without line breaks in values).
+//!
+//! In: the text. Its first line names the columns; empty lines and lines that begin with # are skipped. Out: points, or the wrong line and field.
 
 use super::columns::Columns;
 use super::layer::Content;

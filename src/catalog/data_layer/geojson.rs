@@ -1,4 +1,4 @@
-//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection, a Feature, or alone, with the feature's `time` property.
+//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time` property.
 //!
 //! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
 //! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds since 1970. Ignored: other
@@ -13,14 +13,15 @@ use std::fmt::Formatter;
 
 /// Julian date of 1970-01-01.
 const JD_1970: f64 = 2_440_587.5;
+/// Milliseconds per day.
 const MS_PER_DAY: f64 = 8.64e7;
-/// Julian date of the end of the year 9999.
-const LAST_JD: f64 = 5_373_484.5;
+/// Julian date of the end of the year 9999, the last with four digits.
+const JD_END_OF_9999: f64 = 5_373_484.5;
 
 /// The value of a `coordinates` member: nested lists of numbers.
 enum Coordinates {
     Number(f64),
-    /// A checked position: latitude, longitude.
+    /// A list that begins with two numbers: a checked position, latitude and longitude.
     Position([f64; 2]),
     List(Vec<Coordinates>),
 }
@@ -103,22 +104,23 @@ impl Geometries {
     }
 }
 
+/// The types of geometries, for messages.
 const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
 
-/// Any GeoJSON object: a document or a feature, with the content of all its geometries.
+/// A document or a Feature, with the content of all its geometries.
 #[derive(Default)]
 struct Object {
     content: Content,
 }
 
-/// The properties of a feature that are read.
+/// The properties of a Feature that are read.
 #[derive(Default, Deserialize)]
 struct Properties {
     #[serde(default, deserialize_with = "time")]
     time: Option<Instant>,
 }
 
-/// Reads a time from text or milliseconds.
+/// Reads a time from text, or from a number of milliseconds.
 fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
     let invalid = |shown: &str| {
@@ -129,20 +131,22 @@ fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D
         serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
         serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| invalid(text)),
         serde_json::Value::Number(ms) => {
-            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..LAST_JD).contains(day));
+            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..JD_END_OF_9999).contains(day));
             day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| invalid(&ms.to_string()))
         }
         other => Err(invalid(&other.to_string())),
     }
 }
 
-/// The members of an object, which may be in any order.
+/// The members of a GeoJSON object as read so far. They may be in any order.
 #[derive(Default)]
 struct Members {
+    /// The member `type`.
     kind: Option<String>,
     coordinates: Option<Coordinates>,
     geometries: Geometries,
     time: Option<Instant>,
+    /// The content of the members of `features`.
     content: Content,
     has_features: bool,
 }
@@ -160,7 +164,7 @@ impl<'de> Deserialize<'de> for Object {
     }
 }
 
-/// A geometry within another object.
+/// A geometry within another object: it has no time of its own.
 struct Geometry(Geometries);
 
 impl<'de> Deserialize<'de> for Geometry {
@@ -169,9 +173,10 @@ impl<'de> Deserialize<'de> for Geometry {
     }
 }
 
-/// Geometries and the time of their feature.
+/// The geometries of an object itself, and the time of its Feature.
 type TimedGeometries = (Geometries, Option<Instant>);
 
+/// Reads an object: its own geometries with their time, and the content of its `features`.
 fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometries, Content), D::Error> {
     struct ObjectVisitor;
     impl<'de> Visitor<'de> for ObjectVisitor {
@@ -230,7 +235,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
     deserializer.deserialize_map(ObjectVisitor)
 }
 
-/// Checks a `crs` member, which files before RFC 7946 could have: only longitude and latitude on WGS 84 (CRS84 or EPSG:4326) are accepted.
+/// Checks a `crs` member, which RFC 7946 removed from the format: only longitude and latitude on WGS 84 (CRS84 or EPSG:4326) are accepted.
 fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     let name = crs.pointer("/properties/name").and_then(serde_json::Value::as_str).unwrap_or_default();
     match crs.is_null() || name.ends_with("CRS84") || name.ends_with("4326") {

@@ -1,15 +1,16 @@
-//! Conversion of an image's values to colours: percentiles give the values of black and white, a curve maps those between, a colour map colours them.
+//! Conversion of an image's values to colours: percentiles select the values drawn black and white, a curve (stretch) maps the values between them to the
+//! range from 0 to 1, and a colour map gives the colours.
 //!
-//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha; alpha is 0 where the value is not finite.
+//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, which is 0 where the value is not finite.
 
 /// How the values of an image are converted to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageStyle {
     /// The curve from black to white.
     pub stretch: Stretch,
-    /// Percentiles of the finite values that are drawn black and white.
+    /// Percentiles of the finite values: those of the values that are drawn black and white.
     pub percentiles: [f64; 2],
-    /// The colour map of values between black and white.
+    /// The colours of the stretched values.
     pub colour_map: ColourMap,
     /// Opacity, 0 to 1.
     pub opacity: f64,
@@ -28,9 +29,9 @@ pub enum Stretch {
     Linear,
     /// Square root.
     Sqrt,
-    /// Inverse hyperbolic sine of ten times the value, linear far below a tenth (Lupton et al. 2004).
+    /// Inverse hyperbolic sine of ten times the value, scaled to 1 at 1: linear for values far below a tenth (Lupton et al. 2004).
     Asinh,
-    /// Logarithm over three decades.
+    /// Logarithmic over three decades.
     Log,
 }
 
@@ -58,7 +59,7 @@ impl Stretch {
     }
 }
 
-/// Viridis as a polynomial: rows by rising power of the value, columns red, green, blue. A fit of sixth degree to van der Walt & Smith's table, within 0.02.
+/// Viridis as a polynomial: one row per power of the value from 0 to 6, with red, green and blue. Fitted to van der Walt & Smith's table, within 0.02.
 const VIRIDIS: [[f64; 3]; 7] = [
     [0.277_727, 0.005_407, 0.334_100],
     [0.105_093, 1.404_614, 1.384_590],
@@ -81,8 +82,8 @@ impl ColourMap {
     }
 }
 
-/// Black and white levels: the percentiles of the finite numbers. `None` if none is finite.
-fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
+/// The values drawn black and white: percentiles of the finite values. `None` if none is finite.
+fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let last = finite.len().checked_sub(1)?;
     let [low, high] = percentiles.map(|p| {
@@ -92,9 +93,9 @@ fn limits(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
-/// The colours of an image, four bytes per value; `None` if no value is finite.
+/// The colours of an image, four bytes (red, green, blue, alpha) per value; `None` if no value is finite.
 pub(super) fn colours(values: &[f32], style: &ImageStyle) -> Option<Vec<u8>> {
-    let [low, high] = limits(values, style.percentiles)?;
+    let [low, high] = black_and_white(values, style.percentiles)?;
     // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
     let table: Vec<[u8; 3]> = (0..=1023).map(|k| style.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
@@ -146,8 +147,8 @@ mod tests {
     fn limits_are_percentiles_of_finite_values() {
         let mut values: Vec<f32> = (0..=1000).map(|k| k as f32).collect();
         values.extend([f32::NAN, f32::INFINITY]);
-        assert_eq!(limits(&values, [1.0, 99.0]), Some([10.0, 990.0]));
-        assert_eq!(limits(&[f32::NAN], [0.0, 100.0]), None);
+        assert_eq!(black_and_white(&values, [1.0, 99.0]), Some([10.0, 990.0]));
+        assert_eq!(black_and_white(&[f32::NAN], [0.0, 100.0]), None);
         let style = ImageStyle { percentiles: [0.0, 100.0], ..ImageStyle::default() };
         assert_eq!(
             colours(&[0.0, 5.0, 10.0, f32::NAN], &style),

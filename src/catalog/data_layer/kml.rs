@@ -9,19 +9,21 @@ use super::xml::{Element, ElementHandler, walk};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
+/// What has been read of a document so far.
 #[derive(Default)]
 struct Document {
     is_kml: bool,
-    /// Time of the current Placemark. It may follow the coordinates, so points and lines wait for the Placemark's end.
+    /// Time, points and lines of the current Placemark. The time may follow the coordinates, so they are added to `content` at the Placemark's end.
     time: Option<Instant>,
     points: Vec<[f64; 2]>,
     lines: Vec<Vec<[f64; 2]>>,
+    /// The Placemarks that have ended.
     content: Content,
 }
 
-/// Positions of a `coordinates` element: tuples separated by blanks, the numbers of a tuple by commas.
+/// Positions of a `coordinates` element: tuples separated by whitespace; commas separate the numbers of a tuple.
 fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
-    let tuple = |tuple: &str| {
+    let position = |tuple: &str| {
         let mut numbers = tuple
             .split(',')
             .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))));
@@ -31,7 +33,7 @@ fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
             _ => Err(format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))),
         }
     };
-    text.split_whitespace().map(tuple).collect()
+    text.split_whitespace().map(position).collect()
 }
 
 impl ElementHandler for Document {
@@ -44,8 +46,9 @@ impl ElementHandler for Document {
 
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
+        // The name of the element so many levels above.
         let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
-        // Points occur in other elements, for instance in a PhotoOverlay.
+        // A Point in another element, such as a PhotoOverlay, is not a place.
         let is_in_placemark = || path.iter().any(|e| e.name == "Placemark");
         match (element.name.as_str(), ancestor(1)) {
             // The times of documents, folders and views are not those of a Placemark.
@@ -77,7 +80,7 @@ impl ElementHandler for Document {
     }
 }
 
-/// The content of a document. The error is a line number and what is wrong there.
+/// The points and lines of a document. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;

@@ -1,4 +1,7 @@
 //! The content of a data layer: points, lines, or an image.
+//!
+//! In: points and lines, as the readers of the formats find them. Out: [`Content`] and [`DataLayer`], plain values. Always: numbers of positions and lengths of
+//! lines are limited, per layer and for all layers together.
 
 use super::fits::PlacedImage;
 use super::image_style::ImageStyle;
@@ -13,7 +16,7 @@ pub(super) const MAX_POSITIONS: usize = 1_000_000;
 const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
 /// Maximum total length of the lines of a layer, and of all layers together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn
-/// in short steps, so the many turns that a file of one megabyte can describe (tens of thousands) would take 6 GB of memory.
+/// in short steps. A file of one megabyte can describe lines tens of thousands of times around, which would take 6 GB of memory.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
@@ -21,7 +24,7 @@ const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 pub struct DataLayer {
     /// The layer's name.
     pub name: String,
-    /// The file, in the folder of the catalog.
+    /// Name of the file, which is in the folder of the catalog file.
     pub file: String,
     /// The body that it is on; `None`: the sky.
     pub body: Option<NaifId>,
@@ -29,7 +32,7 @@ pub struct DataLayer {
     pub size_px: f64,
     /// Default colour, sRGB.
     pub colour: [u8; 3],
-    /// Days over which an item fades after its time; `None`: it does not fade.
+    /// Days over which a point or line fades after its time; `None`: it does not fade.
     pub fade_days: Option<f64>,
     /// How the values of an image are converted to colours.
     pub style: ImageStyle,
@@ -39,7 +42,7 @@ pub struct DataLayer {
     pub lines: Arc<Vec<DataLine>>,
     /// The image from the file.
     pub image: Option<Arc<PlacedImage>>,
-    /// SHA-256 of the file.
+    /// SHA-256 of the file, hexadecimal; empty before the file is read.
     pub digest: String,
 }
 
@@ -79,7 +82,7 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// Counts positions that are to be added; an error if there are too many.
+    /// Counts positions before they are added; an error if there are too many.
     pub fn count_positions(&mut self, positions: usize) -> Result<(), String> {
         self.positions += positions;
         if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
@@ -106,7 +109,7 @@ impl Content {
         Ok(())
     }
 
-    /// Adds to the total length of lines; an error if they are too long.
+    /// Adds to the total length of the lines; an error if it is too long.
     fn add_length(&mut self, length_deg: f64) -> Result<(), String> {
         self.length_deg += length_deg;
         match self.length_deg > MAX_LENGTH_DEG {
@@ -115,7 +118,7 @@ impl Content {
         }
     }
 
-    /// Adds a point with the layer's size and colour.
+    /// Adds a point without its own size and colour.
     pub fn add_point(&mut self, [lat_deg, lon_deg]: [f64; 2], time: Option<Instant>) -> Result<(), String> {
         self.count_positions(1)?;
         self.points.push(DataPoint { lat_deg, lon_deg, time, size_px: None, colour: None });
@@ -123,8 +126,8 @@ impl Content {
     }
 }
 
-/// Length of a polyline, degrees: the sum over its segments of the change of latitude and the change of longitude, the shorter way round. A line between two
-/// vertices of one latitude a whole turn apart is drawn as a whole parallel.
+/// Length of a polyline, degrees: the sum over its segments of the changes of latitude and longitude, where longitude takes the shorter way around. Exception:
+/// a line of two vertices of the same latitude, 360 degrees apart, is drawn as a whole parallel.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     let segment_length = |[a, b]: &[[f64; 2]; 2]| {
         let longitude_change = (b[1] - a[1]).abs();
@@ -136,7 +139,7 @@ fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     vertices.array_windows().map(segment_length).sum()
 }
 
-/// Sizes of all layers of a catalog together. They are limited because a small catalog may name the same file thousands of times.
+/// The size of all layers of a catalog together. It is limited because a small catalog may name the same file thousands of times.
 #[derive(Debug, Default)]
 pub(in crate::catalog) struct TotalSize {
     positions: usize,
@@ -147,7 +150,7 @@ impl TotalSize {
     /// Adds a layer.
     ///
     /// # Errors
-    /// Including this layer, the layers are larger than [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
+    /// With this layer, the layers exceed [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
     pub fn add(&mut self, layer: &DataLayer) -> Result<(), String> {
         self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
         self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();

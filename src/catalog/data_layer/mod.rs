@@ -1,7 +1,7 @@
-//! User data on a body or in the sky: `[[layer]]` of a catalog file, and the file that it names.
+//! User data on a body or in the sky: the table `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. Always: a file with a
-//! wrong line is rejected entirely. The ending of the file's name determines the format:
+//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. Always: one
+//! wrong line rejects the entire file. The ending of the file's name determines the format:
 //! - CSV and VOTable: points. On a body by `lat_deg` (planetographic) and `lon_deg` (east), in the sky by `ra_deg` and `dec_deg` (ICRF); `time`, `size_px` and
 //!   `colour` are optional.
 //! - GeoJSON and KML: points and outlines on a body.
@@ -17,7 +17,7 @@ mod layer;
 mod votable;
 mod xml;
 
-use super::fields::{NAME, is_name, word};
+use super::fields::{ALLOWED_NAME, is_name, optional_word};
 use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
@@ -53,6 +53,7 @@ const FORMATS: [(&str, Format); 10] = [
     (".fit", Format::Fits),
 ];
 
+/// The format of a file, by the ending of its name.
 fn format(file: &str) -> Option<Format> {
     let file = file.to_lowercase();
     FORMATS.iter().find(|(ending, _)| file.ends_with(ending)).map(|(_, format)| *format)
@@ -63,21 +64,21 @@ pub fn is_layer_file(file: &str) -> bool {
     format(file).is_some()
 }
 
-/// The endings, for messages.
+/// The endings of all formats, for messages.
 pub fn layer_extensions() -> String {
     FORMATS.map(|(ending, _)| ending).join(", ")
 }
 
 /// Reads a `[[layer]]`: the name of its body, which the caller looks up, and the layer without its content.
 pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
-    let name = table.required("name", NAME, is_name);
+    let name = table.required("name", ALLOWED_NAME, is_name);
     let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
     let file = table.required::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
     let body = table.optional("body", "the name of a body", |_: &String| true);
     let size_px = table.optional("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
     let colour = table.optional("colour", "a colour as \"#ff8040\"", |c: &String| hex_colour(c).is_some());
     let fade_days = table.optional("fade_days", "days above 0", |x: &f64| *x > 0.0 && x.is_finite());
-    let stretch = word(
+    let stretch = optional_word(
         &mut table,
         "stretch",
         &[("linear", Stretch::Linear), ("sqrt", Stretch::Sqrt), ("asinh", Stretch::Asinh), ("log", Stretch::Log)],
@@ -86,7 +87,7 @@ pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>,
         0.0 <= p[0] && p[0] < p[1] && p[1] <= 100.0
     });
     let colour_map =
-        word(&mut table, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
+        optional_word(&mut table, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
@@ -122,17 +123,17 @@ impl DataLayer {
         }
     }
 
-    /// The layer with the content of its file. `file`: its name in messages.
+    /// The layer with the content of its file. `file`: the file's name in messages.
     ///
     /// # Errors
-    /// Names the first wrong line, or the wrong card of a FITS file.
+    /// The first wrong line. For a FITS file the line is the number of the wrong header card.
     pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
         let problem = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let format = format(&self.file);
         if format == Some(Format::Fits) {
             let image = fits::read(bytes, self.body.is_some(), &self.style);
-            self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("(card) {why}"))))?));
+            self.image = Some(Arc::new(image.map_err(|(card, why)| problem((card, format!("header card {card}: {why}"))))?));
             return Ok(self);
         }
         let text = std::str::from_utf8(bytes).map_err(|e| {
@@ -142,7 +143,7 @@ impl DataLayer {
         let on_body = self.body.is_some();
         let on_body_only = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
             true => read(text),
-            false => Err((1, "its coordinates are a body's: the layer needs `body`".to_owned())),
+            false => Err((1, "its coordinates are on a body: the layer needs `body`".to_owned())),
         };
         let content = match format {
             Some(Format::Csv) => csv::read(text, on_body),
@@ -156,7 +157,7 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name under which the image is looked up as a texture. It differs from every file name.
+    /// The name under which the session stores the image as a texture. The file's digest keeps it apart from the names of map files.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }
@@ -233,7 +234,7 @@ mod tests {
         assert!(layer.points[0].time.is_some() && layer.points[1].time.is_none());
         // Column names have precedence over UCDs.
         let named = VOTABLE.replace("name=\"id\"", "name=\"RA\"").replace("name=\"time\"", "name=\"Dec\"");
-        let error = read("a.vot", None, &named).expect_err("text where a number must be");
+        let error = read("a.vot", None, &named).expect_err("text in place of a number");
         assert!(error.contains("field dec_deg: `2024-04-08T18:00:00Z`"), "{error}");
         let why = |from: &str, to: &str| read("a.vot", None, &VOTABLE.replace(from, to)).expect_err("a mistake");
         assert!(

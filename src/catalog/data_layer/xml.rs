@@ -1,7 +1,7 @@
 //! A streaming XML reader that reports elements with line numbers.
 //!
-//! In: text. Out: for each element its name, attributes and own text when it ends. Always: only XML's predefined entities and character references are
-//! resolved, so that no entity expands without bound; nesting depth is limited.
+//! In: text. Out: calls of an [`ElementHandler`] where each element begins and ends; at its end its own text is known, too. Always: only XML's predefined
+//! entities and character references are resolved, so that no entity expands without bound; the nesting depth is limited.
 
 use crate::wording::{echo_within, one_line};
 use quick_xml::events::{BytesStart, Event};
@@ -12,7 +12,7 @@ const MAX_DEPTH: usize = 64;
 
 /// An element whose end has not been read yet.
 pub(super) struct Element {
-    /// The name without its prefix.
+    /// The name without its namespace prefix.
     pub name: String,
     attributes: Vec<(String, String)>,
     /// The element's own text, without the text of nested elements.
@@ -22,28 +22,29 @@ pub(super) struct Element {
 }
 
 impl Element {
+    /// The value of an attribute.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str())
     }
 }
 
-/// A visitor of elements; `Err` states what is wrong.
+/// Receives the elements of a document. `path`: the open elements, the outermost first. An error states what is wrong.
 pub(super) trait ElementHandler {
-    /// Called when an element begins: the last of `path`.
+    /// Called when the last element of `path` begins.
     fn start_element(&mut self, path: &[Element]) -> Result<(), String>;
     /// Called when the last element of `path` ends.
     fn end_element(&mut self, path: &[Element]) -> Result<(), String>;
 }
 
 /// Counts lines up to a byte offset; offsets must not decrease.
-struct Lines<'a> {
+struct LineCounter<'a> {
     text: &'a [u8],
-    /// Offset up to which lines are counted.
+    /// Byte offset up to which line breaks are counted.
     counted_to: usize,
     line: usize,
 }
 
-impl Lines<'_> {
+impl LineCounter<'_> {
     /// The line that contains a byte offset.
     fn line_at(&mut self, offset: usize) -> usize {
         let offset = offset.min(self.text.len());
@@ -53,6 +54,7 @@ impl Lines<'_> {
     }
 }
 
+/// The element that a start tag opens.
 fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let mut attributes = Vec::new();
@@ -64,24 +66,24 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
     Ok(Element { name: text(start.local_name().as_ref()), attributes, text: String::new(), line })
 }
 
-/// Walks through a document.
+/// Reads a document and calls the handler for each element.
 ///
 /// # Errors
 /// The line number, and what is wrong there.
 pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<(), (usize, String)> {
-    // Offsets of the reader and of `lines` must count from the same byte, so the byte order mark is removed for both.
+    // Offsets of the reader and of `line_counter` must count from the same byte, so the byte order mark is removed for both.
     let document = document.trim_start_matches('\u{feff}');
     let mut reader = Reader::from_str(document);
-    let mut lines = Lines { text: document.as_bytes(), counted_to: 0, line: 1 };
+    let mut line_counter = LineCounter { text: document.as_bytes(), counted_to: 0, line: 1 };
     let mut path: Vec<Element> = Vec::new();
     let mut has_root = false;
     loop {
-        let line = lines.line_at(usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX));
+        let line = line_counter.line_at(usize::try_from(reader.buffer_position()).unwrap_or(usize::MAX));
         let not_xml = |e: &dyn std::fmt::Display| (line, format!("not XML: {}", one_line(&e.to_string())));
         let event = reader.read_event().map_err(|e| not_xml(&e))?;
         match event {
             Event::Start(start) => {
-                // `line` is the element's own line: the whitespace before it was a text event of its parent.
+                // The event begins on `line`: the reader returns the whitespace before a tag as a text event of its own.
                 has_root = true;
                 path.push(element(&start, line).map_err(|why| (line, why))?);
                 if path.len() > MAX_DEPTH {
@@ -96,20 +98,20 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                 path.pop();
             }
             Event::End(_) => {
-                // What is wrong with an element is reported at the line where it begins.
+                // A wrong element is reported at the line where it begins.
                 handler.end_element(&path).map_err(|why| (path.last().map_or(line, |e| e.line), why))?;
                 path.pop();
             }
             Event::Text(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push_str(&text);
+                if let Some(open) = path.last_mut() {
+                    open.text.push_str(&text);
                 }
             }
             Event::CData(text) => {
                 let text = text.decode().map_err(|e| not_xml(&e))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push_str(&text);
+                if let Some(open) = path.last_mut() {
+                    open.text.push_str(&text);
                 }
             }
             Event::GeneralRef(reference) => {
@@ -124,8 +126,8 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                     _ => None,
                 });
                 let c = c.ok_or_else(|| (line, format!("the entity &{}; is not predefined in XML", echo_within(&named, 40))))?;
-                if let Some(e) = path.last_mut() {
-                    e.text.push(c);
+                if let Some(open) = path.last_mut() {
+                    open.text.push(c);
                 }
             }
             Event::Eof if !path.is_empty() => {

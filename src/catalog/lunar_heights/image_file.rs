@@ -1,18 +1,18 @@
 //! Reads heights from a PNG or a TIFF.
 //!
-//! In: bytes, and the heights that black and white pixels stand for, if the file does not state them. Out: the number of columns, and heights in kilometres, rows from
-//! north to south. Always: the size is checked before decoding. Not supported: colour, palettes, alpha, several bands.
+//! In: bytes, and the heights that black and white pixels stand for, if the file does not state them. Out: the number of columns, and heights in kilometres,
+//! rows from north to south. Always: the size is checked before decoding. Not supported: colour, palettes, alpha, several bands.
 
 use super::{HeightRange, MAX_HEIGHTS, check_size};
 use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-/// Errors for unsupported kinds of values.
+/// Errors for unsupported types of values.
 const TOO_FEW_BITS: &str = "fewer than 8 bits per height";
 const UNSUPPORTED_VALUES: &str = "heights must be 8-bit or 16-bit unsigned, 16-bit signed, or 32-bit or 64-bit floating point";
-/// The hint for a file that does not state what its values mean.
-const GIVE_A_RANGE: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
+/// The advice in errors about values whose scale is unknown.
+const RANGE_HINT: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
 /// Unit of unsigned 16-bit values in the CGI Moon Kit (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
 /// The unsigned 16-bit value of height 0 in the CGI Moon Kit.
@@ -21,8 +21,8 @@ const VALUE_OF_HEIGHT_0: f64 = 20_000.0;
 /// Number of columns, and heights in kilometres, row by row.
 type Heights = (usize, Vec<f32>);
 
-/// Reads a PNG or a TIFF. `range`: the heights that black and white pixels stand for. It is required for values of no known scale, and refused for floating point, which is in
-/// kilometres.
+/// Reads a PNG or a TIFF. `range`: the heights that black and white pixels stand for. It is required for values of unknown scale, optional for unsigned 16-bit
+/// values, and refused for floating-point values, which are in kilometres.
 ///
 /// # Errors
 /// The reason why the file cannot be read, in one line.
@@ -40,7 +40,7 @@ fn range_to_km(range: HeightRange, [black, white]: [f64; 2]) -> impl Fn(f64) -> 
     move |value| (range.black_km + (value - black) * slope) as f32
 }
 
-/// Maps unsigned 16-bit values to kilometres; without a range as in the CGI Moon Kit.
+/// Maps unsigned 16-bit values to kilometres: by the range, or without one by the scale of the CGI Moon Kit.
 fn unsigned_16_to_km(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
     match range {
         Some(range) => Box::new(range_to_km(range, [0.0, 65_535.0])),
@@ -59,20 +59,20 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
     if colour != png::ColorType::Grayscale {
         return Err("a colour, palette or alpha PNG: heights must be grey, of 8 or 16 bits".into());
     }
-    let mut packed = vec![0; reader.output_buffer_size().ok_or("too large")?];
-    reader.next_frame(&mut packed).map_err(|e| e.to_string())?;
-    let km: Vec<f32> = match depth {
+    let mut pixel_bytes = vec![0; reader.output_buffer_size().ok_or("too large")?];
+    reader.next_frame(&mut pixel_bytes).map_err(|e| e.to_string())?;
+    let heights: Vec<f32> = match depth {
         png::BitDepth::Sixteen => {
             let to_km = unsigned_16_to_km(range);
-            packed.as_chunks::<2>().0.iter().map(|pair| to_km(f64::from(u16::from_be_bytes(*pair)))).collect()
+            pixel_bytes.as_chunks::<2>().0.iter().map(|pair| to_km(f64::from(u16::from_be_bytes(*pair)))).collect()
         }
         png::BitDepth::Eight => {
-            let to_km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {GIVE_A_RANGE}"))?, [0.0, 255.0]);
-            packed.iter().map(|v| to_km(f64::from(*v))).collect()
+            let to_km = range_to_km(range.ok_or(format!("8-bit values have no stated scale: {RANGE_HINT}"))?, [0.0, 255.0]);
+            pixel_bytes.iter().map(|v| to_km(f64::from(*v))).collect()
         }
         _ => return Err(TOO_FEW_BITS.into()),
     };
-    Ok((columns, km))
+    Ok((columns, heights))
 }
 
 fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
@@ -89,13 +89,13 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
         ColorType::Gray(_) => return Err(UNSUPPORTED_VALUES.into()),
         _ => return Err("a TIFF that is coloured, or of several bands: heights must be one grey band".into()),
     }
-    let required_range = |what: &str| range.ok_or(format!("{what} have no stated scale: {GIVE_A_RANGE}"));
+    let required_range = |what: &str| range.ok_or(format!("{what} have no stated scale: {RANGE_HINT}"));
     fn convert<T: Copy + Into<f64>>(values: &[T], to_km: impl Fn(f64) -> f32) -> Vec<f32> {
         values.iter().map(|v| to_km((*v).into())).collect()
     }
     let require_no_range =
         || if range.is_some() { Err("floating point is in km: leave out the heights of black and white".to_owned()) } else { Ok(()) };
-    let km = match decoder.read_image().map_err(|e| e.to_string())? {
+    let heights = match decoder.read_image().map_err(|e| e.to_string())? {
         DecodingResult::U8(v) => convert(&v, range_to_km(required_range("8-bit values")?, [0.0, 255.0])),
         DecodingResult::U16(v) => convert(&v, unsigned_16_to_km(range)),
         DecodingResult::I16(v) => convert(&v, range_to_km(required_range("signed 16-bit values")?, [-32_768.0, 32_767.0])),
@@ -103,10 +103,10 @@ fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String
         DecodingResult::F64(v) => require_no_range().map(|()| convert(&v, |km| km as f32))?,
         _ => return Err(UNSUPPORTED_VALUES.into()),
     };
-    if km.len() != columns * rows {
+    if heights.len() != columns * rows {
         return Err("the number of values differs from the number of pixels".into());
     }
-    Ok((columns, km))
+    Ok((columns, heights))
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Reads heights from a PDS3 label and its image, the format of LOLA's LDEM maps.
 //!
-//! In: the label's text and the image's bytes. Out: kilometres, the western edge of the map and the radius of its reference sphere. Supported are detached
-//! labels, 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres, simple cylindrical maps of the
-//! entire Moon, with longitudes that grow eastward or westward. Anything else is rejected with an error that names the keyword.
+//! In: the label's text and the image's bytes. Out: heights in kilometres, the western edge of the map and the radius of its reference sphere. Supported are
+//! detached labels (in a file of their own), 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres,
+//! simple cylindrical maps of the entire Moon, and longitudes positive east or west. Anything else is rejected with an error that names the keyword.
 
 use super::{DEFAULT_SPHERE_KM, check_size};
 use crate::wording::echo;
@@ -11,42 +11,45 @@ use crate::wording::echo;
 pub(super) struct LabelledHeights {
     pub columns: usize,
     /// Heights, rows from north to south.
-    pub km: Vec<f32>,
+    pub heights_km: Vec<f32>,
     /// Longitude of the western edge.
     pub west_deg: f64,
     /// Radius of the reference sphere.
     pub sphere_km: f64,
 }
 
-/// The value of a keyword: the text after the first `KEY =`, without quotes, unit and comment.
-fn value<'t>(text: &'t str, key: &str) -> Option<&'t str> {
-    text.lines().find_map(|line| {
+/// The value of a keyword: the text after the first `KEYWORD =`, without quotes, unit and comment.
+fn value<'t>(label: &'t str, keyword: &str) -> Option<&'t str> {
+    label.lines().find_map(|line| {
         let (name, value) = line.split_once('=')?;
         let value = value.split("/*").next().unwrap_or(value);
         let value = value.split('<').next().unwrap_or(value);
-        (name.trim().eq_ignore_ascii_case(key)).then_some(value.trim().trim_matches(['"', '(', ')']).trim())
+        (name.trim().eq_ignore_ascii_case(keyword)).then_some(value.trim().trim_matches(['"', '(', ')']).trim())
     })
 }
 
-fn required<'t>(text: &'t str, key: &str) -> Result<&'t str, String> {
-    value(text, key).ok_or_else(|| format!("the label has no {key}"))
+/// The value of a keyword; an error if the label lacks it.
+fn required<'t>(label: &'t str, keyword: &str) -> Result<&'t str, String> {
+    value(label, keyword).ok_or_else(|| format!("the label has no {keyword}"))
 }
 
-fn number(key: &str, text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{key} = {}: not a number", echo(text)))
+/// Parses the value of a keyword.
+fn number(keyword: &str, text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{keyword} = {}: not a number", echo(text)))
 }
 
-fn number_or(text: &str, key: &str, default: f64) -> Result<f64, String> {
-    value(text, key).map_or(Ok(default), |v| number(key, v))
+/// The number of a keyword, or a default if the label lacks it.
+fn number_or(label: &str, keyword: &str, default: f64) -> Result<f64, String> {
+    value(label, keyword).map_or(Ok(default), |v| number(keyword, v))
 }
 
 /// The name of the image file that a label refers to.
-pub(super) fn image_file(text: &str) -> Result<String, String> {
-    let named = required(text, "^IMAGE")?;
+pub(super) fn image_file(label: &str) -> Result<String, String> {
+    let pointer = required(label, "^IMAGE")?;
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
-    let file = named.split(',').next().unwrap_or(named).trim().trim_matches('"').trim();
+    let file = pointer.split(',').next().unwrap_or(pointer).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
-        return Err("^IMAGE does not name a file: only labels in a file of their own are read".into());
+        return Err("^IMAGE does not name a file: only labels in a file of their own are supported".into());
     }
     match file.contains(['/', '\\', ':']) || file.starts_with('.') {
         true => Err(format!("^IMAGE = {}: the image must be in the same folder as its label", echo(file))),
@@ -54,23 +57,25 @@ pub(super) fn image_file(text: &str) -> Result<String, String> {
     }
 }
 
-/// Number of bytes in the image file before the first height: after the file's name, `^IMAGE` may give a record or, with the unit `<BYTES>`, a byte, both
-/// counted from 1.
-fn image_offset(text: &str) -> Result<usize, String> {
-    let Some((named, (_, location))) = value(text, "^IMAGE").and_then(|named| Some((named, named.split_once(',')?))) else { return Ok(0) };
-    let before = location.trim().parse::<usize>().ok().and_then(|n| n.checked_sub(1));
-    let before = before.ok_or_else(|| format!("^IMAGE = {}: its location is not a whole number from 1", echo(named)))?;
-    let is_pointer = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim().eq_ignore_ascii_case("^IMAGE"));
-    let is_in_bytes = text.lines().find(is_pointer).is_some_and(|line| line.to_ascii_uppercase().contains("<BYTES>"));
-    let unit_bytes = match before {
+/// Number of bytes in the image file before the first height. After the file's name, `^IMAGE` may give the number of the first record or, with the unit
+/// `<BYTES>`, of the first byte; both are counted from 1.
+fn image_offset(label: &str) -> Result<usize, String> {
+    let Some((pointer, (_, location))) = value(label, "^IMAGE").and_then(|pointer| Some((pointer, pointer.split_once(',')?))) else {
+        return Ok(0);
+    };
+    let count_before = location.trim().parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+    let count_before = count_before.ok_or_else(|| format!("^IMAGE = {}: its location is not a whole number from 1", echo(pointer)))?;
+    let is_image_pointer = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim().eq_ignore_ascii_case("^IMAGE"));
+    let is_in_bytes = label.lines().find(is_image_pointer).is_some_and(|line| line.to_ascii_uppercase().contains("<BYTES>"));
+    let unit_bytes = match count_before {
         0 => 0,
         _ if is_in_bytes => 1,
-        _ => required(text, "RECORD_BYTES")?.parse::<usize>().map_err(|_| "RECORD_BYTES: not a whole number".to_owned())?,
+        _ => required(label, "RECORD_BYTES")?.parse::<usize>().map_err(|_| "RECORD_BYTES: not a whole number".to_owned())?,
     };
-    Ok(before.saturating_mul(unit_bytes))
+    Ok(count_before.saturating_mul(unit_bytes))
 }
 
-/// The sample format of the image.
+/// The sample format of the image: type and byte order.
 #[derive(Clone, Copy)]
 enum Sample {
     SignedLittle,
@@ -82,8 +87,8 @@ enum Sample {
 }
 
 impl Sample {
-    fn of(text: &str) -> Result<Self, String> {
-        let (kind, bits) = (required(text, "SAMPLE_TYPE")?.to_ascii_uppercase(), required(text, "SAMPLE_BITS")?);
+    fn of(label: &str) -> Result<Self, String> {
+        let (kind, bits) = (required(label, "SAMPLE_TYPE")?.to_ascii_uppercase(), required(label, "SAMPLE_BITS")?);
         Ok(match (kind.as_str(), bits) {
             ("LSB_INTEGER" | "PC_INTEGER", "16") => Self::SignedLittle,
             ("MSB_INTEGER" | "INTEGER" | "SUN_INTEGER" | "MAC_INTEGER", "16") => Self::SignedBig,
@@ -119,50 +124,50 @@ impl Sample {
 }
 
 /// The heights that a label and the bytes of its image give.
-pub(super) fn heights(text: &str, image: &[u8]) -> Result<LabelledHeights, String> {
-    let count = |key: &str| -> Result<usize, String> {
-        let value = required(text, key)?;
-        value.parse().map_err(|_| format!("{key} = {}: not a whole number", echo(value)))
+pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, String> {
+    let count = |keyword: &str| -> Result<usize, String> {
+        let value = required(label, keyword)?;
+        value.parse().map_err(|_| format!("{keyword} = {}: not a whole number", echo(value)))
     };
     let (rows, columns) = (count("LINES")?, count("LINE_SAMPLES")?);
     check_size(columns, rows)?;
-    let sample = Sample::of(text)?;
-    if let Some(other) = value(text, "MAP_PROJECTION_TYPE").filter(|p| !["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].contains(p)) {
-        return Err(format!("MAP_PROJECTION_TYPE = {}: simple cylindrical maps of the whole Moon are read", echo(other)));
+    let sample = Sample::of(label)?;
+    if let Some(other) = value(label, "MAP_PROJECTION_TYPE").filter(|p| !["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].contains(p)) {
+        return Err(format!("MAP_PROJECTION_TYPE = {}: only simple cylindrical maps of the whole Moon are supported", echo(other)));
     }
     let poles_deg = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
-    for (key, pole_deg) in poles_deg {
-        let latitude_deg = number_or(text, key, pole_deg)?;
+    for (keyword, pole_deg) in poles_deg {
+        let latitude_deg = number_or(label, keyword, pole_deg)?;
         if (latitude_deg - pole_deg).abs() > 1e-6 {
-            return Err(format!("{key} = {latitude_deg}: maps of the whole Moon are read, from pole to pole"));
+            return Err(format!("{keyword} = {latitude_deg}: only maps of the whole Moon, from pole to pole, are supported"));
         }
     }
-    let (factor, offset) = (number_or(text, "SCALING_FACTOR", 1.0)?, number_or(text, "OFFSET", 0.0)?);
-    let unit = value(text, "UNIT").map(str::to_ascii_uppercase);
+    let (factor, offset) = (number_or(label, "SCALING_FACTOR", 1.0)?, number_or(label, "OFFSET", 0.0)?);
+    let unit = value(label, "UNIT").map(str::to_ascii_uppercase);
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
         // OFFSET is the sphere's radius. Without UNIT, its size shows whether it is in metres or kilometres.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
-        _ => return Err(format!("UNIT = {}: METER and KILOMETER are read", echo(unit.as_deref().unwrap_or("(none)")))),
+        _ => return Err(format!("UNIT = {}: only METER and KILOMETER are supported", echo(unit.as_deref().unwrap_or("(none)")))),
     };
     let sphere_km = if offset == 0.0 { DEFAULT_SPHERE_KM } else { offset * km_per_unit };
-    let image = image.get(image_offset(text)?..).unwrap_or_default();
+    let image = image.get(image_offset(label)?..).unwrap_or_default();
     let needed_bytes = columns * rows * sample.bytes();
     if image.len() < needed_bytes {
         return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));
     }
-    let km =
+    let heights_km =
         image.chunks_exact(sample.bytes()).take(columns * rows).map(|bytes| (sample.value(bytes) * factor * km_per_unit) as f32).collect();
-    // North is up in either convention, so columns run eastward; only the sign of longitudes differs.
-    let west_deg = number_or(text, "WESTERNMOST_LONGITUDE", 0.0)?;
-    let west_deg = match value(text, "POSITIVE_LONGITUDE_DIRECTION").map(str::to_ascii_uppercase).as_deref() {
+    // Columns run eastward even if longitudes are positive west; only the sign of the longitude differs.
+    let west_deg = number_or(label, "WESTERNMOST_LONGITUDE", 0.0)?;
+    let west_deg = match value(label, "POSITIVE_LONGITUDE_DIRECTION").map(str::to_ascii_uppercase).as_deref() {
         None | Some("EAST") => west_deg,
         Some("WEST") => -west_deg,
-        Some(other) => return Err(format!("POSITIVE_LONGITUDE_DIRECTION = {}: EAST and WEST are read", echo(other))),
+        Some(other) => return Err(format!("POSITIVE_LONGITUDE_DIRECTION = {}: only EAST and WEST are supported", echo(other))),
     };
-    Ok(LabelledHeights { columns, km, west_deg, sphere_km })
+    Ok(LabelledHeights { columns, heights_km, west_deg, sphere_km })
 }
 
 #[cfg(test)]
@@ -198,9 +203,9 @@ END_OBJECT\r
         assert_eq!(image_file(LABEL), Ok("LDEM_4.IMG".into()));
         let read = heights(LABEL, &image(false)).expect("read");
         assert_eq!((read.columns, read.west_deg, read.sphere_km), (4, 0.0, 1737.4));
-        assert_eq!((read.km[0], read.km[1], read.km[7]), (-1.0, 1.0, 0.0015));
+        assert_eq!((read.heights_km[0], read.heights_km[1], read.heights_km[7]), (-1.0, 1.0, 0.0015));
         let big_endian_label = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
-        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").km, read.km);
+        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").heights_km, read.heights_km);
         // The floating-point maps are in kilometres.
         let real_label = LABEL
             .replace("LSB_INTEGER", "PC_REAL")
@@ -208,9 +213,9 @@ END_OBJECT\r
             .replace("METER", "KILOMETER")
             .replace("0.5", "1.")
             .replace("1737400.", "1737.4");
-        let bytes: Vec<u8> = read.km.iter().flat_map(|km| km.to_le_bytes()).collect();
+        let bytes: Vec<u8> = read.heights_km.iter().flat_map(|km| km.to_le_bytes()).collect();
         let real_heights = heights(&real_label, &bytes).expect("read");
-        assert_eq!((real_heights.km, real_heights.sphere_km), (read.km, 1737.4));
+        assert_eq!((real_heights.heights_km, real_heights.sphere_km), (read.heights_km, 1737.4));
     }
 
     #[test]
@@ -231,7 +236,7 @@ END_OBJECT\r
         let read = |pointer: &str, bytes_before: usize| {
             let text = LABEL.replace("\"LDEM_4.IMG\"", pointer).replace("LINES = 2", "RECORD_BYTES = 6\r\n  LINES = 2");
             let bytes = [vec![7; bytes_before], image(false)].concat();
-            heights(&text, &bytes).map(|read| [read.km[0], read.km[7]])
+            heights(&text, &bytes).map(|read| [read.heights_km[0], read.heights_km[7]])
         };
         for (pointer, bytes_before) in
             [("\"A.IMG\"", 0), ("(\"A.IMG\", 1)", 0), ("(\"A.IMG\", 3)", 12), ("(\"A.IMG\", 3 <BYTES>)", 2), ("(\"A.IMG\",5<bytes>)", 4)]

@@ -1,9 +1,9 @@
 //! The user's height map of the entire Moon: kilometres above a reference sphere.
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
-//! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere; each height belongs to the centre of its cell; between centres
-//! it is interpolated linearly in longitude and latitude; poleward of the first and last row it is constant along each meridian. The program ships no height map.
-//! Not supported: maps of a part of the Moon, other projections, other bodies.
+//! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere. A value of the map is the height at the centre of its cell;
+//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each meridian.
+//! No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod image_file;
 mod label;
@@ -14,9 +14,9 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Radius of the reference sphere of maps without a label: that of the LOLA maps.
 pub const DEFAULT_SPHERE_KM: f64 = 1737.4;
-/// Largest height above or below the sphere that is accepted. Those of the Moon lie between -9.2 and 10.8 km (LOLA).
+/// Largest accepted height above or below the sphere. Those of the Moon lie between -9.2 and 10.8 km (LOLA).
 pub const MAX_HEIGHT_KM: f64 = 20.0;
-/// Maximum number of heights in a map: 21 per degree.
+/// Maximum number of heights in a map: that of a map with 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
 /// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
@@ -33,7 +33,7 @@ pub struct HeightMapError {
     pub why: String,
 }
 
-/// The heights of black and white pixels, for an image that does not state them.
+/// The heights that black and white pixels stand for, in an image that does not state them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeightRange {
     pub black_km: f64,
@@ -47,7 +47,7 @@ pub struct HeightMap {
     columns: usize,
     rows: usize,
     /// Heights above the sphere: rows from north to south, each row eastward.
-    km: Vec<f32>,
+    heights_km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
     west_rad: f64,
     sphere_km: f64,
@@ -62,43 +62,43 @@ impl std::fmt::Debug for HeightMap {
 }
 
 impl HeightMap {
-    /// A map of the entire Moon. `km`: rows from north to south, each eastward from `west_deg`.
+    /// A map of the entire Moon. `heights_km`: rows from north to south, each eastward from `west_deg`.
     ///
     /// # Errors
     /// If the map is not twice as wide as high, has too many heights, or contains a height that the Moon cannot have (the error names the first).
-    pub fn new(name: &str, columns: usize, km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
+    pub fn new(name: &str, columns: usize, heights_km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let rows = columns / 2;
         check_size(columns, rows).map_err(failed)?;
-        if columns * rows != km.len() {
-            return Err(failed(format!("{} heights, not {columns} x {rows}", km.len())));
+        if columns * rows != heights_km.len() {
+            return Err(failed(format!("{} heights, not {columns} x {rows}", heights_km.len())));
         }
         if !(1700.0..1800.0).contains(&sphere_km) {
             return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {DEFAULT_SPHERE_KM} km")));
         }
-        if let Some(at) = km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
+        if let Some(at) = heights_km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
             let (row, column) = (at / columns + 1, at % columns + 1);
             let why = format!(
                 "row {row}, column {column}: a height of {} km; the Moon's lie between -{MAX_HEIGHT_KM} and {MAX_HEIGHT_KM} km",
-                km[at]
+                heights_km[at]
             );
             return Err(failed(why));
         }
-        let (min, max) = km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
+        let (min, max) = heights_km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
         let (min_km, max_km) = (f64::from(min), f64::from(max));
-        Ok(Self { name: name.to_owned(), columns, rows, km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
+        Ok(Self { name: name.to_owned(), columns, rows, heights_km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
-    /// Reads a grey PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
-    /// Without a range, unsigned 16-bit values are half metres above -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's
+    /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
+    /// Without a range, unsigned 16-bit values count half metres upward from -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's
     /// Scientific Visualization Studio.
     ///
     /// # Errors
     /// States what is wrong with the file, and what to do.
     pub fn of_image(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
-        let (columns, km) = image_file::heights_km(bytes, range).map_err(failed)?;
-        Self::new(name, columns, km, -180.0, DEFAULT_SPHERE_KM)
+        let (columns, heights_km) = image_file::heights_km(bytes, range).map_err(failed)?;
+        Self::new(name, columns, heights_km, -180.0, DEFAULT_SPHERE_KM)
     }
 
     /// The name, without a folder, of the image file that a PDS label refers to.
@@ -115,7 +115,7 @@ impl HeightMap {
     /// Names the keyword that is missing or has an unsupported value.
     pub fn of_pds(name: &str, text: &str, image: &[u8]) -> Result<Self, HeightMapError> {
         let read = label::heights(text, image).map_err(|why| HeightMapError { file: name.to_owned(), why })?;
-        Self::new(name, read.columns, read.km, read.west_deg, read.sphere_km)
+        Self::new(name, read.columns, read.heights_km, read.west_deg, read.sphere_km)
     }
 
     pub fn sphere_km(&self) -> f64 {
@@ -133,18 +133,18 @@ impl HeightMap {
     }
 
     /// All heights: rows from north to south, each eastward.
-    pub fn km(&self) -> &[f32] {
-        &self.km
+    pub fn heights_km(&self) -> &[f32] {
+        &self.heights_km
     }
 
-    /// Resolution and range of heights as text.
+    /// Resolution, range of heights and reference sphere as text.
     pub fn summary(&self) -> String {
-        let km = self.step_rad() * self.sphere_km;
+        let spacing_km = self.step_rad() * self.sphere_km;
         format!(
-            "{:.4} heights a degree ({km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
+            "{:.4} heights a degree ({spacing_km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
             self.columns as f64 / 360.0,
             // Seen from the Earth at the Moon's mean distance.
-            (km / 384_400.0).to_degrees() * 3600.0,
+            (spacing_km / 384_400.0).to_degrees() * 3600.0,
             self.min_km,
             self.max_km,
             self.sphere_km,
@@ -162,7 +162,7 @@ impl HeightMap {
         let right = if left + 1 == self.columns { 0 } else { left + 1 };
         let upper = y0 as usize;
         let lower = (upper + 1).min(self.rows - 1);
-        let at = |row: usize, column: usize| f64::from(self.km[row * self.columns + column]);
+        let at = |row: usize, column: usize| f64::from(self.heights_km[row * self.columns + column]);
         let in_row = |row: usize| at(row, left) + (at(row, right) - at(row, left)) * (x - x0);
         in_row(upper) + (in_row(lower) - in_row(upper)) * (y - y0)
     }
@@ -174,7 +174,7 @@ fn check_size(columns: usize, rows: usize) -> Result<(), String> {
         return Err(format!("{columns} x {rows} heights: a map of the whole Moon is twice as wide as high"));
     }
     if columns.saturating_mul(rows) > MAX_HEIGHTS {
-        return Err(format!("{columns} x {rows} heights, more than {MAX_HEIGHTS}: take a coarser map, such as 16 to a degree"));
+        return Err(format!("{columns} x {rows} heights, more than {MAX_HEIGHTS}: use a coarser map, such as one with 16 per degree"));
     }
     Ok(())
 }
@@ -205,7 +205,7 @@ mod tests {
             }
             assert!(
                 (map.height_km(DVec3::Z) - map.height_km(towards(88.0, west_deg))).abs() < 1.1,
-                "the north pole has a height between those of the first row"
+                "the height of the north pole must be within the range of the first row"
             );
         }
     }

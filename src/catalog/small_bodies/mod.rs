@@ -1,8 +1,8 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
-//! In: the text of a table (`read`). Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range; orbits are about the
-//! Sun; the two vectors that orient an orbit are perpendicular unit vectors (ICRF). Orbits are osculating: perturbations since the epoch are left out. Not
-//! here: positions (`ephemeris::conic`), and the brightness in an image (scene).
+//! In: the text of a table. Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range; orbits are heliocentric; the two
+//! vectors that orient an orbit are perpendicular unit vectors (ICRF). Orbits are osculating: perturbations since the epoch are left out. Not here: positions
+//! (`ephemeris::conic`), and the brightness in an image (`scene`).
 
 mod mpcorb;
 mod read;
@@ -18,7 +18,7 @@ use std::sync::{Arc, LazyLock};
 /// au in kilometres instead; the au that this constant defines differs from it by less than 1e-9.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
-/// A heliocentric conic by its perihelion and the time of passage: the same form for ellipse, parabola and hyperbola.
+/// A conic about the Sun, given by its perihelion and the time of the passage through it, which exist for ellipse, parabola and hyperbola.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeliocentricOrbit {
     /// Perihelion distance, positive.
@@ -29,7 +29,7 @@ pub struct HeliocentricOrbit {
     pub to_perihelion: DVec3,
     /// Unit vector of the direction of motion at the perihelion, ICRF.
     pub motion_at_perihelion: DVec3,
-    /// Time of a perihelion passage, days past J2000 (TDB).
+    /// Time of a perihelion passage, days since J2000 (TDB).
     pub passage_days: f64,
 }
 
@@ -38,8 +38,8 @@ pub struct HeliocentricOrbit {
 pub enum BrightnessLaw {
     /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
     Asteroid { h: f64, g: f64 },
-    /// Total magnitude at 1 au from Sun and observer, and magnitudes per decade of heliocentric distance: M1 and K1 of JPL's
-    /// Small-Body Database.
+    /// M1 and K1 of JPL's Small-Body Database: the total magnitude at 1 au from Sun and observer, and the magnitudes by which it grows for ten times the
+    /// heliocentric distance.
     Comet { m1: f64, k1: f64 },
     /// The table gives no magnitude.
     Unknown,
@@ -48,13 +48,13 @@ pub enum BrightnessLaw {
 /// A minor planet or a comet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallBody {
-    /// Number or designation; empty where the table has none.
+    /// Number or provisional designation; empty where the table has none.
     pub designation: String,
     /// Proper name, or the full name if the table has only that; empty for a body with a designation alone.
     pub name: String,
     /// Its orbit about the Sun.
     pub orbit: HeliocentricOrbit,
-    /// Its brightness by distance and phase.
+    /// Its brightness by distance and phase angle.
     pub brightness: BrightnessLaw,
 }
 
@@ -107,7 +107,8 @@ static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
 });
 
 impl SmallBodies {
-    /// The 605 minor planets and the comets that are embedded in the program. A test verifies that they can be read, so this never panics in a released program.
+    /// The 605 minor planets and the comets that are embedded in the program. A test verifies that they can be read, so this never panics in a released
+    /// program.
     pub fn embedded() -> Arc<Self> {
         Arc::clone(&EMBEDDED)
     }
@@ -121,9 +122,9 @@ impl SmallBodies {
         Ok(Self { minor_planets, comets })
     }
 
-    /// An invented main belt of `count` bodies for measurements, the same at each call. Semi-major axes, eccentricities and inclinations are those of
-    /// embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity; the other
-    /// angles are uniform.
+    /// An invented main belt of `count` bodies, for measurements of speed. It is the same at each call. Semi-major axes, eccentricities and inclinations are
+    /// those of embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity; the
+    /// other angles are uniformly distributed.
     pub fn synthetic_belt(count: usize) -> Self {
         let semi_major_axis_au = |orbit: &HeliocentricOrbit| orbit.perihelion_au / (1.0 - orbit.eccentricity);
         let embedded = Self::embedded();
@@ -133,13 +134,13 @@ impl SmallBodies {
         let mut uniform = || random.unit_interval();
         let body = |k: usize| {
             let template = templates[((uniform() * templates.len() as f64) as usize).min(templates.len() - 1)];
-            let base = &template.orbit;
-            let e = (base.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
-            let a = semi_major_axis_au(base) + 0.04 * (uniform() - 0.5);
+            let template_orbit = &template.orbit;
+            let e = (template_orbit.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
+            let a = semi_major_axis_au(template_orbit) + 0.04 * (uniform() - 0.5);
             // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that of J2000, to which the tables refer.
             let (node_turn, perihelion_turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY_RAD.sin(), rows::OBLIQUITY_RAD.cos());
-            let normal = DQuat::from_axis_angle(pole, node_turn) * base.to_perihelion.cross(base.motion_at_perihelion);
+            let normal = DQuat::from_axis_angle(pole, node_turn) * template_orbit.to_perihelion.cross(template_orbit.motion_at_perihelion);
             let to_perihelion = DQuat::from_axis_angle(normal, perihelion_turn) * normal.any_orthonormal_vector();
             let orbit = HeliocentricOrbit {
                 perihelion_au: a * (1.0 - e),
@@ -148,8 +149,7 @@ impl SmallBodies {
                 motion_at_perihelion: normal.cross(to_perihelion),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
-            // The number of bodies grows by half a decade per magnitude (Ivezic et al. 2001, Astron. J. 122, 2749), up to absolute
-            // magnitude 17.
+            // The number of bodies down to magnitude h grows as 10^(h / 2) (Ivezic et al. 2001, Astron. J. 122, 2749). The faintest have h = 17.
             let h = 17.0 + 2.0 * uniform().max(1e-6).log10();
             SmallBody {
                 designation: String::new(),

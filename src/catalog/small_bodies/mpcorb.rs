@@ -1,24 +1,25 @@
 //! MPCORB.DAT of the Minor Planet Center: fixed columns, packed dates.
 //!
-//! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Lines above the
-//! row of dashes are a heading.
+//! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Everything down
+//! to the first line of dashes is the heading.
 
 use super::SmallBody;
 use super::rows::{
-    self, ABSOLUTE_MAGNITUDE, ARGUMENT, ECCENTRICITY, EPOCH, INCLINATION, MEAN_ANOMALY, NODE, SEMI_MAJOR_AXIS, SLOPE, Values,
+    self, ABSOLUTE_MAGNITUDE, ARGUMENT_OF_PERIHELION, ASCENDING_NODE, ECCENTRICITY, EPOCH, INCLINATION, MEAN_ANOMALY, SEMI_MAJOR_AXIS,
+    SLOPE, Values,
 };
 use crate::time::Instant;
 use crate::units::JD_J2000;
 use crate::wording::echo_within;
 use std::ops::Range;
 
-/// Index of a field in [`rows::FIELDS`] and the byte range of its column.
+/// The fields that are plain numbers: index in [`rows::FIELDS`] and byte range in the line.
 const NUMBERS: [(usize, Range<usize>); 8] = [
     (ABSOLUTE_MAGNITUDE, 8..13),
     (SLOPE, 14..19),
     (MEAN_ANOMALY, 26..35),
-    (ARGUMENT, 37..46),
-    (NODE, 48..57),
+    (ARGUMENT_OF_PERIHELION, 37..46),
+    (ASCENDING_NODE, 48..57),
     (INCLINATION, 59..68),
     (ECCENTRICITY, 70..79),
     (SEMI_MAJOR_AXIS, 92..103),
@@ -28,7 +29,7 @@ const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;
 
-/// Whether a text is in this format: a line of dashes ends its heading, or its first line has numbers in these columns.
+/// Whether a text is in this format: a line of dashes ends its heading, or its first line can be read as a body.
 pub(super) fn is_mpcorb(text: &str) -> bool {
     let is_dashes = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
     text.lines().take(100).any(is_dashes) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
@@ -40,7 +41,8 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     text.lines().enumerate().skip(heading).map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// Julian date of a packed day: century as a letter, year, month and day as digits or letters (K239D: 13 September 2023).
+/// Julian date of a packed date: the century as a letter (I: 18, J: 19, K: 20), two digits of the year, and month and day as one digit or letter each (A: 10).
+/// K239D is 13 September 2023.
 fn packed_jd(text: &str) -> Option<f64> {
     let bytes = text.as_bytes();
     let digit = |b: u8| char::from(b).to_digit(36).filter(|_| !b.is_ascii_lowercase());
@@ -54,16 +56,16 @@ fn packed_jd(text: &str) -> Option<f64> {
     Some((jd - 0.5).round() + 0.5)
 }
 
-/// Reads the body of a line.
+/// Reads the body that a line describes.
 pub(super) fn body(line: &str) -> Result<SmallBody, String> {
     let cell = |columns: &Range<usize>| line.get(columns.clone());
-    let short =
+    let too_short =
         || "too short for MPCORB.DAT, and no first line names columns such as e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H".to_owned();
     let mut values: Values = Values::default();
     for (k, columns) in &NUMBERS {
-        values[*k] = rows::number(*k, cell(columns).ok_or_else(short)?)?;
+        values[*k] = rows::number(*k, cell(columns).ok_or_else(too_short)?)?;
     }
-    let epoch = cell(&EPOCH_COLUMNS).ok_or_else(short)?;
+    let epoch = cell(&EPOCH_COLUMNS).ok_or_else(too_short)?;
     let epoch_jd =
         packed_jd(epoch).ok_or_else(|| format!("epoch is `{}`; expected a packed date such as K239D", echo_within(epoch, 10)))?;
     values[EPOCH] = Some(epoch_jd);
@@ -83,7 +85,7 @@ mod tests {
 
     #[test]
     fn dates_are_unpacked() {
-        // The Center's own examples: J9611 is 1 January 1996, K01AM is 22 October 2001.
+        // The Minor Planet Center's own examples: J9611 is 1 January 1996, K01AM is 22 October 2001.
         assert_eq!(packed_jd("J9611"), Some(2_450_083.5));
         assert_eq!(packed_jd("K01AM"), Some(2_452_204.5));
         for wrong in ["", "K23", "K2Z11", "K23DD", "k239D", "Z2311"] {

@@ -4,20 +4,20 @@
 //! comment, unless it is the first line that names the columns. JSON is the reply of the database's query interface: `fields` and `data`.
 
 use super::rows::{
-    ABSOLUTE_MAGNITUDE, ARGUMENT, ECCENTRICITY, EPOCH, EPOCH_MJD, FIELDS, INCLINATION, M1, MEAN_ANOMALY, NODE, PASSAGE,
-    PERIHELION_DISTANCE, SEMI_MAJOR_AXIS, Values, body, number,
+    ABSOLUTE_MAGNITUDE, ARGUMENT_OF_PERIHELION, ASCENDING_NODE, ECCENTRICITY, EPOCH, EPOCH_MJD, FIELDS, INCLINATION, M1, MEAN_ANOMALY,
+    PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
 
-/// Maximum number of bodies in a file: twice as many as are known. Each takes 200 bytes of memory.
+/// Maximum number of bodies in a file: twice as many as MPCORB.DAT listed in 2025. Each takes about 200 bytes of memory.
 const MAX_BODIES: usize = 3_000_000;
 
-/// The column of each quantity.
+/// The columns of a table that are read.
 struct Columns {
-    /// By index of the field in [`FIELDS`].
+    /// The column of each field, by the field's index in [`FIELDS`].
     by_field: [Option<usize>; FIELDS.len()],
     designation: Option<usize>,
     name: Option<usize>,
@@ -46,23 +46,24 @@ impl Columns {
         for alternatives in [
             &[ECCENTRICITY][..],
             &[INCLINATION],
-            &[NODE],
-            &[ARGUMENT],
+            &[ASCENDING_NODE],
+            &[ARGUMENT_OF_PERIHELION],
             &[SEMI_MAJOR_AXIS, PERIHELION_DISTANCE],
-            &[MEAN_ANOMALY, PASSAGE],
+            &[MEAN_ANOMALY, PERIHELION_PASSAGE],
             &[ABSOLUTE_MAGNITUDE, M1],
         ] {
             if !has_any(alternatives) {
                 return missing(alternatives);
             }
         }
-        if !has_any(&[PASSAGE, EPOCH, EPOCH_MJD]) {
+        if !has_any(&[PERIHELION_PASSAGE, EPOCH, EPOCH_MJD]) {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);
         Ok(Self { by_field, designation, name: column_of(&["name"]), full_name: column_of(&["fullname"]), count: names.len() })
     }
 
+    /// The body of a row.
     fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
         if cells.len() != self.count {
             return Err(format!("{} values, and the first line names {} columns", cells.len(), self.count));
@@ -72,7 +73,7 @@ impl Columns {
             values[k] = number(k, column.map_or("", |c| cells[c].as_ref()))?;
         }
         let text = |column: Option<usize>| column.map_or("", |c| cells[c].as_ref());
-        // A table may have all three; the name of a body that has only a provisional designation is empty.
+        // A table may have all three columns; the name is empty for a body that has only a provisional designation.
         match [self.designation, self.name, self.full_name].map(text) {
             [designation, "", full_name] if !full_name.is_empty() && (designation.is_empty() || self.name.is_none()) => {
                 body("", full_name, &values)
@@ -82,7 +83,7 @@ impl Columns {
     }
 }
 
-/// The values of a line. A value in quotes may contain commas; within it, a doubled quote means one quote.
+/// The values of a line of CSV. A value in quotes may contain commas; within it, a doubled quote means one quote.
 fn cells(line: &str) -> Vec<Cow<'_, str>> {
     if !line.contains('"') {
         return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
@@ -111,6 +112,7 @@ struct Reply {
     data: Vec<Vec<serde_json::Value>>,
 }
 
+/// The bodies of a reply. The error is a line number and what is wrong there.
 fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let reply: Reply =
         serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("not a reply of the database: {}", json_error_text(&e))))?;
@@ -128,6 +130,7 @@ fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     reply.data.iter().enumerate().map(row).collect()
 }
 
+/// The bodies of a table of comma-separated values. The error is a line number and what is wrong there.
 fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let mut columns: Option<Columns> = None;
     let mut all = Vec::new();
@@ -141,7 +144,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
         let names: Vec<String> = cells(line.trim_start_matches('#')).iter().map(|n| normalized(n)).collect();
         match Columns::of(&names) {
             Ok(found) => columns = Some(found),
-            // A comment above the line that names the columns.
+            // This is a comment above the line that names the columns.
             Err(_) if line.starts_with('#') => {}
             Err(why) if names.len() > 2 => return Err((line_number, why)),
             Err(_) => {
@@ -181,7 +184,7 @@ mod tests {
 
     const HEAD: &str = "name,e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H,G\n";
 
-    /// The same orbit by CSV, by the database's JSON and CSV, and by a line of MPCORB (Ceres on 13 September 2023).
+    /// The same orbit as CSV, as the database's JSON and CSV, and as a line of MPCORB.DAT (Ceres on 13 September 2023).
     #[test]
     fn all_formats_give_the_same_body() {
         let csv = format!("{HEAD}Ceres,0.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,60200,3.34,0.15\n");

@@ -9,40 +9,42 @@ use crate::wording::echo_within;
 use glam::{DMat3, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// Obliquity of the J2000 ecliptic to which orbits are published (IAU 1976: 84381.448 arcsec), radians.
+/// Obliquity of the J2000 ecliptic to which published orbital elements refer (IAU 1976: 84381.448 arcsec).
 pub(super) const OBLIQUITY_RAD: f64 = 84_381.448 * RAD_PER_ARCSEC;
-/// Julian date of the zero point of modified Julian dates.
+/// Julian date of modified Julian date 0.
 const JD_OF_MJD_ZERO: f64 = 2_400_000.5;
-/// Slope of the H,G law (IAU 1985) where the table has none.
+/// Slope of the H,G law where the table has none (IAU 1985).
 const DEFAULT_G: f64 = 0.15;
-/// A comet's K1, magnitudes per decade of heliocentric distance, where the table has none: brightness falls with the fourth power.
+/// A comet's K1 where the table has none: its brightness falls with the fourth power of the heliocentric distance (10 = 2.5 * 4).
 const DEFAULT_K1: f64 = 10.0;
 
-/// A quantity of a row: its name in messages, the accepted names of its column (only letters and digits, lower case; earlier ones have
-/// precedence), its range.
+/// A quantity of a row.
 pub(super) struct Field {
+    /// Its name in messages, with its unit.
     pub name: &'static str,
+    /// The accepted names of its column, reduced to lower-case letters and digits. Earlier ones have precedence.
     pub columns: &'static [&'static str],
     min: f64,
     max: f64,
-    unit: &'static str,
+    /// What messages call an allowed value.
+    expected: &'static str,
 }
 
-const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], unit: &'static str) -> Field {
-    Field { name, columns, min, max, unit }
+const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], expected: &'static str) -> Field {
+    Field { name, columns, min, max, expected }
 }
 
-/// Indices of the fields in [`FIELDS`] and [`Values`].
+/// Indices in [`FIELDS`] and [`Values`]. Names of columns such as `om`, `w`, `ma` and `tp` are those of JPL's Small-Body Database.
 pub(super) const ECCENTRICITY: usize = 0;
 pub(super) const INCLINATION: usize = 1;
-pub(super) const NODE: usize = 2;
-pub(super) const ARGUMENT: usize = 3;
+pub(super) const ASCENDING_NODE: usize = 2;
+pub(super) const ARGUMENT_OF_PERIHELION: usize = 3;
 pub(super) const SEMI_MAJOR_AXIS: usize = 4;
 pub(super) const PERIHELION_DISTANCE: usize = 5;
 pub(super) const MEAN_ANOMALY: usize = 6;
 pub(super) const EPOCH: usize = 7;
 pub(super) const EPOCH_MJD: usize = 8;
-pub(super) const PASSAGE: usize = 9;
+pub(super) const PERIHELION_PASSAGE: usize = 9;
 pub(super) const ABSOLUTE_MAGNITUDE: usize = 10;
 pub(super) const SLOPE: usize = 11;
 pub(super) const M1: usize = 12;
@@ -55,7 +57,7 @@ pub(super) const FIELDS: [Field; 14] = [
     field("a_au", &["aau", "a"], [-1e6, 1e6], "au"),
     field("q_au", &["qau", "q"], [1e-5, 1e4], "au"),
     field("M_deg", &["mdeg", "ma", "m"], [-1e7, 1e7], "degrees"),
-    // The two ranges exclude each other's dates: a modified Julian date in place of a Julian one would move an epoch by 6,500 years without a message.
+    // The ranges of the two kinds of dates do not overlap, so that one given for the other is an error. It would move the epoch by 6,500 years.
     field("epoch_jd", &["epochjd", "epoch"], [1e6, 1e7], "a Julian date (TDB)"),
     field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
     field("tp_jd", &["tpjd", "tp"], [1e6, 1e7], "a Julian date (TDB)"),
@@ -68,7 +70,7 @@ pub(super) const FIELDS: [Field; 14] = [
 /// The values of one row by field index; `None` where the row has no value.
 pub(super) type Values = [Option<f64>; FIELDS.len()];
 
-/// Parses the number of field `k` and checks its range; `None` for an empty text.
+/// Parses the value of the field with index `k` and checks its range; `None` for an empty text.
 pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
     let (field, text) = (&FIELDS[k], text.trim());
     if text.is_empty() {
@@ -76,7 +78,7 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
     }
     let value = text.parse::<f64>().ok().filter(|v| (field.min..=field.max).contains(v));
     let out_of_range =
-        || format!("{} is `{}`; expected {} from {} to {}", field.name, echo_within(text, 40), field.unit, field.min, field.max);
+        || format!("{} is `{}`; expected {} from {} to {}", field.name, echo_within(text, 40), field.expected, field.min, field.max);
     value.map(Some).ok_or_else(out_of_range)
 }
 
@@ -84,25 +86,27 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
     let required = |k: usize| {
         let field = &FIELDS[k];
-        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", field.name, field.unit, field.min, field.max))
+        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", field.name, field.expected, field.min, field.max))
     };
-    let e = required(ECCENTRICITY)?;
-    let (i, node, argument) = (required(INCLINATION)?, required(NODE)?, required(ARGUMENT)?);
+    let eccentricity = required(ECCENTRICITY)?;
+    let (inclination_deg, node_deg, argument_deg) = (required(INCLINATION)?, required(ASCENDING_NODE)?, required(ARGUMENT_OF_PERIHELION)?);
     let perihelion_au = match (values[PERIHELION_DISTANCE], values[SEMI_MAJOR_AXIS]) {
         (Some(q), _) => q,
-        (None, Some(a)) if a * (1.0 - e) > 0.0 => a * (1.0 - e),
-        (None, Some(a)) => return Err(format!("a_au is `{a}` and e `{e}`: an ellipse has a above 0 and e below 1, a hyperbola a below 0")),
+        (None, Some(a)) if a * (1.0 - eccentricity) > 0.0 => a * (1.0 - eccentricity),
+        (None, Some(a)) => {
+            return Err(format!("a_au is `{a}` and e `{eccentricity}`: an ellipse has a above 0 and e below 1, a hyperbola a below 0"));
+        }
         (None, None) => return Err("q_au and a_au are both empty; give one of them".into()),
     };
     let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD_ZERO));
-    let passage_days = match (values[PASSAGE], values[MEAN_ANOMALY], epoch_jd) {
+    let passage_days = match (values[PERIHELION_PASSAGE], values[MEAN_ANOMALY], epoch_jd) {
         (Some(passage_jd), ..) => passage_jd - JD_J2000,
-        (None, Some(m), Some(epoch)) if e != 1.0 => {
-            let a = perihelion_au / (1.0 - e).abs();
-            let m = m.to_radians();
-            // For an ellipse, the mean anomaly of the passage nearest to the epoch.
-            let m = if e < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
-            epoch - JD_J2000 - m / (GAUSS_CONSTANT * a.powf(-1.5))
+        (None, Some(mean_anomaly_deg), Some(epoch_jd)) if eccentricity != 1.0 => {
+            let semi_major_axis_au = perihelion_au / (1.0 - eccentricity).abs();
+            let m = mean_anomaly_deg.to_radians();
+            // An ellipse has many passages: take the one nearest to the epoch.
+            let m = if eccentricity < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
+            epoch_jd - JD_J2000 - m / (GAUSS_CONSTANT * semi_major_axis_au.powf(-1.5))
         }
         (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),
@@ -113,12 +117,12 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         (None, None) => BrightnessLaw::Unknown,
     };
     let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY_RAD)
-        * DMat3::from_rotation_z(node.to_radians())
-        * DMat3::from_rotation_x(i.to_radians())
-        * DMat3::from_rotation_z(argument.to_radians());
+        * DMat3::from_rotation_z(node_deg.to_radians())
+        * DMat3::from_rotation_x(inclination_deg.to_radians())
+        * DMat3::from_rotation_z(argument_deg.to_radians());
     let orbit = HeliocentricOrbit {
         perihelion_au,
-        eccentricity: e,
+        eccentricity,
         to_perihelion: icrf_from_orbit * DVec3::X,
         motion_at_perihelion: icrf_from_orbit * DVec3::Y,
         passage_days,

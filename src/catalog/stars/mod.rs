@@ -1,8 +1,8 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalog (`read`). Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell: a view
-//! takes the cells in its frame, and from each cell the first stars, down to its limiting magnitude. Always: directions are unit vectors, all numbers are
-//! finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (scene).
+//! In: the text of a catalog. Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell, so that a view
+//! reads only the cells in its field, and of each cell only the stars down to the view's limiting magnitude. Always: directions are unit vectors, all numbers are
+//! finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (`scene`).
 
 mod names;
 mod read;
@@ -19,13 +19,14 @@ use std::sync::{Arc, LazyLock};
 /// One star at the catalog's epoch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Star {
-    /// Number in the Hipparcos catalog; 0 for none.
+    /// Number in the Hipparcos catalog; 0: none.
     pub hip: u32,
     /// Unit vector from the solar system's barycentre, ICRF.
     pub direction: DVec3,
-    /// Velocity divided by the star's distance: radians per Julian year across the line of sight, and along it if the radial velocity is known.
+    /// Velocity divided by distance, per Julian year. Across the line of sight it is the proper motion in radians; along it, it is 0 if the radial velocity or
+    /// the distance is unknown.
     pub motion_per_year: DVec3,
-    /// Parallax: 1 au divided by the distance; 0 if no distance was measured.
+    /// Parallax, 1 au divided by the distance; 0 if it was not measured.
     pub parallax_rad: f64,
     /// Johnson V.
     pub v_magnitude: f32,
@@ -33,19 +34,19 @@ pub struct Star {
     pub b_v: Option<f32>,
 }
 
-/// Stars of one patch of the sky.
+/// The stars of one sky cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCell {
     /// Range of indices of the catalog's stars, the brightest first.
     pub stars: Range<usize>,
-    /// Unit vector to the middle of the stars; at the epoch every star lies within `radius_rad` of it.
+    /// Unit vector to the middle of the stars. At the epoch of the catalog every star lies within `radius_rad` of it.
     pub axis: DVec3,
     pub radius_rad: f64,
     pub brightest_magnitude: f32,
     /// Length of the largest [`Star::motion_per_year`].
-    pub motion_per_year: f64,
+    pub max_motion_per_year: f64,
     /// Largest [`Star::parallax_rad`].
-    pub parallax_rad: f64,
+    pub max_parallax_rad: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +75,7 @@ static EMBEDDED: LazyLock<Arc<StarCatalog>> = LazyLock::new(|| match StarCatalog
 /// Magnitude of the brightest embedded star, Sirius.
 pub(super) const EMBEDDED_BRIGHTEST_MAGNITUDE: f32 = -1.44;
 
-/// Cells per side of each of the six faces of a cube around the observer: 3 to 7 degrees each.
+/// Cells along each side of the six faces of a cube around the observer. A cell is 3 to 7 degrees wide.
 const CELLS_PER_SIDE: usize = 16;
 
 /// The number of the cell that contains a direction: by the face of the cube that the direction meets, then by the row and the column on that face.
@@ -99,13 +100,13 @@ fn bounded_cell(stars: &[Star], range: Range<usize>) -> SkyCell {
         axis,
         radius_rad: 2.0 * (chord / 2.0).min(1.0).asin(),
         brightest_magnitude: cell_stars.iter().map(|s| s.v_magnitude).fold(f32::INFINITY, f32::min),
-        motion_per_year: max(|s| s.motion_per_year.length()),
-        parallax_rad: max(|s| s.parallax_rad),
+        max_motion_per_year: max(|s| s.motion_per_year.length()),
+        max_parallax_rad: max(|s| s.parallax_rad),
     }
 }
 
 impl StarCatalog {
-    /// The stars that are embedded in the program: 15 537 to magnitude 7. A test verifies that they can be read, so this never panics in a built program.
+    /// The stars that are embedded in the program: 15 537 to magnitude 7. A test verifies that they can be read, so this never panics in a released program.
     pub fn embedded() -> Arc<Self> {
         Arc::clone(&EMBEDDED)
     }
@@ -119,6 +120,7 @@ impl StarCatalog {
         Ok(Self::new(epoch_jd, stars))
     }
 
+    /// Sorts stars into cells.
     fn new(epoch_jd: f64, mut stars: Vec<Star>) -> Self {
         let mut by_cell: BTreeMap<usize, Vec<Star>> = BTreeMap::new();
         for star in stars.drain(..) {
@@ -190,7 +192,7 @@ mod tests {
             for star in stars_in_cell {
                 assert!((star.direction.length() - 1.0).abs() < 1e-12);
                 assert!(star.direction.dot(cell.axis) >= cell.radius_rad.cos() - 1e-12);
-                assert!(star.motion_per_year.length() <= cell.motion_per_year && star.parallax_rad <= cell.parallax_rad);
+                assert!(star.motion_per_year.length() <= cell.max_motion_per_year && star.parallax_rad <= cell.max_parallax_rad);
             }
         }
     }

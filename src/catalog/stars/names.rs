@@ -1,7 +1,7 @@
 //! Proper names of stars.
 //!
-//! In: a number in the Hipparcos catalog (ESA SP-1200). Out: the name by the IAU's Working Group on Star Names (IAU Catalog of Star Names), if the star has one. Not
-//! here: Bayer letters and Flamsteed numbers.
+//! In: a number in the Hipparcos catalog (ESA SP-1200). Out: the star's name in the IAU Catalog of Star Names (Working Group on Star Names), for 89 well-known
+//! stars. Not here: Bayer letters and Flamsteed numbers.
 
 /// Name and Hipparcos number, sorted by name. For a double star, the number of its brighter component.
 pub const STAR_NAMES: [(&str, u32); 89] = [

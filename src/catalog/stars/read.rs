@@ -2,7 +2,7 @@
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
 //! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
-//! CDS I/311), whose positions are of J1991.25. Not read: quotes that enclose commas, errors of the values.
+//! CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
 use crate::units::RAD_PER_ARCSEC;
@@ -12,23 +12,25 @@ use std::ops::Range;
 
 /// Maximum number of stars in a file. Each takes 72 bytes of memory.
 const MAX_STARS: usize = 5_000_000;
-/// One au a Julian year, km/s.
-const KM_S_PER_AU_YEAR: f64 = 4.740_470_446;
-/// Julian epoch of the positions in hip2.dat.
+/// One au per Julian year, km/s.
+const KM_S_PER_AU_YR: f64 = 4.740_470_446;
+/// Epoch of the positions in hip2.dat, as a Julian year.
 const HIPPARCOS_EPOCH: f64 = 1991.25;
 
-/// A quantity of a star: its name in messages, the accepted names of its column (only letters and digits, lower case; earlier ones have
-/// precedence), its range.
+/// A quantity of a star.
 struct Field {
+    /// Its name in messages, with its unit.
     name: &'static str,
+    /// The accepted names of its column, reduced to lower-case letters and digits. Earlier ones have precedence.
     columns: &'static [&'static str],
     min: f64,
     max: f64,
-    unit: &'static str,
+    /// What messages call an allowed value.
+    expected: &'static str,
 }
 
-const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], unit: &'static str) -> Field {
-    Field { name, columns, min, max, unit }
+const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], expected: &'static str) -> Field {
+    Field { name, columns, min, max, expected }
 }
 
 /// Indices of the fields in [`FIELDS`].
@@ -41,8 +43,8 @@ const PM_RA: usize = 5;
 const PM_DEC: usize = 6;
 const B_V: usize = 7;
 const RADIAL_VELOCITY: usize = 8;
-/// The first three fields are required.
-const REQUIRED: usize = 3;
+/// The number of required fields, which are the first ones.
+const REQUIRED_FIELDS: usize = 3;
 const FIELDS: [Field; 9] = [
     field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
     field("dec_deg", &["decdeg", "dec", "dedeg"], [-90.0, 90.0], "degrees"),
@@ -55,7 +57,7 @@ const FIELDS: [Field; 9] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Columns of hip2.dat (ReadMe of catalog I/311), as byte ranges. V is computed from Hp, the magnitude in Hipparcos' own band.
+/// Byte ranges of the fields in hip2.dat (ReadMe of catalog I/311). V is not among them: it is computed from Hp, the magnitude in Hipparcos' own band.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 /// Byte range of the magnitude Hp.
@@ -67,8 +69,9 @@ const HIP2_BYTES: usize = 158;
 struct Columns {
     /// By index of the field in [`FIELDS`].
     by_field: [Option<usize>; FIELDS.len()],
+    /// Number of all columns of the table.
     count: usize,
-    /// Julian epoch of the positions, such as 2000.0.
+    /// Epoch of the positions, as a Julian year such as 2000.0.
     epoch: f64,
 }
 
@@ -98,9 +101,9 @@ impl Columns {
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;
         }
-        if let Some(missing) = (0..REQUIRED).find(|k| by_field[*k].is_none()) {
+        if let Some(missing) = (0..REQUIRED_FIELDS).find(|k| by_field[*k].is_none()) {
             let f = &FIELDS[missing];
-            return Some(Err(format!("no column `{}` ({}); the first line must name it", f.name, f.unit)));
+            return Some(Err(format!("no column `{}` ({}); the first line must name it", f.name, f.expected)));
         }
         let words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
         let years = words.filter_map(|w| w.strip_prefix('J')?.parse::<f64>().ok());
@@ -112,7 +115,7 @@ impl Columns {
 /// Parses the number of a field and checks its range.
 fn number(f: &Field, text: &str) -> Result<f64, String> {
     let value = text.trim().parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
-    value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.unit, f.min, f.max))
+    value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.expected, f.min, f.max))
 }
 
 /// A star from its fields; the required fields must be present.
@@ -121,20 +124,21 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (value(RA).to_radians().sin_cos(), value(DEC).to_radians().sin_cos());
     let direction = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
     let (east, north) = (DVec3::new(-sin_ra, cos_ra, 0.0), DVec3::new(-sin_dec * cos_ra, -sin_dec * sin_ra, cos_dec));
-    let mas = RAD_PER_ARCSEC / 1000.0;
-    // A negative parallax is a measurement error of a distant star.
-    let parallax_rad = value(PARALLAX).max(0.0) * mas;
-    let radial_per_year = value(RADIAL_VELOCITY) / KM_S_PER_AU_YEAR * parallax_rad;
+    let rad_per_mas = RAD_PER_ARCSEC / 1000.0;
+    // The measured parallax of a distant star can be negative because of its error.
+    let parallax_rad = value(PARALLAX).max(0.0) * rad_per_mas;
+    let radial_per_year = value(RADIAL_VELOCITY) / KM_S_PER_AU_YR * parallax_rad;
     Star {
         hip: value(HIP) as u32,
         direction,
-        motion_per_year: (east * value(PM_RA) + north * value(PM_DEC)) * mas + direction * radial_per_year,
+        motion_per_year: (east * value(PM_RA) + north * value(PM_DEC)) * rad_per_mas + direction * radial_per_year,
         parallax_rad,
         v_magnitude: value(V) as f32,
         b_v: values[B_V].map(|b_v| b_v as f32),
     }
 }
 
+/// The star of a row of a table.
 fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
     let cells: Vec<&str> = line.split(',').collect();
     if cells.len() != columns.count {
@@ -145,26 +149,27 @@ fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
         let text = columns.by_field[k].map_or("", |column| cells[column].trim());
         if !text.is_empty() {
             values[k] = Some(number(f, text)?);
-        } else if k < REQUIRED {
-            return Err(format!("{} is empty; expected {} from {} to {}", f.name, f.unit, f.min, f.max));
+        } else if k < REQUIRED_FIELDS {
+            return Err(format!("{} is empty; expected {} from {} to {}", f.name, f.expected, f.min, f.max));
         }
     }
     Ok(star(&values))
 }
 
-/// V from Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 for common stars. The polynomial of ESA
-/// SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
+/// V from Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 magnitudes for
+/// common stars. The polynomial of ESA SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
 fn v_from_hp(hp: f64, b_v: f64) -> f64 {
     let x = b_v.clamp(-0.3, 1.6);
     hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
 }
 
+/// The star of a line of hip2.dat.
 fn star_from_hip2(line: &str) -> Result<Star, String> {
-    let short = || "too short for hip2.dat, and the first line has no columns such as ra_deg,dec_deg,v_mag".to_owned();
+    let too_short = || "too short for hip2.dat, and the first line has no columns such as ra_deg,dec_deg,v_mag".to_owned();
     if line.len() < HIP2_BYTES {
-        return Err(short());
+        return Err(too_short());
     }
-    let cell = |columns: &Range<usize>| line.get(columns.clone()).ok_or_else(short);
+    let cell = |columns: &Range<usize>| line.get(columns.clone()).ok_or_else(too_short);
     let mut values = [None; FIELDS.len()];
     for (k, columns) in &HIP2 {
         let text = cell(columns)?;
@@ -234,7 +239,7 @@ mod tests {
         // Vega's Hp is 0.0868 and its V 0.03.
         assert!((a.v_magnitude - b.v_magnitude).abs() < 0.07, "{} {}", a.v_magnitude, b.v_magnitude);
         assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
-        // The table's own number and hours are not taken for the number in Hipparcos and degrees.
+        // `id` (the table's own number) is not taken for the Hipparcos number, nor `ra` (in hours) for degrees.
         let (_, stars) = read("c.csv", "id,hip,ra,dec,mag,ra_deg\n90979,91262,18.6,38.8,0.03,279.2\n").expect("other columns");
         assert!(stars[0].hip == 91_262 && stars[0].direction.distance(a.direction) < 1e-3, "{:?}", stars[0]);
     }

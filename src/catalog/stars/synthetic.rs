@@ -1,16 +1,19 @@
-//! A star catalog larger than the embedded one, for measurements: stars fainter than the embedded stars are invented.
+//! A star catalog larger than the embedded one, for measurements of speed.
+//!
+//! In: a number of stars. Out: the embedded stars and invented fainter ones, the same at each call.
 
 use super::{Star, StarCatalog};
 use crate::random::Random;
 
-/// Growth of the number of stars with magnitude: tenfold in 1 / 0.48 magnitudes. From the embedded 15 537 to magnitude 7 this gives the 2.5 million of Tycho-2 at 11.6
-/// (Hog et al. 2000, Astron. Astrophys. 355, L27: 99 % complete to 11).
+/// Growth of the number of stars with limiting magnitude: tenfold in 1 / 0.48 magnitudes. From the 15,537 embedded stars down to magnitude 7 this leads to the
+/// 2.5 million of Tycho-2 at magnitude 11.6 (Hog et al. 2000, Astron. Astrophys. 355, L27: 99 % complete to 11).
 const DECADES_PER_MAGNITUDE: f64 = 0.48;
 /// Limiting magnitude of the embedded stars.
 const EMBEDDED_MAGNITUDE_LIMIT: f64 = 7.0;
 
 impl StarCatalog {
-    /// The embedded stars and fainter invented stars, `count` in total. Invented stars are uniform over the sky, at rest, without distance, with embedded stars' colours.
+    /// The embedded stars and fainter invented stars, `count` in total, but at least the embedded ones. Invented stars are uniformly distributed over the sky,
+    /// without motion and parallax; each has the colour index of a random embedded star.
     pub fn synthetic(count: usize) -> Self {
         let embedded = Self::embedded();
         let mut stars = embedded.stars.clone();

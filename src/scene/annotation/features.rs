@@ -59,14 +59,14 @@ pub(crate) fn features(
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
             let mut opacity = fade_in(LIMB_FADE, to_camera.dot(normal) / distance_km);
-            let feature_px = feature.prominence_km / distance_km * pixels_per_radian;
+            let feature_px = feature.effective_size_km / distance_km * pixels_per_radian;
             opacity *=
                 if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
-                    if feature.prominence_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
+                    if feature.effective_size_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;
                     }
                 }

@@ -80,7 +80,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FrameAxes::of(centre, instrument.position_angle_deg);
-        let half_size_rad = match instrument.field {
+        let half_size_rad = match instrument.field_of_view {
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
@@ -90,7 +90,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             continue;
         }
         let before = output.segments.len();
-        match instrument.field {
+        match instrument.field_of_view {
             FieldOfView::Circle { .. } => {
                 draw_arc(camera, &mut output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin())
             }
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     fn instrument(field: FieldOfView, position_angle_deg: f64) -> Instrument {
-        Instrument { name: "own".into(), field, position_angle_deg }
+        Instrument { name: "own".into(), field_of_view: field, position_angle_deg }
     }
 
     /// Both ends of every segment of a circular frame are at half the field's diameter from the centre. A rectangular frame has the width and height of the

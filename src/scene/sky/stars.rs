@@ -74,7 +74,7 @@ impl StarPlacer {
 
     /// Upper limit of the displacement of a cell's stars by their motion since the epoch and by parallax, as a fraction of their distance.
     fn shift(&self, cell: &SkyCell) -> f64 {
-        cell.motion_per_year * self.years_since_epoch.abs() + cell.parallax_rad * self.viewer_au.length()
+        cell.max_motion_per_year * self.years_since_epoch.abs() + cell.max_parallax_rad * self.viewer_au.length()
     }
 }
 

@@ -97,7 +97,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     found.extend(stars(text, catalog));
     found.extend(views(text));
     found.extend(moments(text, catalog.moments()));
-    found.extend(cities::named(text, max_count).into_iter().map(|city| {
+    found.extend(cities::with_prefix(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
     found.extend(surface_features(text, viewer).take(max_count));

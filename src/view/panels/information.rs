@@ -250,7 +250,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        let found = cities::named(&panel.city, MAX_CITIES);
+        let found = cities::with_prefix(&panel.city, MAX_CITIES);
         let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| entered);

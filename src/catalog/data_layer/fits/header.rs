@@ -6,9 +6,9 @@
 use crate::wording::echo_within;
 
 /// Length of a card, bytes.
-const CARD: usize = 80;
+const CARD_BYTES: usize = 80;
 /// Block size of headers and data, bytes.
-pub(super) const BLOCK: usize = 2880;
+pub(super) const BLOCK_BYTES: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
 
@@ -16,19 +16,19 @@ const MAX_BLOCKS: usize = 1000;
 pub(super) struct Header {
     /// The cards that have a value: keyword, value, card number.
     cards: Vec<(String, String, usize)>,
-    /// Bytes from the header's start to its data.
-    pub length: usize,
+    /// Number of bytes from the start of the header to the data.
+    pub data_offset: usize,
 }
 
-/// A wrong card: its number, starting at 1, and what is wrong.
+/// A wrong card: its number in the file, starting at 1, and what is wrong.
 pub(super) type WrongCard = (usize, String);
 
 impl Header {
-    /// Reads the header at the start of `bytes`. `first`: number of its first card in the file.
-    pub fn read(bytes: &[u8], first: usize) -> Result<Self, WrongCard> {
+    /// Reads the header at the start of `bytes`. `first_card`: number in the file of the header's first card.
+    pub fn read(bytes: &[u8], first_card: usize) -> Result<Self, WrongCard> {
         let mut cards = Vec::new();
-        for (k, card) in bytes.chunks_exact(CARD).take(MAX_BLOCKS * BLOCK / CARD).enumerate() {
-            let number = first + k;
+        for (k, card) in bytes.chunks_exact(CARD_BYTES).take(MAX_BLOCKS * BLOCK_BYTES / CARD_BYTES).enumerate() {
+            let number = first_card + k;
             if !card.iter().all(|b| (0x20..0x7f).contains(b)) {
                 return Err((number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
             }
@@ -36,15 +36,16 @@ impl Header {
             let (keyword, rest) = text.split_at(8);
             let keyword = keyword.trim_end();
             if keyword == "END" {
-                return Ok(Self { cards, length: ((k + 1) * CARD).next_multiple_of(BLOCK) });
+                return Ok(Self { cards, data_offset: ((k + 1) * CARD_BYTES).next_multiple_of(BLOCK_BYTES) });
             }
             if let Some(value) = rest.strip_prefix("= ") {
                 cards.push((keyword.to_owned(), value_of(value), number));
             }
         }
-        Err((first, "a header without END: not FITS, or cut short".to_owned()))
+        Err((first_card, "a header without END: not FITS, or cut short".to_owned()))
     }
 
+    /// Value and card number of a keyword.
     fn find(&self, keyword: &str) -> Option<(&str, usize)> {
         self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, number)| (value.as_str(), *number))
     }
@@ -59,7 +60,7 @@ impl Header {
         self.find(keyword).map_or(1, |(_, number)| number)
     }
 
-    /// The numeric value of a card; `None`: there is no such card.
+    /// The numeric value of a card; `None` if there is no such card.
     pub fn number(&self, keyword: &str) -> Result<Option<f64>, WrongCard> {
         let Some((value, number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
@@ -77,7 +78,7 @@ impl Header {
     }
 }
 
-/// A value without its comment: a string between quotes, in which a quote is doubled, or the text before the slash.
+/// The value of a card without its comment: a string within quotes, in which two quotes mean one, or the text before the slash.
 fn value_of(text: &str) -> String {
     let text = text.trim_start();
     let Some(string) = text.strip_prefix('\'') else {

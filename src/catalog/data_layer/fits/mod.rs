@@ -1,14 +1,14 @@
 //! Images in FITS files: the first image with two axes, in the primary HDU (header-data unit) or an IMAGE extension.
 //!
 //! In: bytes, whether the image is a map of a body, and its style. Out: [`PlacedImage`], or the number of the wrong card (80 bytes of a header) and the reason.
-//! Always: stored numbers are multiplied by BSCALE, and BZERO is added; BLANK and values that are not finite are transparent; sizes are checked before data are
-//! read. Rejected: cubes of several planes and compressed images (fpack).
+//! Always: a stored number is multiplied by BSCALE, then BZERO is added; pixels that are BLANK or not finite are transparent; sizes are checked before data
+//! are read. Rejected: cubes of several planes and compressed images (fpack).
 
 mod header;
 mod wcs;
 
 use super::image_style::{ImageStyle, colours};
-use header::{BLOCK, Header, WrongCard};
+use header::{BLOCK_BYTES, Header, WrongCard};
 pub use wcs::ImageWcs;
 
 /// Maximum number of pixels of an image.
@@ -25,7 +25,7 @@ pub struct PlacedImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// sRGB and alpha, rows from the top: the last row of the file first.
+    /// sRGB and alpha, rows from the top: the last row of the file first. On a body, columns run from west to east.
     pub rgba: Vec<u8>,
     /// Its world coordinates.
     pub wcs: ImageWcs,
@@ -37,23 +37,23 @@ struct Hdu<'a> {
     data: &'a [u8],
 }
 
-/// Number of data bytes that a header announces (standard, section 4.4.1.1). Sizes beyond those of any file are errors: more than 2^40 along an axis,
-/// 2^48 or more values.
+/// Number of data bytes that a header announces (FITS standard 4.0, section 4.4.1). A size that no file has is an error: more than 2^40 along an axis, or 2^48
+/// values or more.
 fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
     let axes = header.integer("NAXIS", 0..=999)?;
     let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
-    let mut count: u64 = u64::from(axes > 0);
+    let mut value_count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
         let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
-        // A side may be 0: random groups, an obsolete form, begin with such an axis.
-        count = count
+        // A side may be 0: NAXIS1 is, in the deprecated structure of random groups (standard, section 6).
+        value_count = value_count
             .checked_mul(side)
             .filter(|c| *c < 1 << 48)
             .ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))?;
     }
     let parameters = if header.text("PCOUNT").is_empty() { 0 } else { header.integer("PCOUNT", 0..=1 << 40)?.unsigned_abs() };
     let groups = if header.text("GCOUNT").is_empty() { 1 } else { header.integer("GCOUNT", 0..=1 << 20)?.unsigned_abs() };
-    let bytes = (bits / 8).checked_mul(groups).and_then(|b| b.checked_mul(count.checked_add(parameters)?));
+    let bytes = (bits / 8).checked_mul(groups).and_then(|b| b.checked_mul(value_count.checked_add(parameters)?));
     let bytes = bytes.and_then(|b| usize::try_from(b).ok()).filter(|b| *b < usize::MAX / 2);
     bytes.ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))
 }
@@ -65,11 +65,11 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, WrongCard> {
     }
     let (mut offset, mut is_compressed) = (0, false);
     for _ in 0..MAX_HDUS {
-        let rest = bytes.get(offset..).filter(|rest| rest.len() >= BLOCK);
+        let rest = bytes.get(offset..).filter(|rest| rest.len() >= BLOCK_BYTES);
         let Some(rest) = rest else { break };
         let header = Header::read(rest, offset / 80 + 1)?;
         let length = data_bytes(&header)?;
-        let data = rest.get(header.length..).unwrap_or_default();
+        let data = rest.get(header.data_offset..).unwrap_or_default();
         is_compressed |= header.text("ZIMAGE") == "T";
         let is_image = matches!(header.text("XTENSION"), "" | "IMAGE") && header.integer("NAXIS", 0..=999)? >= 2;
         if is_image && length > 0 {
@@ -78,13 +78,13 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, WrongCard> {
             })?;
             return Ok(Hdu { header, data });
         }
-        offset = offset.saturating_add(header.length).saturating_add(length.next_multiple_of(BLOCK));
+        offset = offset.saturating_add(header.data_offset).saturating_add(length.next_multiple_of(BLOCK_BYTES));
     }
     let why = if is_compressed { "the image is compressed; unpack it (funpack)" } else { "no image in it: no HDU of two axes" };
     Err((1, why.to_owned()))
 }
 
-/// The scaled values of the data, in the order of the file.
+/// The values of the pixels after BSCALE and BZERO, in the order of the file; NaN where the value is BLANK.
 fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
     let header = &hdu.header;
     let scale = header.number("BSCALE")?.unwrap_or(1.0);
@@ -107,7 +107,7 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
     })
 }
 
-/// The image of a file.
+/// Reads the first image of a file.
 pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<PlacedImage, WrongCard> {
     let hdu = image_hdu(bytes)?;
     let header = &hdu.header;
@@ -159,7 +159,7 @@ mod tests {
             text += &format!("{:<80}", format!("{keyword:<8}= {value:>20} / about"));
         }
         text += &format!("{:<80}", "END");
-        let length = text.len().next_multiple_of(BLOCK);
+        let length = text.len().next_multiple_of(BLOCK_BYTES);
         format!("{text:<length$}").into_bytes()
     }
 
@@ -168,7 +168,7 @@ mod tests {
     fn file(cards: &[&[(&str, &str)]], data: &[u8]) -> Vec<u8> {
         let mut bytes = header_block(SIMPLE, cards);
         bytes.extend(data);
-        bytes.resize(bytes.len().next_multiple_of(BLOCK), 0);
+        bytes.resize(bytes.len().next_multiple_of(BLOCK_BYTES), 0);
         bytes
     }
 
@@ -180,7 +180,7 @@ mod tests {
         image.rgba.chunks(4).map(|p| p[0]).collect()
     }
 
-    /// Each number format is read; rows run up in the file and down in the image.
+    /// Each number format is read. The first row of the file is the lowest, that of the image the highest.
     #[test]
     fn every_number_format_is_read_scaled_and_stretched() {
         let formats: [(&str, Vec<u8>); 6] = [
@@ -213,7 +213,7 @@ mod tests {
             &[("BITPIX", "8"), ("NAXIS", "2"), ("NAXIS1", "3000"), ("NAXIS2", "1"), ("PCOUNT", "0"), ("GCOUNT", "1")];
         let mut bytes = header_block(SIMPLE, &[empty]);
         bytes.extend(header_block("XTENSION= 'BINTABLE'", &[table]));
-        bytes.extend([0; 2 * BLOCK]);
+        bytes.extend([0; 2 * BLOCK_BYTES]);
         bytes.extend(header_block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
         bytes.extend([1, 2, 3, 4]);
         let image = read(&bytes, false, &full_range()).expect("the third");
@@ -345,7 +345,7 @@ mod tests {
         assert!(why(&[&[("BITPIX", "-32")], SIZE, TAN], &nothing).1.contains("the image has no finite value"));
         let mut packed = header_block(SIMPLE, &[bits, &[("NAXIS", "0")]]);
         packed.extend(header_block("XTENSION= 'BINTABLE'", &[bits, SIZE, &[("PCOUNT", "0"), ("GCOUNT", "1"), ("ZIMAGE", "T")]]));
-        packed.extend([0; BLOCK]);
+        packed.extend([0; BLOCK_BYTES]);
         assert!(read(&packed, false, &full_range()).is_err_and(|(_, w)| w.contains("funpack")));
     }
 }

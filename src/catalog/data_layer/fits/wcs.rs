@@ -1,4 +1,4 @@
-//! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, 1077).
+//! World coordinates of a FITS image (Greisen & Calabretta 2002, A&A 395, 1061; Calabretta & Greisen 2002, A&A 395, 1077).
 //!
 //! In: the header. Out: the tangent plane of a sky image (TAN), or the edges of a map of a body (plate carree: CAR, or an image without coordinates that is
 //! twice as wide as high). Always: an image with another projection, distortion or frame is rejected, and so is a map of a body with a rotated pole,
@@ -14,7 +14,7 @@ pub enum ImageWcs {
     Tangent {
         /// Right ascension and declination (ICRF) of the point of tangency, degrees.
         centre_deg: [f64; 2],
-        /// The pixel at the point of tangency, counted from 1 in the first pixel's middle, x to the right, y up.
+        /// The pixel coordinates of the point of tangency, x to the right, y up; (1, 1) is the centre of the lower left pixel.
         centre_px: [f64; 2],
         /// Degrees in the tangent plane per pixel. Rows: degrees east and north; columns: pixels to the right and up.
         deg_per_px: [[f64; 2]; 2],
@@ -29,7 +29,7 @@ pub enum ImageWcs {
         south_deg: f64,
         /// Northern edge.
         north_deg: f64,
-        /// Whether the file's columns run from east to west.
+        /// Whether the columns of the file run from east to west; those of [`PlacedImage`](super::PlacedImage) do not.
         mirrored: bool,
     },
 }
@@ -39,7 +39,7 @@ fn unsupported_card(header: &Header, keyword: &str, why: &str) -> WrongCard {
     (header.card_number(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
 }
 
-/// Degrees per pixel: the CD matrix, or PC or CROTA2 with CDELT.
+/// The matrix from pixels to intermediate world coordinates, degrees: CD, or CDELT with PC or CROTA2.
 fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     let number = |keyword: &str| header.number(keyword);
     let matrix_cards = |name: &str| -> Result<[[Option<f64>; 2]; 2], WrongCard> {
@@ -52,7 +52,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     } else {
         let pc = matrix_cards("PC")?;
         let has_pc = pc.iter().flatten().any(Option::is_some);
-        // Beside PC the default of CDELT is 1 (FITS 4.0, section 8.2); without both nothing states the scale.
+        // With PC, CDELT has the default 1 (FITS 4.0, section 8.2). Without CD, PC and CDELT nothing states the scale.
         let default = has_pc.then_some(1.0);
         let [Some(dx), Some(dy)] = [number("CDELT1")?.or(default), number("CDELT2")?.or(default)] else {
             return Err((1, "CD1_1 or CDELT1 and CDELT2: missing; the image has no scale".to_owned()));
@@ -67,7 +67,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     };
     let [[a, b], [c, d]] = deg_per_px;
     let area = (a * d - b * c).abs();
-    // The limits are 1e-9 square arcseconds and 10,000 square degrees, about a quarter of the sky.
+    // A pixel has at least 1e-9 square arcseconds and at most 10,000 square degrees, about a quarter of the sky.
     if !(1e-9 / (3600.0 * 3600.0)..=1e4).contains(&area) {
         return Err((
             header.card_number("CDELT1").max(header.card_number("CD1_1")),
@@ -77,7 +77,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
     Ok(deg_per_px)
 }
 
-/// Rejects axes in other units than degrees. The standard's name of the unit is `deg` (FITS 4.0, section 4.3, table 3); other spellings are common.
+/// Rejects axes in units other than degrees. The standard's name of the unit is `deg` (FITS 4.0, section 4.3, table 3); other spellings are common.
 fn check_units(header: &Header) -> Result<(), WrongCard> {
     for keyword in ["CUNIT1", "CUNIT2"] {
         let unit = header.text(keyword);
@@ -103,7 +103,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     // In older files RADESYS is called RADECSYS, and EQUINOX is called EPOCH (standard, section 8.3).
     let frame = if header.text("RADESYS").is_empty() { "RADECSYS" } else { "RADESYS" };
     let has_known_frame = matches!(header.text(frame), "" | "ICRS" | "FK5");
-    // Some files write the time of the observation, a text or 0 into EPOCH. The ICRS has no equinox, so EPOCH is ignored there.
+    // In some files EPOCH is the time of the observation, a text or 0; it is ignored if it cannot be an equinox. The ICRS has no equinox.
     let is_equinox = |year: &f64| (1800.0..2100.0).contains(year) && header.text(frame) != "ICRS";
     let (keyword, equinox) = match header.number("EQUINOX")? {
         Some(year) => ("EQUINOX", Some(year)),
@@ -121,22 +121,23 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
     };
     let centre_deg = [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?];
     let centre_px = [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?];
-    // LONPOLE says on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
+    // LONPOLE states on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
     // Greisen, section 2.2).
     let default_lonpole = if centre_deg[1] < 90.0 { 180.0 } else { 0.0 };
     let deg_per_px = with_north_up(matrix(header)?, header.number("LONPOLE")?.unwrap_or(default_lonpole));
     Ok(ImageWcs::Tangent { centre_deg, centre_px, deg_per_px })
 }
 
-/// Turns a matrix from pixels to intermediate world coordinates so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude of the
-/// celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
+/// Rotates a matrix from pixels to intermediate world coordinates, so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude
+/// of the celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
 fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
-    // The usual values are exact.
+    // Sine and cosine of the usual values, without rounding errors.
     let (sin, cos) = match lonpole_deg {
         180.0 => (0.0, -1.0),
         0.0 => (0.0, 1.0),
         angle => angle.to_radians().sin_cos(),
     };
+    // Sums that start at 0.0 are never -0.0.
     let east = [0, 1].map(|axis| 0.0 - cos * x[axis] - sin * y[axis]);
     let north = [0, 1].map(|axis| 0.0 + sin * x[axis] - cos * y[axis]);
     [east, north]
@@ -149,7 +150,7 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
     let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
-    // Axes of a body's map are named ??LN and ??LT; GLON and RA are coordinates of the sky.
+    // Axes of a body's map are named xxLN and xxLT, or LON and LAT; GLON and RA are coordinates of the sky.
     let has_longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
     let has_latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
     if !(has_longitude && has_latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
@@ -183,8 +184,12 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
     // Rounding may place an edge slightly beyond a pole, or the edges slightly more than 360 degrees apart.
-    let slack_deg = 1e-6;
-    if east_deg - west_deg > 360.0 + slack_deg || west_deg.abs() > 360.0 || south_deg < -90.0 - slack_deg || north_deg > 90.0 + slack_deg {
+    let tolerance_deg = 1e-6;
+    if east_deg - west_deg > 360.0 + tolerance_deg
+        || west_deg.abs() > 360.0
+        || south_deg < -90.0 - tolerance_deg
+        || north_deg > 90.0 + tolerance_deg
+    {
         return Err((
             header.card_number("CRPIX1"),
             format!("longitudes {west_deg} to {east_deg} and latitudes {south_deg} to {north_deg} do not fit on a globe"),

@@ -1,8 +1,8 @@
-//! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without gaps.
+//! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without padding between them.
 //!
 //! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text.
-//! Always: a length stated in a row is compared with the bytes that remain before it is used. Skipped: values that no point needs (booleans, bits,
-//! complex numbers). Rejected: streams in other files, and compressed streams.
+//! Always: a length stated in a row is compared with the remaining bytes before it is used. Booleans, bits and complex numbers, which no point needs, give
+//! an empty text. Not here: streams in other files and compressed streams, which the caller rejects.
 
 use crate::wording::echo_within;
 use base64::Engine;
@@ -27,6 +27,7 @@ enum DataType {
 }
 
 impl DataType {
+    /// The type with a name in the attribute `datatype`.
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "boolean" => Self::Boolean,
@@ -63,12 +64,12 @@ impl DataType {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
     Fixed(usize),
-    /// The stream states a count before each cell; the cell has that count times this number of values.
-    Stated(usize),
+    /// Each cell begins with a count. The cell has that many items of this number of values each.
+    Counted(usize),
 }
 
 impl Length {
-    /// Parses an `arraysize`: numbers joined by `x`; the last may be `*`, with or without a limit before it.
+    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum followed by `*`.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
@@ -79,7 +80,7 @@ impl Length {
         };
         match arraysize.strip_suffix('*') {
             None => product(arraysize).map(Self::Fixed),
-            Some(before) => product(before.rsplit_once('x').map_or("", |(inner, _)| inner)).map(Self::Stated),
+            Some(before) => product(before.rsplit_once('x').map_or("", |(inner, _)| inner)).map(Self::Counted),
         }
     }
 }
@@ -94,6 +95,7 @@ pub(super) struct Column {
 }
 
 impl Column {
+    /// A column with the attributes `datatype` and `arraysize` of a FIELD, and the `null` of its VALUES.
     pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
         let known =
             DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is not a VOTable type", echo_within(data_type, 20)))?;
@@ -103,7 +105,7 @@ impl Column {
 
     /// A cell's text in the form of TABLEDATA.
     fn text(&self, bytes: &[u8]) -> String {
-        // The first number of an array: no field of a point is an array.
+        // Of an array, the first number: no field of a point is an array.
         fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
             bytes.first_chunk::<N>().copied()
         }
@@ -151,6 +153,7 @@ impl<'a> Rows<'a> {
         Ok(Self { columns, bytes, offset: 0, has_null_flags })
     }
 
+    /// The next bytes of the stream; `None` if fewer remain.
     fn take(&mut self, count: usize) -> Option<&[u8]> {
         let end = self.offset.checked_add(count)?;
         let taken = self.bytes.get(self.offset..end)?;
@@ -171,9 +174,9 @@ impl<'a> Rows<'a> {
         for (k, column) in columns.iter().enumerate() {
             let count = match column.length {
                 Length::Fixed(count) => count,
-                Length::Stated(values_per_count) => {
+                Length::Counted(values_per_item) => {
                     let stated = self.take(4).and_then(|b| b.try_into().ok()).map(i32::from_be_bytes).ok_or_else(cut_off)?;
-                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(values_per_count)).ok_or_else(cut_off)?
+                    usize::try_from(stated).ok().and_then(|n| n.checked_mul(values_per_item)).ok_or_else(cut_off)?
                 }
             };
             let bytes = column.data_type.bytes_of(count).and_then(|n| self.take(n)).ok_or_else(cut_off)?;

@@ -1,8 +1,8 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
-//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD
-//! (`pos.eq.ra`, `pos.eq.dec`, `pos.bodyrc.lon`, `pos.bodyrc.lat` and their forms before 2005). Rejected: rows in a FITS file, and angles in other
-//! units than degrees.
+//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD (Unified
+//! Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in units other than
+//! degrees.
 
 mod binary;
 
@@ -19,7 +19,7 @@ struct Field {
     ucd: String,
     unit: Option<String>,
     data_type: String,
-    /// Number of values in a cell, as [`Column::new`] takes it.
+    /// The attribute `arraysize`: number of values in a cell, as text.
     arraysize: String,
     /// The number that means null.
     null: Option<String>,
@@ -28,26 +28,28 @@ struct Field {
 }
 
 impl Field {
-    /// Whether a cell of TABLEDATA means null, apart from an empty one: the number of VALUES, or NaN, as in BINARY.
+    /// Whether the text of a cell of TABLEDATA means null: the null number of this field, or NaN. An empty cell needs no such check.
     fn is_null(&self, cell: &str) -> bool {
         let is_float = matches!(self.data_type.as_str(), "float" | "double");
         self.null.as_deref() == Some(cell) || is_float && cell.eq_ignore_ascii_case("nan")
     }
 }
 
-/// The first TABLE, as far as it has been read.
+/// What has been read of the first TABLE.
 #[derive(Default)]
 struct Table {
+    /// Whether points are given by latitude and longitude, not by declination and right ascension.
     on_body: bool,
     fields: Vec<Field>,
     columns: Option<Columns>,
+    /// The cells of the current TR.
     row: Vec<String>,
     content: Content,
     has_rows: bool,
     has_ended: bool,
 }
 
-/// The name that [`Columns`] expects for a column with this UCD (Unified Content Descriptor).
+/// The column name by which [`Columns`] knows the quantity of a UCD.
 fn column_name_of_ucd(ucd: &str) -> Option<&'static str> {
     let ucd = ucd.to_lowercase();
     let first = ucd.split(';').next().unwrap_or_default().trim();
@@ -61,6 +63,7 @@ fn column_name_of_ucd(ucd: &str) -> Option<&'static str> {
 }
 
 impl Table {
+    /// Finds the columns of a point by name, or else by UCD, and checks the units of the coordinates.
     fn choose_columns(&mut self) -> Result<(), String> {
         let names: Vec<String> = self.fields.iter().map(|f| f.name.clone()).collect();
         let names_by_ucd = || -> Vec<String> {
@@ -84,6 +87,7 @@ impl Table {
         Ok(())
     }
 
+    /// Adds the points of the rows in a STREAM.
     fn read_stream(&mut self, text: &str, has_null_flags: bool) -> Result<(), String> {
         let columns = self.columns.as_ref().ok_or("a STREAM outside of BINARY")?;
         let column = |f: &Field| {
@@ -131,7 +135,7 @@ impl ElementHandler for Table {
             "STREAM" if element.attribute("href").is_some() => return Err("rows in another file: `href` of STREAM".to_owned()),
             "STREAM" if element.attribute("encoding") != Some("base64") => {
                 let encoding = echo_within(element.attribute("encoding").unwrap_or("none"), 20);
-                return Err(format!("the encoding of STREAM is `{encoding}`; base64 is read"));
+                return Err(format!("the encoding of STREAM is `{encoding}`; only base64 is supported"));
             }
             "TR" => self.row.clear(),
             _ => {}
@@ -143,9 +147,9 @@ impl ElementHandler for Table {
         let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
             "STREAM" => {
-                let form = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
-                if let "BINARY" | "BINARY2" = form {
-                    self.read_stream(&element.text, form == "BINARY2")?;
+                let serialization = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
+                if let "BINARY" | "BINARY2" = serialization {
+                    self.read_stream(&element.text, serialization == "BINARY2")?;
                 }
             }
             "TD" => self.row.push(element.text.trim().to_owned()),
