@@ -1,8 +1,8 @@
 //! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation for the universal anomaly.
 //!
-//! In: a state and the centre's GM, and a time span; or the orbit of a small body and a time. Out: the state after that span or at that time. The first four of Stumpff's functions
-//! c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time units of GM.
-//! Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
+//! In: a state and the centre's GM, and a time span; or the orbit of a small body and a time. Out: the state after that span or at that time. The first four of
+//! Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time
+//! units of GM. Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
 
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
 use glam::DVec3;

@@ -176,9 +176,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it in the `length_s` seconds
-    /// after `start`, as for twilight by
-    /// the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side may be missed.
+    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it in the `length_s` seconds after `start`, as for
+    /// twilight by the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side may be missed.
     ///
     /// # Errors
     /// As [`Self::topocentric`].

@@ -1,8 +1,8 @@
 //! Orientation of bodies: `body_from_icrf` rotations.
 //!
-//! In: pole and meridian of a body, an orbit, or for the Earth an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the prime meridian). Sources: the IAU WGCCRE
-//! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Omitted:
-//! polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
+//! In: pole and meridian of a body, an orbit, or for the Earth an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the
+//! prime meridian). Sources: the IAU WGCCRE 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with
+//! UT1. Omitted: polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
 
 mod pck;
 

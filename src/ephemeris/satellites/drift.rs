@@ -1,9 +1,8 @@
 //! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
 //! The error is an angle along the orbit: a constant for omitted periodic terms, and for the uncertainty of the mean motion a part that grows with the time
-//! from the elements' epoch.
-//! Always: it never decreases with the time from the epoch and never exceeds twice the largest distance from the parent. Omitted: errors of the orbital
-//! plane, which are smaller than those along the orbit.
+//! from the elements' epoch. Always: it never decreases with the time from the epoch and never exceeds twice the largest distance from the parent. Omitted:
+//! errors of the orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;

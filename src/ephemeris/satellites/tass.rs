@@ -124,9 +124,9 @@ impl Tass17 {
     }
 }
 
-/// Estimated bound of the position's error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are correct to
-/// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter
-/// of the orbit.
+/// Estimated bound of the position's error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are
+/// correct to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter of
+/// the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let near_2000_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbit_radii_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];

@@ -32,9 +32,9 @@ fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether every penumbra covers some texels; a smaller one could lie between texels and be missed. Only texels at least two texels (8 pixels) inside the limb can be
-/// interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8 pixels wide across
-/// the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
+/// Whether every penumbra covers some texels; a smaller one could lie between texels and be missed. Only texels at least two texels (8 pixels) inside the limb
+/// can be interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8
+/// pixels wide across the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
 fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }

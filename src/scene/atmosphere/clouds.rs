@@ -1,7 +1,7 @@
 //! The cloud shell of a body: its placement and uniforms.
 //!
-//! In: a body and its clouds. Out: the shell, which is the body's ellipsoid scaled up, and uniforms. The shell is drawn only for a camera outside it: from below,
-//! no clouds are shown.
+//! In: a body and its clouds. Out: the shell, which is the body's ellipsoid scaled up, and uniforms. The shell is drawn only for a camera outside it: from
+//! below, no clouds are shown.
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
@@ -17,8 +17,8 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
-/// Sets the cloud uniforms that only the ground's draw needs: it also shows the clouds, where it interpolates the air. `clouds`: the uniforms of the clouds' own
-/// draw.
+/// Sets the cloud uniforms that only the ground's draw needs: it also shows the clouds, where it interpolates the air. `clouds`: the uniforms of the clouds'
+/// own draw.
 pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;
     ground.clouds.depth_above = clouds.air.ground_depth;

@@ -20,8 +20,8 @@ const NODES: usize = 32;
 /// Height, in scale heights, up to which a line is integrated: the density there is exp(-36) = 2e-16 of that at the ground.
 const END_SCALE_HEIGHTS: f64 = 36.0;
 
-/// Column density of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground. `nodes`: positions in
-/// 0 to 1 with weights.
+/// Column density of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground. `nodes`:
+/// positions in 0 to 1 with weights.
 fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) -> f64 {
     // The distance at which the line has risen by END_SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
     let height = END_SCALE_HEIGHTS * scale_height;
@@ -34,8 +34,8 @@ fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) 
     nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
 }
 
-/// Column of the absorption layer along such a line, in radii, for a density of 1 in the layer's middle. `knots`: |p|² - 1 at the lower edge, the middle and the upper edge. The
-/// density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
+/// Column of the absorption layer along such a line, in radii, for a density of 1 in the layer's middle. `knots`: |p|² - 1 at the lower edge, the middle and
+/// the upper edge. The density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
 fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
     let distance = |radius_sq_minus_1: f64| {
         let above = radius_sq_minus_1.max(0.0);
@@ -79,8 +79,8 @@ impl<'a> DepthIntegral<'a> {
     }
 }
 
-/// The slope in t = 1 / (1 + slope cos z). For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean of
-/// their slopes.
+/// The slope in t = 1 / (1 + slope cos z). For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean
+/// of their slopes.
 fn slope(air: &AtmosphereUniforms) -> f64 {
     let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
     (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()
@@ -107,8 +107,8 @@ pub(crate) fn terms(air: &AtmosphereUniforms) -> [Vec4; TERMS] {
     rows
 }
 
-/// Coefficients of t, t², … that fit the depth by least squares, weighted so that the relative error of the opacity is uniform. `points`: t and depth. Solved by orthogonalised columns (modified Gram-Schmidt),
-/// because the normal equations would lose half of the digits.
+/// Coefficients of t, t², … that fit the depth by least squares, weighted so that the relative error of the opacity is uniform. `points`: t and depth. Solved
+/// by orthogonalised columns (modified Gram-Schmidt), because the normal equations would lose half of the digits.
 fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
     let mut columns = [[0.0; FIT_POINTS]; TERMS];
     let mut right_hand = [0.0; FIT_POINTS];

@@ -6,10 +6,10 @@
 //!
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, as for the
 //! table, and their light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
-//! there, averaged over azimuths. Each further order spreads the light once more. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge.
-//! Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground), the change of the
-//! Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders' shadows, where the shader multiplies
-//! the factors of both.
+//! there, averaged over azimuths. Each further order spreads the light once more. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred
+//! edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground), the change
+//! of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders' shadows, where the shader
+//! multiplies the factors of both.
 //!
 //! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
 //! (tests/eclipse/twilight.rs).
@@ -134,8 +134,8 @@ impl Shadow {
         ColumnPosition { below, fraction: column - below as f64 }
     }
 
-    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` along the ground away from a place, in solar radii. `distance`: that
-    /// of the place.
+    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` along the ground away from a place, in solar radii. `distance`:
+    /// that of the place.
     fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
         let path = path_km / self.km_per_solar_radius;
         self.azimuths.map(|(to_place, to_source)| (to_place * distance + to_source * path).length())
@@ -228,8 +228,8 @@ impl Sources {
     }
 }
 
-/// The sources of the light that arrives at one column, by their positions between the columns. The positions are the same for every order of scattering, so they
-/// are computed once.
+/// The sources of the light that arrives at one column, by their positions between the columns. The positions are the same for every order of scattering, so
+/// they are computed once.
 struct Spread {
     /// The light of each bin, and for each azimuth the position of its source.
     bins: Vec<(DVec3, [ColumnPosition; AZIMUTHS])>,
@@ -275,8 +275,8 @@ impl AirAndGround<'_> {
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the
-    /// fraction of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path meets the
+    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the fraction
+    /// of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path meets the
     /// ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(1e-4);

@@ -1,9 +1,10 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
 //! In: a body with its atmosphere. Out: [`NODES`] square roots. Those in the row of a height are of the radiance of light scattered twice or more, for the
-//! irradiance of the Sun; those in one more row are of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
-//! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
-//! modelled: the directionality of the higher orders, and differences in illumination between neighbouring places.
+//! irradiance of the Sun; those in one more row are of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
+//! order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
+//! nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and differences in
+//! illumination between neighbouring places.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};

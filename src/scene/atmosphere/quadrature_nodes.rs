@@ -1,9 +1,9 @@
 //! Quadrature nodes: the heights at which the air's light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
 //! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of `AirAtHeight` (shaders/lib/air/column_density.wesl), polynomials of multiple
-//! scattering at the nodes, and sample positions for all other rays. Method: Gauss-Legendre
-//! nodes in a variable w that is 0 at the lower end and grows upwards: 1 - w² is the density of the species with the largest scale height, relative to its
-//! density at the lower end. The ends are inside the atmosphere or at its top (`air::set_ends`).
+//! scattering at the nodes, and sample positions for all other rays. Method: Gauss-Legendre nodes in a variable w that is 0 at the lower end and grows upwards:
+//! 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. The ends are inside the atmosphere or at its
+//! top (`air::set_ends`).
 
 use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
 use crate::scene::camera;

@@ -17,8 +17,8 @@ pub(crate) const ALWAYS_DRAWN_RIM_PX: f64 = 0.5;
 pub(crate) const MIN_SAMPLED_SHADOW_PX: f64 = 1.0;
 /// Ratio of the rim's light to the disc's below which a rim lower than [`ALWAYS_DRAWN_RIM_PX`] is left out.
 pub(crate) const MIN_LIGHT_RATIO: f64 = 0.005;
-/// Height in pixels below which a rim with more than [`MIN_AVERAGED_LIGHT_RATIO`] of the disc's light is averaged over each pixel. One ray per pixel shows a rim of half a
-/// pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
+/// Height in pixels below which a rim with more than [`MIN_AVERAGED_LIGHT_RATIO`] of the disc's light is averaged over each pixel. One ray per pixel shows a
+/// rim of half a pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
 const MAX_AVERAGED_RIM_PX: f64 = 2.0;
 const MIN_AVERAGED_LIGHT_RATIO: f64 = 0.1;
 /// Height of the bright part of a rim, in scale heights.
@@ -72,15 +72,15 @@ pub(crate) fn height_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 
 
 /// The rim's light divided by the disc's.
 ///
-/// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its single-scattering
-/// albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light scattered once, and
-/// [`ALL_ORDERS_OVER_SINGLE`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of this over z; the disc emits pi R^2
-/// times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the terminator, sunlight is weakened on its
-/// way, and layers absorb.
+/// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
+/// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
+/// scattered once, and [`ALL_ORDERS_OVER_SINGLE`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
+/// this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
+/// terminator, sunlight is weakened on its way, and layers absorb.
 ///
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
-/// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase angle)
-/// times the integral of that ratio; the disc emits pi R^2 times the geometric albedo and the phase function of its photometric model.
+/// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase
+/// angle) times the integral of that ratio; the disc emits pi R^2 times the geometric albedo and the phase function of its photometric model.
 fn light_ratio(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: bool) -> f64 {
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle.cos();

@@ -1,5 +1,5 @@
-//! The species of an atmosphere. In: the catalog's atmosphere. Out: which species is the gas, the aerosol or the absorption layer, their vertical optical depth,
-//! and the features of draws.
+//! The species of an atmosphere. In: the catalog's atmosphere. Out: which species is the gas, the aerosol or the absorption layer, their vertical optical
+//! depth, and the features of draws.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::extinction;
