@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ecliptic_of_date_is_a_rotation() {
+    fn the_matrix_of_the_ecliptic_of_date_is_a_rotation() {
         for t in [-50.0, -3.0, 0.0, 10.0] {
             let m = j2000_from_ecliptic_of_date(t);
             assert!((m * m.transpose() - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-14));
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_line_is_no_term() {
+    fn damaged_lines_are_rejected() {
         assert!(parse_term("V,0,1.0,2.0,1,0,0,0,0,0,0,0,0,0,0,0,0").is_some());
         for line in [
             "",

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cached_pole_is_the_pole() {
+    fn the_interpolated_pole_agrees_with_the_exact_one() {
         let largest_rad = |step_s: f64| {
             let rotation = EarthRotation(TimeGrid::new(step_s));
             let difference_rad = |k: i32| {

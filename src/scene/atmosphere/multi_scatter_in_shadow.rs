@@ -253,7 +253,7 @@ struct AirAndGround<'a> {
 
 impl AirAndGround<'_> {
     /// Height of a row of the table.
-    fn height_km(&self, row: usize) -> f64 {
+    fn row_height_km(&self, row: usize) -> f64 {
         self.air.top_km * (row as f64 / (multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
 
@@ -305,7 +305,7 @@ impl AirAndGround<'_> {
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(self.height_km(row), elevation_sine, |path_km, h, scattered| {
+            let ground = self.integrate_path(self.row_height_km(row), elevation_sine, |path_km, h, scattered| {
                 second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });

@@ -63,7 +63,7 @@ pub fn sun_cosine(column: usize) -> f64 {
 }
 
 /// Height of a row.
-fn height_km(air: &Atmosphere, row: usize) -> f64 {
+fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
     air.top_km * (row as f64 / (HEIGHTS - 1) as f64).powi(2)
 }
 
@@ -106,6 +106,7 @@ impl AirSphere<'_> {
         ((-b + top.max(0.0).sqrt()).max(0.0), false)
     }
 
+    /// Height of a point above the ground.
     fn height_km(&self, p: DVec3) -> f64 {
         (p.length() - self.radius_km).max(0.0)
     }
@@ -135,11 +136,11 @@ impl AirSphere<'_> {
         };
         for (fraction, weight) in quadrature(count) {
             let p = from + along * (length_km * fraction);
-            let (height, step_km) = (self.height_km(p), length_km * weight);
-            let depth = self.coefficient(height, extinction) * step_km;
+            let (height_km, step_km) = (self.height_km(p), length_km * weight);
+            let depth = self.coefficient(height_km, extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            let scattered = ray.transmittance * self.coefficient(height, scattering) * mean_transmittance * step_km;
+            let scattered = ray.transmittance * self.coefficient(height_km, scattering) * mean_transmittance * step_km;
             ray.light += scattered * source(p);
             ray.rescattered += scattered;
             ray.transmittance *= depth.map(|d| (-d).exp());
@@ -149,7 +150,7 @@ impl AirSphere<'_> {
 
     /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions.
     fn node(&self, row: usize, column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(GROUND_CLEARANCE_KM));
+        let from = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
         let sampling = if sun.z > 0.0 { BY_DAY } else { AT_DUSK };
         let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
@@ -187,9 +188,9 @@ impl AirSphere<'_> {
     fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
         let cos_scattering = along.dot(sun);
         let source = |p: DVec3| {
-            let height = self.height_km(p);
-            let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));
-            let phase_times_density = |s: &crate::catalog::Species| density(s, height) * phase::per_steradian(s.phase, cos_scattering);
+            let height_km = self.height_km(p);
+            let all = self.coefficient(height_km, scattering).max(DVec3::splat(1e-30));
+            let phase_times_density = |s: &crate::catalog::Species| density(s, height_km) * phase::per_steradian(s.phase, cos_scattering);
             let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * phase_times_density(s)).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };
