@@ -279,7 +279,7 @@ impl AirAndGround<'_> {
     /// of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path meets the
     /// ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let r = self.radius_km + height_km.max(1e-4);
+        let r = self.radius_km + height_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
         let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
         let to_ground = self.radius_km * self.radius_km - closest_sq;
         let hits_ground = elevation_sine < 0.0 && to_ground > 0.0;

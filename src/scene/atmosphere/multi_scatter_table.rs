@@ -39,7 +39,7 @@ const MAX_RESCATTERED: f64 = 0.98;
 /// Column coordinate of the last column, the Sun in the zenith.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
-const GROUND_CLEARANCE_KM: f64 = 1e-4;
+pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
 
 /// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]

@@ -31,7 +31,9 @@ fn midpoint(nodes: &[(f64, f64)], k: usize) -> f64 {
 
 /// Scale heights and layer edges of an atmosphere's density profiles, in radii.
 struct Profiles {
+    /// Scale height of the gas.
     rayleigh: f64,
+    /// Scale height of the aerosol.
     mie: f64,
     /// `radius_sq_minus_1` of the lower edge, middle and upper edge of the absorption layer.
     layer_edges: DVec3,
@@ -44,9 +46,10 @@ impl Profiles {
     fn rows(&self, height: f64, weight: f64, midpoint_height: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
         let (rayleigh, mie) = ((-height / self.rayleigh).exp(), (-height / self.mie).exp());
-        let erfcx_slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
+        // This and the next are the values of `AirAtHeight::chapman`.
+        let erfcx_slope = |scale_height: f64| ERFCX_SLOPE * (0.5 * radius / scale_height).sqrt() / radius;
         // The column outwards along a horizontal ray, as in shaders/lib/air/column_density.wesl, which has the root of pi as a factor of its own.
-        let grazing_column = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
+        let grazing_column = |density: f64, scale_height: f64| density * scale_height * (0.5 * PI * radius / scale_height).sqrt();
         let layer_edges = self.layer_edges - radius_sq_minus_1(height);
         let mie_per_rayleigh = ((1.0 / self.rayleigh - 1.0 / self.mie) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
