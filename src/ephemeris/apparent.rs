@@ -49,6 +49,7 @@ impl RaDec {
 /// Tenths of a second in an hour or a degree.
 const TENTHS_PER_UNIT: u64 = 36_000;
 
+/// Hours or degrees as tenths of a second of time or of arc.
 fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
     (hours_or_degrees * TENTHS_PER_UNIT as f64).round() as u64
 }
@@ -58,7 +59,7 @@ fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
     (tenths / TENTHS_PER_UNIT, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
 
-/// Where a body is seen from the Earth's centre.
+/// A body's apparent place, as seen from the Earth's centre.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ApparentPlace {
     /// Right ascension and declination in the GCRS.
@@ -144,7 +145,7 @@ pub struct SubPoints {
     pub sub_solar: Option<SurfacePoint>,
     /// Angle at the body between the observer and the Sun; `None` for the Sun itself.
     pub phase_angle_deg: Option<f64>,
-    /// The north pole, ICRF.
+    /// Direction of the north pole, ICRF.
     pub pole: RaDec,
     /// Angle of the prime meridian, WGCCRE's W.
     pub w_deg: f64,
@@ -190,7 +191,7 @@ fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
 
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
-    // Latitude on the spheroid with the mean equatorial radius; a planet has only one equatorial radius.
+    // The planetographic latitude is that on a spheroid with the mean of the two equatorial radii, which are equal for a planet.
     let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
     let equator_over_pole = equatorial_km / radii_km.z;
     let from_axis = direction_in_body.truncate().length();
@@ -222,7 +223,7 @@ mod tests {
 
     #[test]
     fn graphic_coordinates_of_saturn() {
-        // Halfway between equator and pole Saturn's normal leans 5.9 degrees poleward: tan = (60268/54364)^2.
+        // At a planetocentric latitude of 45 degrees Saturn's normal leans 5.9 degrees poleward: its tangent is (60268/54364)^2.
         let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
         let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
         assert!((point.lat_centric_deg - 45.0).abs() < 1e-12);

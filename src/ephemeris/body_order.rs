@@ -1,14 +1,14 @@
-//! Bodies in the usual order: the Sun, each planet followed by its moons, then everything else.
+//! Bodies in the usual order: the Sun, the planets, then dwarf planets and asteroids, each followed by its moons.
 //!
-//! In: the catalog and the ephemeris. Out: every body's code once. Siblings are sorted by mean distance from their parent: the semi-major axis of
+//! In: the catalog and the ephemeris. Out: every body's NAIF code once. Siblings are sorted by mean distance from their parent: the semi-major axis of
 //! the catalog's elements, else that of the osculating orbit at J2000. Nothing here depends on the displayed instant.
 
 use super::Ephemeris;
 use crate::catalog::{Body, BodyKind, Catalog, Motion, NaifId};
 use crate::time::Instant;
 
-/// Semi-major axis about the parent: the catalog's, else by the vis-viva equation from the state at J2000, else (no GM, or an unbound orbit) the
-/// distance at J2000. `None` for a body without a parent in the catalog or one that the ephemeris cannot place.
+/// Semi-major axis of the orbit about the parent: the catalog's, else by the vis-viva equation from the state at J2000, else (no GM, or an unbound orbit)
+/// the distance at J2000. `None` for a body without a parent in the catalog or one that the ephemeris cannot place.
 pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body) -> Option<f64> {
     if let Motion::MeanElements(elements) = &body.motion {
         return Some(elements.semi_major_axis_km);
@@ -21,7 +21,7 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
     Some(axis_km.unwrap_or(distance_km))
 }
 
-/// Every body of the catalog once: stars, planets and the rest, each followed by its moons.
+/// Every body of the catalog once: stars, planets, then dwarf planets and asteroids, each followed by its moons.
 pub fn by_distance(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
     let rank = |b: &Body| match b.kind {
         BodyKind::Star => 0,

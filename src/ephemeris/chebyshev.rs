@@ -1,4 +1,4 @@
-//! Chebyshev series, as in kernels and in the cache of slow theories.
+//! Chebyshev series, as in SPK kernels and in `chebyshev_cache`.
 //!
 //! In: coefficients and an argument in -1..=1, or a function on that interval. Out: value and derivative, or the coefficients of the polynomial that
 //! interpolates the function at the Chebyshev nodes. The interpolant's error is within a small factor of that of the best polynomial of its degree.
@@ -19,6 +19,7 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
 
 /// The coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` at the `terms` Chebyshev nodes of -1..=1.
 pub fn fit_nodes(terms: usize, position: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
+    // T_k at node j is the cosine of this angle.
     let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;
     let values: Vec<DVec3> = (0..terms).map(|j| position(angle(1, j).cos())).collect();
     std::array::from_fn(|axis| {

@@ -1,7 +1,7 @@
-//! A cache of Chebyshev polynomials that replace a slow theory.
+//! A cache of Chebyshev polynomials that approximate a slow theory.
 //!
-//! In: a target, an instant, a theory of the target's position. Out: its state. The theory is evaluated once at the Chebyshev nodes of an interval of days;
-//! every further state in that interval is a short sum. Always: the intervals lie on a fixed grid, so that a result does not depend on earlier calls; the
+//! In: a target, an instant, the theory as a function of time. Out: the target's state. The theory is evaluated once at the Chebyshev nodes of an interval of
+//! days; every further state in that interval is a short sum. Always: the intervals lie on a fixed grid, so that a result does not depend on earlier calls; the
 //! velocity is the derivative of the returned position.
 
 use super::time_grid::GridCache;
@@ -10,36 +10,37 @@ use crate::units::SECONDS_PER_DAY;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Number of terms of a polynomial.
+/// Number of terms of the polynomial of an axis.
 const TERMS: usize = 14;
-/// Largest number of cached polynomials, a third of a kilobyte each.
-const MAX_POLYNOMIALS: usize = 8192;
+/// Largest number of cached intervals; the polynomials of each take a third of a kilobyte.
+const MAX_INTERVALS: usize = 8192;
 
-/// Coefficients of an interval by axis.
-type ChebyshevSegment = [Vec<f64>; 3];
+/// Chebyshev coefficients of an interval, by axis.
+type Coefficients = [Vec<f64>; 3];
 
 #[derive(Debug)]
 pub struct ChebyshevCache {
     /// Keyed by target and index of the interval, counted from J2000.
-    segments: GridCache<i32, Arc<ChebyshevSegment>>,
+    intervals: GridCache<i32, Arc<Coefficients>>,
 }
 
 impl Default for ChebyshevCache {
     fn default() -> Self {
-        Self { segments: GridCache::with_capacity(MAX_POLYNOMIALS) }
+        Self { intervals: GridCache::with_capacity(MAX_INTERVALS) }
     }
 }
 
 impl ChebyshevCache {
-    /// The state of `target`. `theory` gives its position in km at TDB seconds past J2000.
+    /// The state of `target` from polynomials over intervals of `interval_days`, always the same for a target. `theory` gives its position in km at TDB seconds
+    /// past J2000.
     pub fn state(&self, target: i32, interval_days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
-        let radius_s = 0.5 * interval_days * SECONDS_PER_DAY;
-        let interval = (tdb_s / (2.0 * radius_s)).floor();
-        let middle_s = (2.0 * interval + 1.0) * radius_s;
-        let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * radius_s)));
-        let segment = self.segments.get(target, interval as i64, fit);
-        let [x, y, z] = segment.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / radius_s));
-        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / radius_s }
+        let half_interval_s = 0.5 * interval_days * SECONDS_PER_DAY;
+        let interval = (tdb_s / (2.0 * half_interval_s)).floor();
+        let middle_s = (2.0 * interval + 1.0) * half_interval_s;
+        let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * half_interval_s)));
+        let coefficients = self.intervals.get(target, interval as i64, fit);
+        let [x, y, z] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / half_interval_s));
+        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / half_interval_s }
     }
 }
 
@@ -78,9 +79,9 @@ mod tests {
     #[test]
     fn the_cache_has_a_maximum_size() {
         let cache = ChebyshevCache::default();
-        for k in 0..=MAX_POLYNOMIALS {
+        for k in 0..=MAX_INTERVALS {
             cache.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
         }
-        assert!(cache.segments.len() <= MAX_POLYNOMIALS);
+        assert!(cache.intervals.len() <= MAX_INTERVALS);
     }
 }

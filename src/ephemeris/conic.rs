@@ -1,8 +1,8 @@
-//! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation in universal variables.
+//! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation for the universal anomaly.
 //!
-//! In: a state and the centre's GM, or the orbit of a small body; a time span. Out: the state after that span. The first four of Stumpff's functions
-//! c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time units of GM.
-//! Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
+//! In: a state and the centre's GM, and a time span; or the orbit of a small body and a time. Out: the state after that span or at that time. The first four of
+//! Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time
+//! units of GM. Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
 
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
 use glam::DVec3;
@@ -51,21 +51,23 @@ impl ConicState {
     /// The state after a time span, which may be negative.
     #[must_use]
     pub fn after(&self, gm: f64, span: f64) -> Self {
-        // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal variable.
+        // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal anomaly.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.gm_over_semi_major_axis(gm);
         let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
         // Full revolutions are removed.
         let span = if period.is_finite() { span - period * (span / period).round() } else { span };
+        // s^k c_k(alpha s²) for k from 0 to 3.
         let universal_functions = |s: f64| {
             let [c0, c1, c2, c3] = stumpff(alpha * s * s);
             [c0, s * c1, s * s * c2, s * s * s * c3]
         };
+        // Kepler's equation: the time at s minus the span, and dt/ds, which is the distance from the centre.
         let time_residual = |s: f64| {
             let [g0, g1, g2, g3] = universal_functions(s);
             (r0 * g1 + sigma * g2 + gm * g3 - span, r0 * g0 + sigma * g1 + gm * g2)
         };
-        // dt/ds is the distance r > 0, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
+        // dt/ds is positive, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
         // the functions of a hyperbola overflow far beyond the root.
         let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
@@ -94,7 +96,7 @@ impl ConicState {
         }
         let [_, g1, g2, g3] = universal_functions(s);
         let position = self.position * (1.0 - gm * g2 / r0) + self.velocity * (span - gm * g3);
-        let r = time_residual(s).1;
+        let (_, r) = time_residual(s);
         let velocity = self.position * (-gm * g1 / (r * r0)) + self.velocity * (1.0 - gm * g2 / r);
         Self { position, velocity }
     }
@@ -146,8 +148,8 @@ mod tests {
                 let anomaly = eccentric_anomaly(m, e);
                 let expected = DVec3::new(a * (anomaly.cos() - e), a * (1.0 - e * e).sqrt() * anomaly.sin(), 0.0);
                 let found = heliocentric_state(&orbit(q, e), m / GAUSS_CONSTANT).position;
-                // Far from the perihelion of a nearly parabolic orbit the universal functions cancel: 3.8e-10 at the aphelion of e = 0.999999,
-                // against a computation with 50 digits, which has the classical value.
+                // Far from the perihelion of a nearly parabolic orbit the universal functions cancel. At the aphelion of e = 0.999999 the error is 3.8e-10 by a
+                // computation with 50 digits, which confirms the classical formula.
                 let bound = if e <= 0.999 { 1e-10 } else { 1e-9 };
                 assert!(found.distance(expected) < bound * a, "e {e} M {m}: {found} {expected}");
             }

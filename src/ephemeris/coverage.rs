@@ -1,8 +1,8 @@
 //! Coverage of the theories (kernels, series, mean elements, orbits of a catalog), for messages: why a state is not available at an instant, and which fields
 //! of a catalog no theory supports.
 //!
-//! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message is the one that the theories cover. No positions are computed
-//! here.
+//! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message goes from the first to the last time that the theories cover.
+//! No positions are computed here.
 
 use super::{
     Ephemeris, EphemerisError, MAX_CHAIN_LINKS, MEAN_ELEMENTS_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, is_centre_from_moons, mean_elements,
@@ -35,11 +35,11 @@ fn day(tdb_s: f64) -> String {
     text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
 }
 
-/// Number of links from a body with a source of its own to the solar system's barycentre, as the series have them; a kernel may have fewer.
-fn source_links(id: NaifId) -> usize {
+/// Number of links by which kernels or series lead from a body to the solar system's barycentre. These are the links of the series; a kernel may need fewer.
+fn links_to_barycentre(id: NaifId) -> usize {
     let origin = |id: &i32| if is_centre_from_moons(NaifId(*id)) { Some(id / 100) } else { mean_elements::origin_of(*id) };
     match std::iter::successors(Some(id.0), origin).count() - 1 {
-        // Only a kernel has the body, usually relative to the Sun.
+        // Only a kernel has the body, usually relative to the Sun, which is relative to the barycentre.
         0 => 2,
         links => links,
     }
@@ -133,6 +133,7 @@ impl Ephemeris {
 
     /// The catalog field and the reason, if no theory supports the motion.
     fn unsupported_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
+        // Kernels or series lead from such a body to the solar system's barycentre, without the catalog's orbits.
         let has_own_source = |id: NaifId| is_centre_from_moons(id) || self.in_kernels_or_series(id);
         if *motion == Motion::Planetary {
             return (!has_own_source(id)).then(|| {
@@ -147,9 +148,9 @@ impl Ephemeris {
             return Some(("parent", "is missing: the motion is relative to it".into()));
         }
         let mut current = id;
-        for orbits in 0..MAX_CHAIN_LINKS {
+        for links_so_far in 0..MAX_CHAIN_LINKS {
             if has_own_source(current) {
-                if orbits + source_links(current) <= MAX_CHAIN_LINKS {
+                if links_so_far + links_to_barycentre(current) <= MAX_CHAIN_LINKS {
                     return None;
                 }
                 break;
@@ -161,7 +162,7 @@ impl Ephemeris {
                 Some(orbit) => current = orbit.parent,
             }
         }
-        // The catalog's reader has refused cycles.
+        // The chain is too long, but not a cycle: the catalog's reader refuses those.
         Some((
             "parent",
             format!(

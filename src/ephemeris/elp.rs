@@ -3,7 +3,7 @@
 //! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's tidal acceleration is
 //! older than DE440's, so three coefficients were fitted to DE440's longitude over 1560 to 2640 (1500 dates). Measured against DE440
 //! (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to 2500: 4.7 km, 2.7 arcsec. Outside these
-//! years the fitted quadratic term is an extrapolation: 1 arcsec per century squared more or less in the tidal acceleration moves the Moon by 20 arcmin
+//! years the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 20 arcmin
 //! in 3000 BC.
 
 use super::{EphemerisError, State, frames};
@@ -12,8 +12,8 @@ use glam::DVec3;
 
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
-/// The Moon's mean longitude W1 in the mean ecliptic of date, counted from its departure point (as far from the node on the ecliptic of J2000 as the equinox of
-/// J2000 is): radians by powers of Julian centuries.
+/// The Moon's mean longitude W1, counted along the mean ecliptic of date from its departure point, which is as far from the node of the two ecliptics as the
+/// equinox of J2000 is on the ecliptic of J2000. Coefficients of powers of Julian centuries, radians.
 const MEAN_LONGITUDE: [f64; 5] = [
     3.810_344_430_588_308,
     1_732_559_343.736_04 * RAD_PER_ARCSEC,
@@ -21,10 +21,11 @@ const MEAN_LONGITUDE: [f64; 5] = [
     0.006_604 * RAD_PER_ARCSEC,
     -0.000_031_69 * RAD_PER_ARCSEC,
 ];
-/// Correction of the mean longitude to DE440, radians by powers of Julian centuries (fitted here).
+/// Correction of the mean longitude, fitted to DE440 (see the module's comment). Coefficients of powers of Julian centuries, radians.
 const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * RAD_PER_ARCSEC, -0.317_650 * RAD_PER_ARCSEC, -0.946_281 * RAD_PER_ARCSEC];
 
-/// Arguments of the terms: Delaunay's D, l', l, F; zeta; the mean longitudes of Mercury to Neptune. Radians by powers of Julian centuries.
+/// Arguments of the terms: Delaunay's D, l', l, F; zeta; the mean longitudes of Mercury to Neptune. Coefficients of powers of Julian
+/// centuries, radians.
 const ARGUMENTS: [[f64; 5]; 13] = [
     [5.198_466_741_027_443, 7_771.377_146_811_758, -2.844_935_162_1e-5, 3.197_346_2e-8, -1.543_65e-10],
     [-0.043_125_180_208_125, 628.301_955_168_488, -2.680_534_843e-6, 7.126_76e-10, 7.27e-13],
@@ -44,7 +45,7 @@ const ARGUMENTS: [[f64; 5]; 13] = [
 /// 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
 const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
-/// Ratio of the theory's distance unit to the one that its mean motion defines.
+/// Factor of the series' distances, a0 / ath in the authors' program: the theory's distance unit over the one that its mean motion defines.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
 /// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
@@ -58,7 +59,7 @@ struct Term {
     quantity: usize,
     /// Exponent of the time in Julian centuries past J2000, a factor of the term.
     power: i32,
-    /// Arcseconds, or kilometres of distance.
+    /// Arcseconds; kilometres for a term of the distance.
     amplitude: f64,
     /// Radians.
     phase: f64,
@@ -76,12 +77,12 @@ impl LunarSeries {
     pub fn embedded() -> Result<Self, EphemerisError> {
         let lines = orrery_catalogs::LUNAR_SERIES.lines().enumerate().filter(|(_, l)| !l.starts_with('#') && !l.trim().is_empty());
         let read = |(number, line): (usize, &str)| {
-            term(line).ok_or_else(|| EphemerisError::other(format!("elp2000_truncated.csv:{}: not a term: {line}", number + 1)))
+            parse_term(line).ok_or_else(|| EphemerisError::other(format!("elp2000_truncated.csv:{}: not a term: {line}", number + 1)))
         };
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF. Terms under `min_arcsec` (1.865 km in distance count as an arcsecond) are left out.
+    /// Geocentric state, ICRF. Terms with an amplitude under `min_arcsec` are left out; 1.865 km of distance count as an arcsecond, its length at the Moon.
     pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
         let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);
@@ -134,12 +135,13 @@ fn j2000_from_ecliptic_of_date(t: f64) -> glam::DMat3 {
     )
 }
 
-/// Value and derivative.
+/// Value and derivative at `t` of the polynomial with coefficients `c`, the constant first.
 fn polynomial(c: &[f64], t: f64) -> (f64, f64) {
     c.iter().rev().fold((0.0, 0.0), |(value, slope), c| (value * t + c, slope * t + value))
 }
 
-fn term(line: &str) -> Option<Term> {
+/// A line of the table: V, U or R for longitude, latitude or distance; then the fields of [`Term`], with the phase in degrees.
+fn parse_term(line: &str) -> Option<Term> {
     let mut fields = line.split(',');
     let quantity = ["V", "U", "R"].iter().position(|q| Some(*q) == fields.clone().next())?;
     fields.next();
@@ -158,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_ecliptic_of_date_is_a_rotation() {
+    fn the_matrix_of_the_ecliptic_of_date_is_a_rotation() {
         for t in [-50.0, -3.0, 0.0, 10.0] {
             let m = j2000_from_ecliptic_of_date(t);
             assert!((m * m.transpose() - glam::DMat3::IDENTITY).to_cols_array().iter().all(|x| x.abs() < 1e-14));
@@ -177,8 +179,8 @@ mod tests {
     }
 
     #[test]
-    fn a_broken_line_is_no_term() {
-        assert!(term("V,0,1.0,2.0,1,0,0,0,0,0,0,0,0,0,0,0,0").is_some());
+    fn damaged_lines_are_rejected() {
+        assert!(parse_term("V,0,1.0,2.0,1,0,0,0,0,0,0,0,0,0,0,0,0").is_some());
         for line in [
             "",
             "W,0,1,2,1,0,0,0,0,0,0,0,0,0,0,0,0",
@@ -186,7 +188,7 @@ mod tests {
             "V,0,x,2,1,0,0,0,0,0,0,0,0,0,0,0,0",
             "V,0,1,2,1,0,0,0,0,0,0,0,0,0,0,0,0,9",
         ] {
-            assert!(term(line).is_none(), "{line}");
+            assert!(parse_term(line).is_none(), "{line}");
         }
     }
 }

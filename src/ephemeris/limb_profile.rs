@@ -1,7 +1,7 @@
-//! The Moon's limb profile from a height map, as seen from a place.
+//! The Moon's limb profile from a height map, as seen from a place anywhere outside the Moon.
 //!
 //! In: a height map and the place in the Moon's axes. Out: [`LimbProfile`], the height of the silhouette over the map's sphere at each position angle.
-//! All ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration enters by
+//! All ground near the limb is searched, on both sides of the limb of a sphere: the ground that appears highest defines the profile. Libration enters through
 //! the direction to the place. Always: a height is the distance of the grazing view ray from the Moon's centre, minus the sphere's radius, so that it
 //! hardly depends on the viewer's distance.
 //!
@@ -27,6 +27,7 @@ pub struct LimbProfile {
     position_angle_axes: [DVec3; 2],
     /// Unit vector to the place.
     to_place: DVec3,
+    /// Radius of the map's sphere.
     sphere_km: f64,
 }
 
@@ -89,7 +90,7 @@ impl LimbProfile {
     }
 }
 
-/// Iterations of the ternary search for the summit: (2/3)^13 = 0.005.
+/// Iterations of the ternary search for the summit: they shrink its interval of two steps by (2/3)^13 = 0.005, to a hundredth of a step.
 const REFINEMENTS: usize = 13;
 
 /// Height of the silhouette above the sphere in the half plane towards `limb_direction`: of the view rays that meet ground there, the greatest distance
@@ -119,7 +120,7 @@ fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb
             }
         }
     }
-    // The summit lies between the neighbours of the highest sample: a ternary search to a hundredth of a step.
+    // The summit lies between the neighbours of the highest sample.
     let (mut low_angle, mut high_angle) = (best_angle - step, best_angle + step);
     for _ in 0..REFINEMENTS {
         let third = (high_angle - low_angle) / 3.0;

@@ -23,8 +23,8 @@ const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
     ([39.48686035, 0.24885238, 17.14104260, 238.96535011, 224.09702598, 110.30167986], [0.00449751, 0.00006016, 0.00000501, 145.18042903, -0.00968827, -0.00809981], [-0.01262724, 0.0, 0.0, 0.0]),
 ];
 
-/// Ratio of the Sun's mass to those of the systems of Jupiter, Saturn, Uranus and Neptune (DE440).
-const SUN_OVER_GIANT: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
+/// NAIF codes of the systems of Jupiter, Saturn, Uranus and Neptune, with the ratio of the Sun's mass to theirs (DE440).
+const SUN_MASS_OVER_GIANTS: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
 /// NAIF code of the origin of `target` in the theories of the planets, the Sun and the Moon; `None` for other targets.
 pub fn origin_of(target: i32) -> Option<i32> {
@@ -38,12 +38,12 @@ pub fn origin_of(target: i32) -> Option<i32> {
     }
 }
 
-/// Heliocentric state of the barycentre `1..=9`.
+/// Heliocentric state of the barycentre `1..=9`, ICRF; `None` for another target.
 pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
-    let (at_j2000, rates, extra) = PLANETS.get(usize::try_from(barycenter).ok()?.checked_sub(1)?)?;
+    let (at_j2000, rates, anomaly_terms) = PLANETS.get(usize::try_from(barycenter).ok()?.checked_sub(1)?)?;
     let t = tdb_s / CENTURY_S;
     let [a, e, inclination, longitude, perihelion, node] = std::array::from_fn(|i| at_j2000[i] + rates[i] * t);
-    let [b, c, s, f] = *extra;
+    let [b, c, s, f] = *anomaly_terms;
     let angle = (f * t).to_radians();
     let anomaly = longitude - perihelion + b * t * t + c * angle.cos() + s * angle.sin();
     let state = two_body::state_in_frame(
@@ -60,11 +60,11 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
     Some(State { pos_km: icrf_from_ecliptic * state.pos_km, vel_km_s: icrf_from_ecliptic * state.vel_km_s })
 }
 
-/// The Sun's barycentric state, from the four giant planets; the inner planets move it by 800 km more.
+/// The Sun's barycentric state, from the four giant planets. Left out: the inner planets, which move the Sun by up to 800 km.
 pub fn sun(tdb_s: f64) -> State {
     let mut barycentric = State::REST;
-    let total: f64 = 1.0 + SUN_OVER_GIANT.iter().map(|(_, m)| 1.0 / m).sum::<f64>();
-    for (giant, ratio) in SUN_OVER_GIANT {
+    let total: f64 = 1.0 + SUN_MASS_OVER_GIANTS.iter().map(|(_, m)| 1.0 / m).sum::<f64>();
+    for (giant, ratio) in SUN_MASS_OVER_GIANTS {
         let Some(state) = planet(giant, tdb_s) else { continue };
         let fraction = -1.0 / (ratio * total);
         barycentric = barycentric.plus(State { pos_km: state.pos_km * fraction, vel_km_s: state.vel_km_s * fraction });
@@ -72,8 +72,12 @@ pub fn sun(tdb_s: f64) -> State {
     barycentric
 }
 
+/// Years from J2000 within which the error bounds of mean elements and series are constant: nearly as far as the measured dates reach after J2000.
+pub const CONSTANT_ERROR_YEARS: f64 = 640.0;
+
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. Outside that span it grows linearly with time; a test verifies this for the planets against VSOP87 from 3000 BC to AD 3000.
+/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 it grows linearly with time; a test verifies this for the planets against VSOP87 from 3000 BC to
+/// AD 3000.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
     let worst_km = match target {
         1 => 8_000.0,
@@ -90,5 +94,5 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         399 => 36.0,
         _ => 0.001,
     };
-    worst_km * (tdb_s / (640.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0)
+    worst_km * (tdb_s / (CONSTANT_ERROR_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0)
 }

@@ -66,7 +66,7 @@ pub struct State {
 }
 
 impl State {
-    /// At rest in the origin.
+    /// At rest at the origin.
     pub const REST: Self = Self { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO };
 
     /// Chains two states: if `other` is the state of this one's origin, the sum is this state relative to the origin of `other`.
@@ -108,7 +108,7 @@ impl EphemerisError {
         Self(message!("error-ephemeris", detail = Argument::English(detail.into())))
     }
 
-    /// Adds to this error that it is about the time at which the light left the body, because the user gave the time at which it arrives.
+    /// Adds to the message that its time is the one at which the light left the body: the user gave the time at which the light arrives.
     pub(crate) fn when_light_left(self) -> Self {
         Self(message!("error-light-left", error = self.0))
     }
@@ -122,7 +122,7 @@ struct LinkState {
     error_km: f64,
 }
 
-/// How a link is evaluated. The links are found first, and only those that the result needs are evaluated.
+/// What evaluates a link. All links are found first; only those that the result needs are evaluated.
 #[derive(Clone, Copy)]
 enum Theory<'a> {
     Kernel {
@@ -170,7 +170,7 @@ pub struct Ephemeris {
     /// The moons that displace a planet's centre, each with its share of the system's mass.
     mass_shares: HashMap<NaifId, Vec<MassShare>>,
     /// The theories of Jupiter's and Saturn's large moons.
-    theories: satellites::MoonTheories,
+    moon_theories: satellites::MoonTheories,
     /// Names of the catalog's bodies, for messages.
     names: HashMap<NaifId, String>,
     /// Poles and prime meridians from the text kernel.
@@ -189,7 +189,7 @@ impl Ephemeris {
         let shipped = spk::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
         let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
         let mass_shares = mass_shares(catalog);
-        let theories = satellites::MoonTheories::embedded()?;
+        let moon_theories = satellites::MoonTheories::embedded()?;
         let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError::other(e.to_string()))?;
         Ok(Self {
@@ -198,7 +198,7 @@ impl Ephemeris {
             orbits,
             rotations,
             mass_shares,
-            theories,
+            moon_theories,
             names: catalog.bodies().iter().map(|b| (b.id, b.name.clone())).collect(),
             pck,
             recent_centres: Mutex::default(),
@@ -219,16 +219,16 @@ impl Ephemeris {
         }
         let (from_body, from_center) = (self.chain(body, t, source), self.chain(center, t, source));
         // The common part of both chains cancels: the Sun's barycentric state is not needed if the Sun is the centre.
-        let common = from_body.targets().find_map(|(body_links, target)| {
-            from_center.targets().find_map(|(center_links, other)| (target == other).then_some((body_links, center_links)))
+        let common = from_body.targets().find_map(|(body_len, target)| {
+            from_center.targets().find_map(|(center_len, other)| (target == other).then_some((body_len, center_len)))
         });
-        let Some((body_links, center_links)) = common else {
+        let Some((body_len, center_len)) = common else {
             let incomplete = if from_body.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &from_center } else { &from_body };
             return Err(self.error_without_theory(incomplete.end(), t, source));
         };
         let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
         for (link, is_subtracted) in
-            from_body.links(body_links).map(|link| (link, false)).chain(from_center.links(center_links).map(|link| (link, true)))
+            from_body.links(body_len).map(|link| (link, false)).chain(from_center.links(center_len).map(|link| (link, true)))
         {
             let evaluated = self.evaluate(link, t).ok_or_else(|| self.error_without_theory(link.target, t, source))?;
             result.state = if is_subtracted { result.state.minus(evaluated.state) } else { result.state.plus(evaluated.state) };
@@ -263,11 +263,11 @@ impl Ephemeris {
         }
     }
 
-    /// The position of `body` with light time from `observer_pos_km` (barycentric ICRF) at `t`: barycentric position at the time of emission, and that
-    /// time. An error about a time other than `t` says that the light left then.
+    /// The position of `body` whose light reaches `observer_pos_km` (barycentric ICRF) at `t`: the barycentric position at the time of emission, and that
+    /// time. An error about an earlier time than `t` says that the light left then.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
-        // Each round shrinks the error by v/c, under 1e-3 for any body here. The last correction, of less than a second, is made along the
+        // Each round multiplies the error by v/c, which is under 1e-3 for any body here. The last correction, of less than a second, is made along the
         // velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
@@ -338,7 +338,7 @@ impl Ephemeris {
             Theory::Series => (self.series.state(target.0, tdb_s)?, Source::Series, series::error_km(target.0, tdb_s)),
             Theory::Mean => (self.mean_state(target.0, tdb_s)?, Source::Mean, mean_elements::error_km(target.0, tdb_s)),
             Theory::CentreFromMoons => return self.centre_from_barycentre(target, t),
-            Theory::Orbit(motion) => return self.orbit_link(target, motion, t),
+            Theory::Orbit(motion) => return self.evaluate_orbit(target, motion, t),
         };
         Some(LinkState { state, source, error_km })
     }
@@ -353,22 +353,22 @@ impl Ephemeris {
         }
     }
 
-    /// A body relative to its parent, by its theory. The theories of moons and asteroids are used for every `source`, because there are no others.
-    fn orbit_link(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
+    /// Evaluates the orbit of a body about its parent. The orbits of moons and asteroids are used for every `source`, because nothing else gives their motion.
+    fn evaluate_orbit(&self, target: NaifId, motion: &Motion, t: Instant) -> Option<LinkState> {
         if !in_years(t, ORBIT_YEARS) {
             return None;
         }
         let (state, source, error_km) = match motion {
             Motion::Planetary => return None,
-            Motion::GalileanL12 { index } => (self.theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index, t)),
-            Motion::Tass17 { index } => (self.theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
+            Motion::GalileanL12 { index } => (self.moon_theories.galilean.state(*index, t)?, Source::Series, galilean::error_km(*index, t)),
+            Motion::Tass17 { index } => (self.moon_theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
             Motion::MeanElements(elements) => (two_body::state(elements, t), Source::Mean, drift::error_km(target, elements, t)),
         };
         Some(LinkState { state, source, error_km })
     }
 
-    /// The centre of a planet relative to its system's barycentre, from the masses of its moons: -Σ m r / Σ m. The moons' own states are relative to
-    /// the planet, so this needs no position of the planet.
+    /// The centre of a planet relative to its system's barycentre, from the masses m of its moons and their positions r relative to the planet:
+    /// -Σ m r / M, with M the mass of the system.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
         let mut recent_centres = self.recent_centres.lock();
         if let Some((.., known)) = recent_centres.iter().find(|(cached_planet, instant, _)| *cached_planet == planet && *instant == t) {
@@ -376,7 +376,7 @@ impl Ephemeris {
         }
         let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
         for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
-            let moon = self.orbit_link(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
+            let moon = self.evaluate_orbit(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
             centre.state.pos_km -= moon.state.pos_km * share.mass_share;
             centre.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
             centre.source = centre.source.min(moon.source);
@@ -390,15 +390,15 @@ impl Ephemeris {
     }
 }
 
-/// Years in which series are used. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars), 2000 years (Jupiter,
-/// Saturn) and 6000 years (Uranus, Neptune).
+/// Years in which series are used, as for the mean elements. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars),
+/// 2000 years (Jupiter, Saturn) and 6000 years (Uranus, Neptune). Before these spans the error is larger: [`series::error_km`] grows with time.
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
-/// Years in which mean elements are used: the span of their tables (3001 BC to AD 3000).
+/// Years in which mean elements are used: the span of their tables, from the year -3000 (3001 BC) to the end of AD 3000.
 const MEAN_ELEMENTS_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
-/// Planets whose centre is computed from the masses of their moons.
+/// Whether a target is a planet whose centre is computed from the masses of its moons.
 fn is_centre_from_moons(target: NaifId) -> bool {
     matches!(target.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
@@ -414,8 +414,8 @@ struct MassShare {
     mass_share: f64,
 }
 
-/// Moons with a smaller share of their system's mass are left out. The largest of these, Mimas and Hyperion, shift Saturn by 12 and
-/// 15 metres; Phobos shifts Mars by 0.2 metres.
+/// Moons with a smaller share of their system's mass are left out. Of these, Hyperion and Mimas have the largest effects: they shift Saturn by 15 and
+/// 12 metres. Phobos shifts Mars by 0.2 metres.
 const MIN_MASS_SHARE: f64 = 1e-7;
 /// Upper limit of the effect of the omitted moons, km.
 const OMITTED_MOONS_KM: f64 = 0.05;
@@ -445,12 +445,12 @@ impl<'a> StateChain<'a> {
         self.links[..len].iter().flatten()
     }
 
-    /// Each target with the number of links that lead to it.
+    /// Each target of the chain, with the number of links from the first target to it.
     fn targets(&self) -> impl Iterator<Item = (usize, NaifId)> {
         std::iter::once(self.first).chain(self.links(MAX_CHAIN_LINKS).map(|link| link.origin)).enumerate()
     }
 
-    /// The target at which the theories end.
+    /// The last target of the chain: the solar system's barycentre, unless a theory is missing.
     fn end(&self) -> NaifId {
         self.links(MAX_CHAIN_LINKS).last().map_or(self.first, |link| link.origin)
     }

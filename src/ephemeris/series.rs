@@ -6,6 +6,7 @@
 //! in a double) and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
 
 use super::chebyshev_cache::ChebyshevCache;
+use super::mean_elements::CONSTANT_ERROR_YEARS;
 use super::{EphemerisError, State, elp::LunarSeries, frames, spk::Spk};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, KM_PER_AU, SECONDS_PER_DAY};
 use glam::DVec3;
@@ -14,20 +15,20 @@ use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 /// Ratio of the Earth's mass to the Moon's (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Days that one polynomial of Mercury covers: fewer than for the others, because its period is the shortest and its harmonics are the largest.
-const MERCURY_SEGMENT_DAYS: f64 = 16.0;
+/// Days that one polynomial of Mercury covers: fewer than one of the others, because its period is the shortest and its harmonics are the largest.
+const MERCURY_INTERVAL_DAYS: f64 = 16.0;
 /// Days that one polynomial of any other body covers.
-const SEGMENT_DAYS: f64 = 32.0;
-/// Limit below which no term of the Moon's series is left out.
+const INTERVAL_DAYS: f64 = 32.0;
+/// Limit of amplitude that leaves out no term of the Moon's series.
 const ALL_TERMS_ARCSEC: f64 = 0.0;
-/// Limit that leaves the Moon's mean motion, equation of the centre, evection, variation and the like.
+/// Limit of amplitude that keeps only the largest terms of the Moon's series: equation of the centre, evection, variation and the like.
 const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,
     pluto: Spk,
-    segments: ChebyshevCache,
+    polynomials: ChebyshevCache,
 }
 
 impl Series {
@@ -35,7 +36,7 @@ impl Series {
         Ok(Self {
             moon: LunarSeries::embedded()?,
             pluto: Spk::parse("pluto_1551_2646.bsp", orrery_catalogs::PLUTO_KERNEL)?,
-            segments: ChebyshevCache::default(),
+            polynomials: ChebyshevCache::default(),
         })
     }
 
@@ -63,16 +64,16 @@ impl Series {
             399 => Some(earth_from_moon(self.moon.state(tdb_s, ALL_TERMS_ARCSEC))),
             199 | 299 => Some(State::REST),
             _ => {
-                let theory = planetary(target)?;
-                let days = if target == 1 { MERCURY_SEGMENT_DAYS } else { SEGMENT_DAYS };
-                Some(self.segments.state(target, days, tdb_s, |tdb_s| theory_position_km(theory, tdb_s)))
+                let series = vsop_series_of(target)?;
+                let days = if target == 1 { MERCURY_INTERVAL_DAYS } else { INTERVAL_DAYS };
+                Some(self.polynomials.state(target, days, tdb_s, |tdb_s| vsop_position_km(series, tdb_s)))
             }
         }
     }
 
     /// The position of a planet or of the Sun directly from its series, km; `None` for other targets.
     pub fn evaluate_km(target: i32, tdb_s: f64) -> Option<DVec3> {
-        planetary(target).map(|theory| theory_position_km(theory, tdb_s))
+        vsop_series_of(target).map(|series| vsop_position_km(series, tdb_s))
     }
 
     /// The Moon's geocentric state by its largest terms only.
@@ -87,10 +88,11 @@ pub fn earth_from_moon(moon: State) -> State {
     State { pos_km: moon.pos_km * fraction, vel_km_s: moon.vel_km_s * fraction }
 }
 
-/// Position in astronomical units, ecliptic of J2000, as a function of the Julian date.
+/// A series of the crate vsop87: position in astronomical units, ecliptic of J2000, as a function of the Julian date.
 type VsopSeries = fn(f64) -> RectangularCoordinates;
 
-fn planetary(target: i32) -> Option<VsopSeries> {
+/// The series of a planet (heliocentric) or of the Sun (barycentric).
+fn vsop_series_of(target: i32) -> Option<VsopSeries> {
     Some(match target {
         1 => vsop87a::mercury,
         2 => vsop87a::venus,
@@ -105,13 +107,13 @@ fn planetary(target: i32) -> Option<VsopSeries> {
     })
 }
 
-fn theory_position_km(theory: VsopSeries, tdb_s: f64) -> DVec3 {
-    let position_au = theory(tdb_s / SECONDS_PER_DAY + JD_J2000);
+fn vsop_position_km(series: VsopSeries, tdb_s: f64) -> DVec3 {
+    let position_au = series(tdb_s / SECONDS_PER_DAY + JD_J2000);
     frames::icrf_from_ecliptic() * (DVec3::new(position_au.x, position_au.y, position_au.z) * KM_PER_AU)
 }
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. Outside that span it grows with the square of time; that growth is an assumption and was not measured.
+/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 it grows with the square of time; that growth is an assumption and was not measured.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
     let worst_km = match target {
         1 => 125.0,
@@ -128,6 +130,6 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         399 => 0.1,
         _ => 0.001,
     };
-    let growth = (tdb_s / (640.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
+    let growth = (tdb_s / (CONSTANT_ERROR_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     worst_km * growth * growth
 }

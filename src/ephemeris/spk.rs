@@ -1,6 +1,6 @@
-//! SPK kernels. In: the bytes of a file. Out: states of bodies relative to their segment's centre.
+//! SPK kernels. In: the bytes of a file. Out: states of bodies relative to the centre of their segment, or to another body of the file.
 //!
-//! The crate anise reads and checks the file (record layout, byte order, segment bounds). Its coefficients are kept here as plain
+//! The crate anise reads and checks the file (record layout, byte order, segment bounds). The coefficients are stored here as plain
 //! doubles and summed in `chebyshev`: anise's own evaluation converts to an epoch in nanoseconds, which costs more than the sum.
 //! Always: a segment covers its span without a gap, in records of equal length, so that a division gives the record of an instant. Types 2
 //! (Chebyshev positions) and 3 (positions and velocities) are read; other types are rejected by name. A file is rejected before anise reads it
@@ -14,8 +14,10 @@ use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2Chebyshev
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Bytes of a record of a DAF file.
-const RECORD_BYTES: usize = 1024;
+/// Bytes of a record of a DAF file, the container of SPK. A *summary record* is one of these; other records here are those of Chebyshev coefficients.
+const DAF_RECORD_BYTES: usize = 1024;
+/// Largest number of centres above a body.
+const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
@@ -23,21 +25,21 @@ const MAX_SUMMARIES: f64 = 25.0;
 /// number of its summaries; records count from 1, and the last record names 0 as the next).
 ///
 /// # Errors
-/// Names the record that is outside the file, occurs twice, or does not begin in this way.
+/// Names the record that is outside the file, occurs twice, or has an impossible number of summaries.
 fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
-    let records = bytes.len() / RECORD_BYTES;
-    // FWARD in the file record.
+    let record_count = bytes.len() / DAF_RECORD_BYTES;
+    // The number of the first summary record: FWARD in the file record.
     let first = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
     let mut seen = HashSet::new();
     let mut number = f64::from(first);
     loop {
-        if number.fract() != 0.0 || !(1.0..=records as f64).contains(&number) {
-            return Err(format!("summary record {number} is not in the file, which has {records} records; fetch the file again"));
+        if number.fract() != 0.0 || !(1.0..=record_count as f64).contains(&number) {
+            return Err(format!("summary record {number} is not in the file, which has {record_count} records; fetch the file again"));
         }
         if !seen.insert(number as usize) {
             return Err(format!("summary record {number} follows itself; fetch the file again"));
         }
-        let start = (number as usize - 1) * RECORD_BYTES;
+        let start = (number as usize - 1) * DAF_RECORD_BYTES;
         let double =
             |k: usize| bytes.get(start + 8 * k..start + 8 * k + 8).and_then(|b| b.try_into().ok()).map_or(f64::NAN, f64::from_le_bytes);
         let (next, summaries) = (double(0), double(2));
@@ -51,7 +53,7 @@ fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// A segment of Chebyshev records of equal length.
+/// A segment: one body's states over a span, as records of Chebyshev coefficients.
 #[derive(Debug)]
 pub struct Segment {
     /// NAIF code of the body.
@@ -62,10 +64,10 @@ pub struct Segment {
     pub start_s: f64,
     /// End of the covered span.
     pub end_s: f64,
-    /// Start of the first record.
+    /// Start of the first record, TDB seconds past J2000.
     first_s: f64,
-    /// Length of each record.
-    length_s: f64,
+    /// Time that each record covers.
+    record_span_s: f64,
     /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
     record_len: usize,
     /// 3: positions; 6: positions and velocities.
@@ -82,7 +84,7 @@ impl Segment {
     /// Position in km and velocity in km/s of the target relative to the centre, ICRF.
     pub fn state(&self, tdb_s: f64) -> State {
         let records = self.data.len() / self.record_len;
-        let index = (((tdb_s - self.first_s) / self.length_s).max(0.0) as usize).min(records - 1);
+        let index = (((tdb_s - self.first_s) / self.record_span_s).max(0.0) as usize).min(records - 1);
         let record = &self.data[index * self.record_len..][..self.record_len];
         let (radius_s, u) = (record[1], (tdb_s - record[0]) / record[1]);
         let terms = (self.record_len - 2) / self.components;
@@ -154,13 +156,14 @@ impl Spk {
                     start_s: summary.start_epoch_et_s,
                     end_s: summary.end_epoch_et_s,
                     first_s: data.first().zip(data.get(1)).map_or(f64::NAN, |(midpoint, radius)| midpoint - radius),
-                    length_s: data.get(1).map_or(f64::NAN, |radius| 2.0 * radius),
+                    record_span_s: data.get(1).map_or(f64::NAN, |radius| 2.0 * radius),
                     record_len,
                     components,
                     data: data.to_vec(),
                 };
                 let is_complete = record_len >= 2 + components && (record_len - 2).is_multiple_of(components) && data.len() >= record_len;
-                if !is_complete || !segment.length_s.is_finite() || segment.length_s <= 0.0 || data.iter().any(|d| !d.is_finite()) {
+                if !is_complete || !segment.record_span_s.is_finite() || segment.record_span_s <= 0.0 || data.iter().any(|d| !d.is_finite())
+                {
                     return Err(kernel_error(format!("segment of {target}: broken records; fetch the file again")));
                 }
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
@@ -188,7 +191,7 @@ impl Spk {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
 
-    /// The first and the last second that any segment of `target` covers.
+    /// The first and the last TDB second past J2000 that any segment of `target` covers; there may be gaps between them.
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
         spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
@@ -196,13 +199,15 @@ impl Spk {
 
     /// State of `target` relative to `center` from this file only, by following both chains of centres.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
+        // The body and the centres above it, each with the body's state relative to it.
         let chain_of_centres = |mut id: i32| {
-            let mut path = vec![(id, State { pos_km: DVec3::ZERO, vel_km_s: DVec3::ZERO })];
+            let mut path = vec![(id, State::REST)];
             while let Some((next, step)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
-                path.push((next, State { pos_km: so_far.pos_km + step.pos_km, vel_km_s: so_far.vel_km_s + step.vel_km_s }));
+                path.push((next, so_far.plus(step)));
                 id = next;
-                if path.len() > 16 {
+                // A damaged file may name a cycle of centres.
+                if path.len() > MAX_CENTRES {
                     break;
                 }
             }
@@ -211,7 +216,7 @@ impl Spk {
         let (from_target, from_center) = (chain_of_centres(target), chain_of_centres(center));
         from_target.iter().find_map(|(id, a)| {
             let (_, b) = from_center.iter().find(|(other, _)| other == id)?;
-            Some(State { pos_km: a.pos_km - b.pos_km, vel_km_s: a.vel_km_s - b.vel_km_s })
+            Some(a.minus(*b))
         })
     }
 

@@ -20,8 +20,8 @@ mod tests {
     use crate::ephemeris::angle_rad;
     use crate::units::RAD_PER_ARCSEC;
 
-    /// Between opposite points of the Earth's orbit the nearest bright star (alpha Centauri A, HIP 71683) shifts by twice its parallax of 754.81 mas. From half
-    /// way to the star, its distance is half that at the epoch.
+    /// Between opposite points of the Earth's orbit the nearest bright star (alpha Centauri A, HIP 71683) shifts by twice its parallax of 754.81 mas. Halfway
+    /// to the star, its distance is half that at the epoch.
     #[test]
     fn parallax_is_the_angle_of_an_au() {
         let catalog = StarCatalog::embedded();
@@ -35,7 +35,8 @@ mod tests {
         assert!((half_way.length() - 0.5).abs() < 1e-12 && angle_rad(half_way, star.direction) < 1e-12);
     }
 
-    /// In 3000 BC Arcturus (2.28 arcsec a year) was 3.16 degrees from its present place. Motion along a straight line turns the direction by less than a right angle.
+    /// In 3000 BC Arcturus (2.28 arcsec a year) was 3.16 degrees from its present place. The shipped catalog has no radial
+    /// velocities, so its straight path is perpendicular to the present direction, from which it never departs by a right angle.
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();

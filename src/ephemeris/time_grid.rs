@@ -1,5 +1,5 @@
-//! Caches of slow, smooth functions of time. [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] computes values
-//! at nodes, from which the caller interpolates or extrapolates.
+//! Caches of slow, smooth functions of time. [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] gives values at
+//! nodes, from which the caller interpolates or extrapolates.
 //!
 //! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at the
 //! nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
@@ -10,25 +10,26 @@ use rustc_hash::FxHashMap;
 use std::fmt;
 use std::hash::Hash;
 
-/// Largest number of nodes of a [`TimeGrid`].
+/// Largest number of nodes that a [`TimeGrid`] stores.
 const MAX_NODES: usize = 4096;
 
-/// Values by key and index of the node or interval.
+/// Values by key, such as a body, and by the index of the node or interval.
 pub(crate) struct GridCache<K, V> {
     values: Mutex<FxHashMap<(K, i64), V>>,
     capacity: usize,
 }
 
 impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
-    /// `capacity`: largest number of values; when it is exceeded, all are dropped.
+    /// `capacity`: largest number of values; before another one is stored, all are dropped.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self { values: Mutex::default(), capacity }
     }
 
+    /// The stored value, or that of `compute`, which is then stored.
     pub(crate) fn get(&self, key: K, index: i64, compute: impl FnOnce() -> V) -> V {
         let known = self.values.lock().get(&(key, index)).cloned();
         known.unwrap_or_else(|| {
-            // Computed without the lock, so that other threads are not blocked. Two threads that compute the same value get the same numbers.
+            // Computed without the lock, so that other threads are not blocked. Two threads may compute the same value; both get the same result.
             let value = compute();
             let mut values = self.values.lock();
             if values.len() >= self.capacity {
@@ -52,6 +53,7 @@ impl<K, V> fmt::Debug for GridCache<K, V> {
     }
 }
 
+/// Values by key at the nodes of a grid: multiples of one step from J2000.
 #[derive(Debug)]
 pub(crate) struct TimeGrid<K, V> {
     step_s: f64,

@@ -12,11 +12,11 @@ use glam::DVec3;
 
 /// Refraction at the horizon, degrees.
 const REFRACTION_DEG: f64 = 34.0 / 60.0;
-/// Seconds between samples of altitude and hour angle; a body that is above the horizon for less time is missed.
+/// Seconds between samples of altitude and hour angle; a body that is above the horizon for less time may be missed.
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Longest time over which a passage is followed: from the span to a greatest obscuration outside of it, and from there to a contact. Seconds.
+/// Longest time in seconds for which a passage is followed: from the searched span to a greatest obscuration outside it, and from that to each contact.
 const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
@@ -91,7 +91,7 @@ pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, h
     (surface + normal * height_km, normal)
 }
 
-/// The sky of a place: inputs that all computations here share.
+/// The inputs that all computations here share: a place on the ground, and the bodies in its sky.
 pub struct ObserverSky<'a> {
     /// The bodies with their radii.
     pub catalog: &'a Catalog,
@@ -127,7 +127,7 @@ impl ObserverSky<'_> {
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
         let azimuth_deg = in_body.dot(east).atan2(in_body.dot(north)).to_degrees().rem_euclid(360.0);
-        // The arc sine alone is imprecise near the zenith.
+        // For atan2, because an arc sine is imprecise near the zenith.
         let in_horizon_plane = in_body.dot(east).hypot(in_body.dot(north));
         Ok(Horizontal {
             azimuth_deg,
@@ -139,8 +139,9 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// Altitude of the target's upper limb above the horizon, with refraction (on the Earth), degrees.
-    fn upper_limb_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
+    /// Altitude that is 0 when the target rises or sets, degrees: that of the upper limb of a large disc or of the centre of a small one, with refraction on
+    /// the Earth.
+    fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
         // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
@@ -154,7 +155,7 @@ impl ObserverSky<'_> {
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
-        let altitude = |s: f64| self.upper_limb_altitude_deg(target, start.plus_seconds(s));
+        let altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
         let (rises, sets) = first_crossings(length_s, altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
         // The target passes the meridian twice. Only the upper passage, at an hour angle of 0, is its transit.
@@ -175,8 +176,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it within `length_s` of `start`, as for twilight by
-    /// the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side is missed.
+    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it in the `length_s` seconds after `start`, as for
+    /// twilight by the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side may be missed.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
@@ -192,12 +193,12 @@ impl ObserverSky<'_> {
         Ok([rises, sets].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
-    /// The first passage of `occulting` in front of `target` of which a part is within `length_s` of `start`, above the horizon or not.
+    /// The first passage of `occulting` in front of `target` of which a part is within the `length_s` seconds after `start`, above the horizon or not.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn passage(&self, target: NaifId, occulting: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
-        // Overlap of the discs in degrees; negative if they are apart.
+        // Overlap of the discs in degrees; negative if they are apart, or if `occulting` is not in front of `target`.
         let overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
@@ -281,7 +282,7 @@ impl ObserverSky<'_> {
     }
 }
 
-/// The first rising and the first falling root of `f` in 0 to `length_s`.
+/// The first times from 0 to `length_s` at which `f` becomes positive and stops being positive.
 fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<(Option<f64>, Option<f64>), EphemerisError> {
     let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
     let (mut rises, mut sets) = (None, None);
@@ -300,7 +301,7 @@ fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>
     Ok((rises, sets))
 }
 
-/// The root of `f` between `a` (not positive) and `b` (positive).
+/// The root of `f` between `a`, where `f` is not positive, and `b`, where it is positive; `a` may be later than `b`.
 fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
     while (b - a).abs() > ROOT_TOLERANCE_S {
         let middle = 0.5 * (a + b);
@@ -313,11 +314,11 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
     Ok(0.5 * (a + b))
 }
 
-/// Where `f` is greatest between `a` and `b`, if it has one peak, by golden-section search.
+/// The time between `a` and `b` at which `f` is greatest, if it has one peak, by golden-section search.
 fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
-    const SECTION: f64 = 0.618_033_988_749_895;
+    const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     while b - a > ROOT_TOLERANCE_S {
-        let (left, right) = (b - SECTION * (b - a), a + SECTION * (b - a));
+        let (left, right) = (b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a));
         if f(left)? > f(right)? {
             b = right;
         } else {
@@ -333,7 +334,8 @@ mod tests {
 
     #[test]
     fn ground_points_of_the_earth_agree_with_wgs84() {
-        // Paris by the closed form of the geodetic transform with a 6378.137 km, 1/f 298.257223563: 48.8584 N, 2.2945 E.
+        // Paris (48.8584 N, 2.2945 E) by the closed form for WGS84's spheroid: a = 6378.137 km, 1/f = 298.257223563; n is the radius of curvature in the prime
+        // vertical.
         let a: f64 = 6378.137;
         let b = a * (1.0 - 1.0 / 298.257_223_563);
         let (lat, lon) = (48.8584_f64.to_radians(), 2.2945_f64.to_radians());

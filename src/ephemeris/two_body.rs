@@ -1,4 +1,4 @@
-//! Motion on a precessing ellipse. In: mean elements. Out: a state relative to the parent, ICRF.
+//! Motion on a precessing ellipse. In: mean elements and an instant. Out: a state relative to the parent, ICRF.
 //!
 //! Always: 0 <= e < 1. Omitted: all periodic perturbations; the tests of each caller measure the resulting error per body.
 
@@ -36,24 +36,24 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     sign * x + turns * TAU
 }
 
-/// State on an ellipse in the frame of its elements: semi-major axis in km, angles in radians, mean motion in radians per second.
+/// State on an ellipse in the frame of its elements. The mean motion is in radians per second.
 pub fn state_in_frame(
     semi_major_axis_km: f64,
     e: f64,
-    inclination: f64,
-    node: f64,
-    argument_of_periapsis: f64,
-    mean_anomaly: f64,
+    inclination_rad: f64,
+    node_rad: f64,
+    argument_of_periapsis_rad: f64,
+    mean_anomaly_rad: f64,
     mean_motion_per_s: f64,
 ) -> State {
-    let anomaly = eccentric_anomaly(mean_anomaly, e);
+    let anomaly = eccentric_anomaly(mean_anomaly_rad, e);
     let (sin_e, cos_e) = anomaly.sin_cos();
-    let minor = (1.0 - e * e).sqrt();
-    let rate = mean_motion_per_s / (1.0 - e * cos_e);
-    let in_plane = DVec3::new(cos_e - e, minor * sin_e, 0.0) * semi_major_axis_km;
-    let in_plane_velocity = DVec3::new(-sin_e, minor * cos_e, 0.0) * (semi_major_axis_km * rate);
+    let axis_ratio = (1.0 - e * e).sqrt();
+    let anomaly_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
+    let in_plane = DVec3::new(cos_e - e, axis_ratio * sin_e, 0.0) * semi_major_axis_km;
+    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * anomaly_rate_per_s);
     let frame_from_plane =
-        DMat3::from_rotation_z(node) * DMat3::from_rotation_x(inclination) * DMat3::from_rotation_z(argument_of_periapsis);
+        DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(inclination_rad) * DMat3::from_rotation_z(argument_of_periapsis_rad);
     State { pos_km: frame_from_plane * in_plane, vel_km_s: frame_from_plane * in_plane_velocity }
 }
 
@@ -65,34 +65,35 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
 /// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion is the rate of
-/// the mean longitude at the epoch, so the anomaly's rate is that rate less those of node and argument (in a retrograde orbit, plus that of the node). A
+/// the mean longitude at the epoch, so the anomaly's rate is that rate minus those of node and argument (in a retrograde orbit, the node's is added). A
 /// tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
-    let deg_per_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
+    let rate_deg_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
     let retrograde = elements.inclination_deg > 90.0;
-    let node_rate = if retrograde { deg_per_day(elements.node_period_yr) } else { -deg_per_day(elements.node_period_yr) };
-    let argument_rate = deg_per_day(elements.argument_period_yr);
-    // Longitude is node + argument + anomaly; in a retrograde orbit the node is subtracted.
-    let linear_rate = elements.mean_motion_deg_day - argument_rate + if retrograde { node_rate } else { -node_rate };
+    let node_rate_deg_day = if retrograde { rate_deg_day(elements.node_period_yr) } else { -rate_deg_day(elements.node_period_yr) };
+    let argument_rate_deg_day = rate_deg_day(elements.argument_period_yr);
+    // The mean longitude is node + argument + anomaly; in a retrograde orbit the node is subtracted.
+    let linear_rate_deg_day =
+        elements.mean_motion_deg_day - argument_rate_deg_day + if retrograde { node_rate_deg_day } else { -node_rate_deg_day };
     let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);
-    let anomaly_rate = linear_rate + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
-    let node = (elements.node_deg + node_rate * days).to_radians();
-    let argument = (elements.argument_of_periapsis_deg + argument_rate * days).to_radians();
-    let turned_deg = linear_rate * days + quadratic_deg_cy2 * centuries * centuries;
-    let anomaly = ((elements.mean_anomaly_deg + turned_deg) % 360.0).to_radians();
+    let anomaly_rate_deg_day = linear_rate_deg_day + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
+    let node_rad = (elements.node_deg + node_rate_deg_day * days).to_radians();
+    let argument_rad = (elements.argument_of_periapsis_deg + argument_rate_deg_day * days).to_radians();
+    let anomaly_change_deg = linear_rate_deg_day * days + quadratic_deg_cy2 * centuries * centuries;
+    let anomaly_rad = ((elements.mean_anomaly_deg + anomaly_change_deg) % 360.0).to_radians();
     let mut state = state_in_frame(
         elements.semi_major_axis_km,
         elements.eccentricity,
         elements.inclination_deg.to_radians(),
-        node,
-        argument,
-        anomaly,
-        (anomaly_rate / SECONDS_PER_DAY).to_radians(),
+        node_rad,
+        argument_rad,
+        anomaly_rad,
+        (anomaly_rate_deg_day / SECONDS_PER_DAY).to_radians(),
     );
     // The ellipse itself rotates: about the orbit's normal with the periapsis, about the frame's pole with the node.
-    let normal = DMat3::from_rotation_z(node) * DMat3::from_rotation_x(elements.inclination_deg.to_radians()) * DVec3::Z;
-    let angular_velocity = (normal * argument_rate + DVec3::Z * node_rate) * (PI / 180.0 / SECONDS_PER_DAY);
+    let normal = DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(elements.inclination_deg.to_radians()) * DVec3::Z;
+    let angular_velocity = (normal * argument_rate_deg_day + DVec3::Z * node_rate_deg_day) * (PI / 180.0 / SECONDS_PER_DAY);
     state.vel_km_s += angular_velocity.cross(state.pos_km);
     let icrf_from_frame = icrf_from_pole_frame(elements.pole_ra_deg, elements.pole_dec_deg);
     State { pos_km: icrf_from_frame * state.pos_km, vel_km_s: icrf_from_frame * state.vel_km_s }

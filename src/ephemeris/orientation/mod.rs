@@ -1,8 +1,8 @@
 //! Orientation of bodies: `body_from_icrf` rotations.
 //!
-//! In: a body, an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the prime meridian). Sources: the IAU WGCCRE
-//! 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with UT1. Omitted:
-//! polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
+//! In: pole and meridian of a body, an orbit, or for the Earth an instant. Out: a rotation whose rows are the body's axes in ICRF (z the north pole, x the
+//! prime meridian). Sources: the IAU WGCCRE 2015 models in catalogs/pck00011.tpc; for the Earth, IAU 2006 precession and IAU 2000A nutation (crate sofars) with
+//! UT1. Omitted: polar motion (under 0.5 arcsec, 15 m on the ground) and the Moon's physical libration beyond the IAU series (0.01 degrees).
 
 mod pck;
 
@@ -50,14 +50,16 @@ pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
     itrs_with_pole(&celestial_pole(t), t)
 }
 
-/// The celestial intermediate pole and origin, the slow part of the Earth's rotation: rows of the matrix from GCRS.
+/// Rows of the rotation from GCRS to the celestial intermediate pole and origin: the slow part of the Earth's rotation.
 fn celestial_pole(t: Instant) -> [[f64; 3]; 3] {
     sofars::pnp::c2i06a(JD_J2000, t.jd_tt() - JD_J2000)
 }
 
+/// The rotation from GCRS to ITRS, from the slow part (see [`celestial_pole`]) and the Earth's rotation angle.
 fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     let days_tt = t.jd_tt() - JD_J2000;
     let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
+    // Only the TIO locator s': the pole's coordinates are taken as 0.
     let polar_motion = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
     DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }
@@ -66,7 +68,7 @@ fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
 /// term (0.09 arcsec in X) contributes most of the error: 1e-13 rad.
 const POLE_STEP_S: f64 = 240.0;
 
-/// [`earth_itrs_from_gcrs`] with a cache of the slow part.
+/// Computes [`earth_itrs_from_gcrs`] with a cache of the slow part.
 #[derive(Debug)]
 pub struct EarthRotation(TimeGrid<(), [[f64; 3]; 3]>);
 
@@ -80,8 +82,8 @@ impl EarthRotation {
     pub(crate) fn itrs_from_gcrs(&self, t: Instant) -> DMat3 {
         let at_node = |tdb_s| celestial_pole(Instant::from_tdb_seconds_past_j2000(tdb_s));
         let ([a, b], weight) = self.0.around((), t.tdb_seconds_past_j2000(), at_node);
-        let mixed = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + (b[i][j] - a[i][j]) * weight));
-        itrs_with_pole(&mixed, t)
+        let interpolated = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + (b[i][j] - a[i][j]) * weight));
+        itrs_with_pole(&interpolated, t)
     }
 }
 
@@ -104,8 +106,8 @@ mod tests {
     use crate::catalog::NaifId;
 
     #[test]
-    fn the_embedded_kernel_reads_and_has_the_main_bodies() {
-        let pck = Pck::parse(EMBEDDED_PCK).expect("the shipped PCK reads");
+    fn the_embedded_kernel_parses_and_has_the_main_bodies() {
+        let pck = Pck::parse(EMBEDDED_PCK).expect("the shipped PCK parses");
         for body in [10, 199, 299, 399, 301, 499, 401, 599, 501, 699, 606, 799, 899, 801, 999, 901, 2_000_001, 2_000_004] {
             assert!(pck.pole_and_meridian(NaifId(body), 0.0).is_some(), "{body}");
         }
@@ -124,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cached_pole_is_the_pole() {
+    fn the_interpolated_pole_agrees_with_the_exact_one() {
         let largest_rad = |step_s: f64| {
             let rotation = EarthRotation(TimeGrid::new(step_s));
             let difference_rad = |k: i32| {

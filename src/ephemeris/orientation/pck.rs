@@ -1,14 +1,14 @@
 //! Poles and prime meridians from a SPICE text kernel (PCK).
 //!
 //! In: the text of the kernel. Out: right ascension and declination of the north pole and the angle W of the prime meridian, by the models
-//! of Archinal et al. 2018 (IAU WGCCRE 2015), which the kernel transcribes. It reads `\begindata` blocks of numbers, with `=` and `+=`; strings
-//! and dates are ignored.
+//! of Archinal et al. 2018 (IAU WGCCRE 2015), which the kernel transcribes. Of the kernel's `\begindata` blocks, assignments of numbers (`=`, `+=`)
+//! are read; strings and dates are ignored.
 
 use crate::catalog::NaifId;
 use crate::units::{DAYS_PER_JULIAN_CENTURY, SECONDS_PER_DAY};
 use std::collections::HashMap;
 
-/// A number that cannot be parsed, or a body with more terms than its system has angles.
+/// Why a text kernel was rejected: a number that cannot be parsed, or a body with more terms than its system has angles.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PckError {
     #[error("PCK line {line}: `{text}` is not a number")]
@@ -45,12 +45,12 @@ struct Model {
     w_terms: Vec<f64>,
 }
 
-/// All models of a kernel.
+/// The orientation models of a text kernel.
 #[derive(Clone, Debug, Default)]
 pub struct Pck {
     /// By NAIF code of the body.
     models: HashMap<i32, Model>,
-    /// By system: the polynomial of each angle in Julian centuries, degrees.
+    /// By code of the planet's system: for each angle its polynomial in Julian centuries, degrees.
     angles: HashMap<i32, Vec<Vec<f64>>>,
 }
 
@@ -77,7 +77,7 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
             rest = right;
         }
         for word in rest.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
-            // Strings and @dates are not orientation data.
+            // Strings and dates (`@2000-JAN-1`) are not orientation data.
             let quotes = word.matches('\'').count();
             if quoted || quotes > 0 || word.starts_with('@') {
                 quoted ^= quotes % 2 == 1;
@@ -90,6 +90,7 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
     Ok(values)
 }
 
+/// The value at `x` of a polynomial, its constant first.
 fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }

@@ -1,4 +1,4 @@
-//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the short series of Astronomy Engine 2.1.19.
+//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the shortened series of Astronomy Engine 2.1.19.
 //!
 //! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
@@ -12,7 +12,7 @@ const EPOCH_JD_TT: f64 = 2_433_282.5;
 
 #[derive(Debug, Deserialize)]
 struct Table {
-    /// One row per axis of Jupiter's frame, written in J2000 equatorial axes.
+    /// The axes of Jupiter's frame, one per row, as vectors in the equatorial frame of J2000.
     jup_to_eqj: [[f64; 3]; 3],
     moons: [Moon; 4],
 }
@@ -80,13 +80,13 @@ impl GalileanL12 {
     }
 }
 
-/// Bound of the error, km. The short series differ from JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) by at most 353
+/// Bound of the position's error, km. The shortened series differ from JPL's jup365 in 1931-1933 and 2068 (tests/ephemeris/satellites.rs) by at most 353
 /// (Io), 193 (Europa), 288 (Ganymede) and 478 (Callisto); at least a third is added for the dates between. More than 70 years from 2000 the bound
 /// grows, up to about the diameter of the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
-    let within_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);
-    let orbit_km = [422_000.0, 671_000.0, 1_070_000.0, 1_883_000.0].get(index).copied().unwrap_or(1_883_000.0);
-    (within_km * super::growth(t, 70.0)).min(2.1 * orbit_km)
+    let near_2000_km = [480.0, 300.0, 400.0, 650.0].get(index).copied().unwrap_or(650.0);
+    let orbit_radius_km = [422_000.0, 671_000.0, 1_070_000.0, 1_883_000.0].get(index).copied().unwrap_or(1_883_000.0);
+    (near_2000_km * super::error_growth(t, 70.0)).min(2.1 * orbit_radius_km)
 }
 
 #[cfg(test)]

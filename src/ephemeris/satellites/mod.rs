@@ -39,17 +39,19 @@ impl MoonTheories {
 struct Term(f64, f64, f64);
 
 impl Term {
-    /// Amplitude times (cos, sin) of the term's angle plus a shift, with its first three derivatives by days. `shift`: an angle and its derivatives.
+    /// Amplitude times (cos, sin) of the term's angle plus a shift, with its first three derivatives with respect to time in days.
+    /// `shift`: the added angle and its three derivatives.
     fn at(&self, days: f64, shift: [f64; 4]) -> Derivatives<DVec2> {
-        let (sin, cos) = (self.1 + self.2 * days + shift[0]).sin_cos();
-        let value = DVec2::new(cos, sin) * self.0;
-        let rate = self.2 + shift[1];
+        let Self(amplitude, phase, frequency) = *self;
+        let (sin, cos) = (phase + frequency * days + shift[0]).sin_cos();
+        let value = DVec2::new(cos, sin) * amplitude;
+        let rate = frequency + shift[1];
         let third = value.perp() * (shift[3] - rate * rate * rate) - value * (3.0 * rate * shift[2]);
         Derivatives([value, value.perp() * rate, value.perp() * shift[2] - value * (rate * rate), third])
     }
 }
 
-/// A value and its first three derivatives by days.
+/// A value and its first three derivatives with respect to time in days.
 #[derive(Clone, Copy, Debug, Default)]
 struct Derivatives<T>([T; 4]);
 
@@ -98,7 +100,7 @@ struct Elements {
     inclination: DVec2,
 }
 
-/// Spacing of the nodes at which the series are summed, seconds. Other instants are extrapolated from the nearest node with the first three derivatives.
+/// Spacing of the nodes at which the series are summed, seconds. The sums at other instants are extrapolated from the nearest node with three derivatives.
 /// The error is 0.02 m at most (Io, whose fastest terms turn by seven radians a day). Only one node is needed per instant, which suits the search for events:
 /// it asks for instants far apart.
 const SERIES_STEP_S: f64 = 192.0;
@@ -145,13 +147,13 @@ impl Elements {
     }
 }
 
-/// Factor by which a bound grows with the date: 1 within `valid_years` of 2000, then growing with the square of the time, which is an assumption.
-fn growth(t: Instant, valid_years: f64) -> f64 {
+/// Factor by which an error bound grows with the date: 1 within `valid_years` of 2000, then growing with the square of the time, which is an assumption.
+fn error_growth(t: Instant, valid_years: f64) -> f64 {
     let ratio = (t.tdb_seconds_past_j2000() / (valid_years * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     ratio * ratio
 }
 
-/// TT days past a Julian date, without the loss that a Julian date in one f64 has (40 microseconds: a metre for Io).
+/// TT days past a Julian date, without the rounding of a Julian date in one f64 (40 microseconds: under a metre for Io).
 fn tt_days_past(t: Instant, epoch_jd_tt: f64) -> f64 {
     t.tt_seconds_past_j2000() / SECONDS_PER_DAY + (crate::units::JD_J2000 - epoch_jd_tt)
 }

@@ -17,8 +17,8 @@ use serde::Deserialize;
 const EPOCH_JD_TT: f64 = 2_444_240.0;
 /// Angle between the equator and the ecliptic of J2000 in VSOP87 (Bretagnon & Francou 1988), degrees: 23°26'21.4091".
 const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
-/// Moons whose slow longitude variation enters the others' arguments; Hyperion, the eighth, enters none.
-const DRIVING_MOONS: usize = 7;
+/// Number of driving moons: those whose slow longitude variation is part of the arguments of others. Hyperion, the eighth moon, is not one of them.
+const DRIVING_MOON_COUNT: usize = 7;
 
 #[derive(Debug, Deserialize)]
 struct Table {
@@ -48,8 +48,8 @@ struct Moon {
 pub struct Tass17 {
     moons: [Moon; 8],
     icrf_from_frame: DMat3,
-    /// For each moon, the driving moons on whose variations its arguments depend; for this moon, only their variations are summed.
-    driven_by: [[bool; DRIVING_MOONS]; 8],
+    /// For each moon, the driving moons on whose variations its arguments depend. Only these variations are summed for the moon.
+    driven_by: [[bool; DRIVING_MOON_COUNT]; 8],
     /// The sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,
 }
@@ -62,7 +62,7 @@ impl Tass17 {
         let driven_by = std::array::from_fn(|i| {
             let groups = || table.bodies[i].series.iter().flatten();
             // A moon's own variation is part of its longitude, even if no group depends on it.
-            std::array::from_fn(|j| i == j || groups().any(|g| g.0[j] != 0))
+            std::array::from_fn(|j| i == j || groups().any(|Group(multiples, _)| multiples[j] != 0))
         });
         Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, grid: SumsGrid::default() })
     }
@@ -77,16 +77,16 @@ impl Tass17 {
     fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
         let slow = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
-            let group_sum = |group: &Group| {
+            let group_sum = |Group(multiples, terms): &Group| {
                 let shift =
-                    Derivatives::sum(group.0.iter().zip(slow).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)));
-                Derivatives::sum(group.1.iter().map(|term| term.at(days, shift.0)))
+                    Derivatives::sum(multiples.iter().zip(slow).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)));
+                Derivatives::sum(terms.iter().map(|term| term.at(days, shift.0)))
             };
             Derivatives::sum(groups.iter().map(group_sum))
         };
         let [motion, longitude, eccentricity, inclination] = &moon.series;
-        // The slow variation of a driving moon is its first group: already summed.
-        let (own_slow, longitude) = if index < DRIVING_MOONS {
+        // The first group of a driving moon's longitude is its slow variation: already summed.
+        let (own_slow, longitude) = if index < DRIVING_MOON_COUNT {
             (slow[index], longitude.get(1..).unwrap_or_default())
         } else {
             (Derivatives::default(), &longitude[..])
@@ -116,21 +116,21 @@ impl Tass17 {
     fn slow_variations(&self, index: usize, days: f64) -> [Derivatives<f64>; 8] {
         let mut slow = [Derivatives::default(); 8];
         for (j, is_needed) in self.driven_by[index].iter().enumerate() {
-            if *is_needed && let Some(first) = self.moons[j].series[1].first() {
-                slow[j] = Derivatives::sum(first.1.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
+            if *is_needed && let Some(Group(_, terms)) = self.moons[j].series[1].first() {
+                slow[j] = Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
             }
         }
         slow
     }
 }
 
-/// Estimated bound of the error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are correct to
-/// metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter
-/// of the orbit.
+/// Estimated bound of the position's error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are
+/// correct to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter of
+/// the orbit.
 pub fn error_km(index: usize, t: Instant) -> f64 {
-    let within_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
-    let orbits_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
-    (within_km * super::growth(t, 100.0)).min(2.2 * orbits_km.get(index).copied().unwrap_or(3_561_000.0))
+    let near_2000_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
+    let orbit_radii_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
+    (near_2000_km * super::error_growth(t, 100.0)).min(2.2 * orbit_radii_km.get(index).copied().unwrap_or(3_561_000.0))
 }
 
 #[cfg(test)]

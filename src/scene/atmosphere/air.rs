@@ -1,7 +1,7 @@
 //! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond.
 //!
-//! In: the catalog's species. Out: one gas with Rayleigh's phase function, one aerosol (haze), one absorption layer; lengths in equatorial radii, in the
-//! frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
+//! In: the catalog's atmosphere of a body. Out: uniforms of one gas with Rayleigh's phase function, one aerosol (haze) and one absorption layer; lengths are in
+//! equatorial radii, in the frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
@@ -20,7 +20,7 @@ use crate::scene::thresholds::VISIBLE_CHANGE;
 use glam::{DVec3, DVec4, Vec2};
 use std::collections::BTreeSet;
 
-/// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half each way.
+/// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half downwards and half upwards.
 const DOWNWARD_FRACTION: f64 = 0.5;
 /// Mean luminance of the night sky without airglow: 75 S10 units, of which zodiacal light contributes 60 and starlight 15. One S10 unit, one star of tenth
 /// magnitude per square degree, is 8.3e-7 cd/m2. With 145 units of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square arc
@@ -38,7 +38,8 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Altitudes of the Sun in degrees, each with the radiance, per irradiance by the Sun, for which images of ground and sky on the Earth are exposed. Chosen by eye.
+/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, divided by the Sun's irradiance. Chosen
+/// by eye.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -48,8 +49,8 @@ pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// Two numbers of samples of a model's integral along a ray over the ground: by day along rays that only rise or only fall, and along all other rays. They
-/// repeat QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
+/// Numbers of samples along a ray, in a draw of the ground or the sky: the smaller one by day along rays that only rise or only fall, the larger one along all
+/// other rays. They repeat QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
 pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     match model {
         AtmosphereModel::None => (0, 0),
@@ -62,7 +63,7 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 
 /// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. Of the Earth's light, 15 % is scattered
 /// more than once in the air as seen from 3 radii, but up to 29 % in a view of the limb from 400 km or of a clear sky with a low Sun (`orrery measure
-/// --choice air --choice air-near`); draft quality may leave out 16 %.
+/// --choice air --choice air-near`); draft quality may leave out up to 16 %.
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of
@@ -111,8 +112,8 @@ pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, in_drafts
     (model, reason)
 }
 
-/// Whether the colours of the body's map and disc show the ground without the atmosphere; the colours of other bodies include the atmosphere.
-pub(crate) fn ground_is_bare(body: &Body) -> bool {
+/// Whether the colours of the body's map and disc are those of the ground without the atmosphere; the colours of other bodies include the atmosphere.
+pub(crate) fn colours_exclude_air(body: &Body) -> bool {
     body.clear_sky_albedo.is_some()
 }
 
@@ -130,7 +131,7 @@ pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
 
-/// Part of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air, which sees the same as one in space. Up to the height
+/// Fraction of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air. Up to the height
 /// at which the part reaches [`VISIBLE_CHANGE`] (tens of metres on the Earth) the result is exactly 0; from there it rises continuously.
 pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     if height_km >= air.top_km {
@@ -140,7 +141,7 @@ pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     ((below - VISIBLE_CHANGE) / (1.0 - VISIBLE_CHANGE)).max(0.0)
 }
 
-/// Fraction of the air's height from which the night sky fades as the camera rises: the Earth's airglow shines between 85 and 100 km.
+/// Height of the camera, relative to the top of the air, from which the night sky fades: the Earth's airglow shines between 85 and 100 km.
 const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 
 /// Part of the night sky's light that a camera at this height sees above it: 1 in most of the air, 0 above it.
@@ -179,24 +180,26 @@ pub(crate) fn is_significant(
     (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
-/// Uniforms of the atmosphere above a floor: the body's ellipsoid scaled by `floor`, 1 for the ground itself. Lengths are in the floor's equatorial radii.
-pub(crate) fn uniforms(body: &Body, floor: f64) -> AtmosphereUniforms {
-    body.atmosphere.as_ref().map_or_else(AtmosphereUniforms::default, |air| uniforms_of(air, body.radii_km.x, floor))
+/// Uniforms of the atmosphere above a floor, the ground or the cloud shell: the body's ellipsoid scaled by `floor_scale`, 1 for the ground. Lengths are in the
+/// floor's equatorial radii.
+pub(crate) fn uniforms(body: &Body, floor_scale: f64) -> AtmosphereUniforms {
+    body.atmosphere.as_ref().map_or_else(AtmosphereUniforms::default, |air| uniforms_of(air, body.radii_km.x, floor_scale))
 }
 
 /// Like [`uniforms`], for air over a ground of this equatorial radius.
-pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor: f64) -> AtmosphereUniforms {
-    let radius_km = ground_radius_km * floor;
-    let floor_km = radius_km - ground_radius_km;
-    let top = ((air.top_km - floor_km) / radius_km).max(0.0);
+pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: f64) -> AtmosphereUniforms {
+    let radius_km = ground_radius_km * floor_scale;
+    let floor_height_km = radius_km - ground_radius_km;
+    let top = ((air.top_km - floor_height_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
         // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
-        let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_km) });
+        let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
         camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * radius_km)
     };
-    let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_km, s.scale_height_km)));
+    let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_height_km, s.scale_height_km)));
+    // Without a layer, edges in ascending order, so that nothing divides by 0; the layer's extinction is 0.
     let layer_edges =
         triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
@@ -220,7 +223,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor: f64) -
         rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        multi_scatter_heights: camera::narrow(DVec3::new(floor_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
+        multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }
 }
@@ -266,7 +269,7 @@ impl<'a> SurroundingAir<'a> {
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
-        // Red with a mean of 1 where practically no light passes.
+        // Where practically no light passes: red, with a mean of 1.
         if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
@@ -308,14 +311,15 @@ impl<'a> SurroundingAir<'a> {
     pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
-        let scale = (along * self.placement.radii_km).length();
-        let from = self.placement.camera_in_unit_sphere();
-        let start = from.dot(along);
-        let closest_sq_minus_1 = from.length_squared() - 1.0 - start * start;
-        let edge = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
-        // Steps are shortest at the camera, where the air of a rising ray is densest; a ray that first descends is sampled less well.
-        let depth = optical_depth(self.air, (edge - start) * scale, TRANSMITTANCE_STEPS, |s_km| {
-            let s = start + s_km / scale;
+        let km_per_unit = (along * self.placement.radii_km).length();
+        // Positions on the ray are counted from its point nearest to the centre.
+        let camera = self.placement.camera_in_unit_sphere();
+        let start = camera.dot(along);
+        let closest_sq_minus_1 = camera.length_squared() - 1.0 - start * start;
+        let top = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
+        // Steps are shortest at the camera, where a rising ray meets the densest air; the depth of a ray that first descends is less accurate.
+        let depth = optical_depth(self.air, (top - start) * km_per_unit, TRANSMITTANCE_STEPS, |s_km| {
+            let s = start + s_km / km_per_unit;
             let radius_sq_minus_1 = (closest_sq_minus_1 + s * s).max(0.0);
             height_above_unit_sphere(radius_sq_minus_1) * radius_km
         });
@@ -349,7 +353,7 @@ mod tests {
 
     /// The air of Titan is thick, that of Mars with its dust is not.
     #[test]
-    fn thick_air_is_titans() {
+    fn only_titans_air_is_thick() {
         let catalog = Catalog::embedded();
         let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
         assert_eq!(thick.collect::<Vec<_>>(), ["Titan"]);
@@ -361,7 +365,7 @@ mod tests {
         }
     }
 
-    /// On the ground all of the air counts as above the camera, at its top none; in between the part falls, by less than 0.15 per hundredth of the height.
+    /// On the ground none of the air counts as below the camera, at the top all; in between the part grows, by less than 0.15 per hundredth of the height.
     #[test]
     fn the_air_below_the_camera_grows_from_nothing_to_all() {
         let catalog = Catalog::embedded();

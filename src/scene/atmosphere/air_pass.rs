@@ -14,17 +14,17 @@ use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_LIGHT;
 use glam::{Vec2, Vec4};
 
-/// Name of the decision.
+/// Name of this decision in the log.
 pub(crate) const AIR_PASS: &str = "air-pass";
 
 /// Smallest diameter of a disc in pixels for which a coarse image is worth its two passes: on a smaller one, most pixels are near the limb, where each
 /// evaluates its own air.
 const MIN_DIAMETER_PX: f64 = 128.0;
 
-/// Smallest radius of a penumbra in pixels for which the sunlight is interpolated: eight texels. On a large disc the limit is higher ([`shows_penumbrae`]).
+/// Smallest radius of a penumbra in pixels for which the sunlight is interpolated: eight texels. On a large disc the limit is higher ([`resolves_penumbrae`]).
 const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
-/// Radius of the smallest penumbra on the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
+/// Radius of the smallest penumbra at the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     let tan_sun_radius = 1.0 / f64::from(eclipse.perpendicular_axes[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
@@ -32,10 +32,10 @@ fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether every penumbra covers some texels; a smaller one could lie between texels unnoticed. Only texels at least two texels (8 pixels) inside the limb can be
-/// interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8 pixels wide across
-/// the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
-fn shows_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
+/// Whether every penumbra covers some texels; a smaller one could lie between texels and be missed. Only texels at least two texels (8 pixels) inside the limb
+/// can be interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8
+/// pixels wide across the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
+fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }
 
@@ -72,14 +72,16 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Sets the bound of the interpolation's error. The draw must have its lights and its eclipse.
+/// Sets the bounds of the interpolation's error, of the air and of the sunlight in an eclipse. The uniforms must already have their lights and their eclipse.
 pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
-    let on_black = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(on_black));
+    let min_reflected = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
+    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_reflected));
     let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
-    uniforms.eclipse.coarse_bound = if shows_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
+    // A negative bound: no pixel interpolates the sunlight.
+    uniforms.eclipse.coarse_bound =
+        if resolves_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
 }
 
 #[cfg(test)]
@@ -100,10 +102,17 @@ mod tests {
     fn only_penumbrae_of_several_texels_are_interpolated() {
         let moon = eclipse(60.0, 0.27);
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
-        assert!(shows_penumbrae(&moon, 64.0) && shows_penumbrae(&moon, 1e5) && !shows_penumbrae(&moon, 50.0));
+        assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
         // A penumbra of a hundredth of the body's radius has 32 pixels on a disc of 3200, but there the square root of the disc's radius is the limit.
         let small_moon = eclipse(1.0, 0.01);
-        assert!(!shows_penumbrae(&small_moon, 3199.0) && !shows_penumbrae(&small_moon, 3201.0) && shows_penumbrae(&small_moon, 10_001.0));
-        assert!(shows_penumbrae(&EclipseUniforms { occluder_positions: vec![], ..moon }, 1.0), "no occluder, no shadow to be lost");
+        assert!(
+            !resolves_penumbrae(&small_moon, 3199.0)
+                && !resolves_penumbrae(&small_moon, 3201.0)
+                && resolves_penumbrae(&small_moon, 10_001.0)
+        );
+        assert!(
+            resolves_penumbrae(&EclipseUniforms { occluder_positions: vec![], ..moon }, 1.0),
+            "without occluders there is no shadow to miss"
+        );
     }
 }

@@ -19,14 +19,14 @@ use glam::DVec3;
 
 /// Decides on the shell of clouds.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    decisions.clouds = shell(inputs, &mut decisions);
+    decisions.clouds = draw(inputs, &mut decisions);
     decisions
 }
 
 /// Name of the decision whether the ground's draw shows the clouds.
 const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
-/// Largest height of the cloud shell above the ground, in pixels at the nearest ground. Clouds drawn with the ground share the ground's eclipse shadow, so the
-/// shadow's edge on them is displaced by about this distance, and by more under a low Sun.
+/// Largest height of the cloud shell above the ground, in pixels at the nearest ground, for clouds drawn with the ground. They share the ground's eclipse
+/// shadow, so the shadow's edge on them is displaced by about their height, and by more under a low Sun.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
 /// Whether the ground's draw also shows the clouds where it reads the coarse image of the air. This saves a second evaluation of the intersection, the map
@@ -35,9 +35,10 @@ fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, 
     let placed = inputs.placed;
     let pixel_km = (placed.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
     let parallax_px = height_km / pixel_km.max(1e-9);
-    let lines = ground_lines::requested(inputs.frame.context.request.layers, Some(placed.body.id), &inputs.frame.catalog.data_layers());
+    let ground_lines =
+        ground_lines::requested(inputs.frame.context.request.layers, Some(placed.body.id), &inputs.frame.catalog.data_layers());
     match () {
-        () if lines.iter().any(|(requested, _)| *requested) => (false, reason!("clouds-apart-lines")),
+        () if ground_lines.iter().any(|(requested, _)| *requested) => (false, reason!("clouds-apart-lines")),
         () if inputs.rect.is_none() || !chosen.shows_clouds_on_ground(inputs.body()) => (false, reason!("clouds-apart-features")),
         () => (
             parallax_px <= MAX_PARALLAX_PX,
@@ -46,27 +47,32 @@ fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, 
     }
 }
 
-/// Decides on the clouds and creates their draw.
-fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
+/// Decides on the clouds and creates their draw, if there is one.
+fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
     let (body, placed) = (inputs.body(), inputs.placed);
     let clouds = body.clouds.as_ref()?;
-    let scale = clouds::shell_scale(body, clouds);
-    let shell = clouds::shell(&placed.placement, scale);
+    let shell_scale = clouds::shell_scale(body, clouds);
+    let shell = clouds::shell(&placed.placement, shell_scale);
     if shell.camera_is_inside() {
         let reason = reason!("clouds-camera-below", height = clouds.height_km);
         decisions.log.record(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
+    let overcast_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
     let threshold = inputs.threshold();
-    let by_threshold =
-        || (threshold.is_exceeded_by_radiance(deck_radiance), reason!("clouds-closed-deck", light = threshold.description(deck_radiance)));
+    let by_threshold = || {
+        (
+            threshold.is_exceeded_by_radiance(overcast_radiance),
+            reason!("clouds-closed-deck", light = threshold.description(overcast_radiance)),
+        )
+    };
     if !decisions.log.effect_with_map(Effect::Clouds, Some(&clouds.map), by_threshold) {
         return None;
     }
-    let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
-    let has_billows = span_deg < max_span_deg && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
-    let sizes = reason!("detail-cloud-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
+    let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
+    let has_billows =
+        deg_per_px < max_deg_per_px && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
+    let sizes = reason!("detail-cloud-span", span = format_args!("{deg_per_px:.4}"), threshold = format_args!("{max_deg_per_px:.4}"));
     let reason = detail::description(Detail::Billows).and(sizes);
     decisions.log.record("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;
@@ -80,7 +86,7 @@ fn shell(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Opti
     let rect = Outline::of(inputs.frame.camera, &shell).rect(inputs.frame.camera)?;
     let mut uniforms = globe::uniforms(inputs, &shell, rect, MapSet::default(), &decisions.secondary_lights);
     let brightness = photometry::phase_correction(body, placed.phase_angle, placed.distance_km / body.radii_km.x);
-    uniforms.air = air::uniforms(body, scale);
+    uniforms.air = air::uniforms(body, shell_scale);
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * inputs.disc_fraction));
     let map_files =

@@ -1,6 +1,7 @@
 //! The cloud shell of a body: its placement and uniforms.
 //!
-//! The shell is the body's ellipsoid scaled up. It is drawn only if the camera is outside: to a camera below the shell, the program shows no clouds.
+//! In: a body and its clouds. Out: the shell, which is the body's ellipsoid scaled up, and uniforms. The shell is drawn only for a camera outside it: from
+//! below, no clouds are shown.
 
 use crate::catalog::{Body, Clouds};
 use crate::scene::camera::{self, Placement};
@@ -16,13 +17,14 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
-/// Sets the cloud uniforms of the ground's draw, which shows the clouds above it where the air is interpolated. `clouds`: the uniforms of the clouds' own draw.
+/// Sets the cloud uniforms that only the ground's draw needs: it also shows the clouds, where it interpolates the air. `clouds`: the uniforms of the clouds'
+/// own draw.
 pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;
     ground.clouds.depth_above = clouds.air.ground_depth;
 }
 
-/// The texel values of a clear and of an overcast sky, as bits of f32, which can be hashed.
+/// The texel values of the cloud map for a clear and for an overcast sky, as bits of f32, which can be hashed.
 pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
     [clouds.clear_texel, clouds.closed_texel].map(|texel| camera::narrow_scalar(texel).to_bits())
 }

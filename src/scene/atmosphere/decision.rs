@@ -1,6 +1,7 @@
 //! Whether a body's atmosphere is drawn, with how many samples, and whether it is composited over the ground.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, with the model of the air, the blend mode and the draw of the sky.
+//! In: the inputs of one body and the decisions made before. Out: the decisions, with the model of the air, the blend mode and the draw of the sky (the
+//! atmosphere beyond the limb).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
@@ -39,9 +40,9 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
-    // As in `features::decide`: a body that is only a point gets no atmosphere, unless neither its globe nor its rings reach the frame.
-    let reaches_decision = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
-    is_drawn && reaches_decision && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
+    // As `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
+    let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
+    is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
 
 /// Decides on the atmosphere: sets the model for the globe's draw, and creates the draw of the sky beyond the limb.
@@ -66,17 +67,18 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     chosen.air = model;
     log.stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
-        let has_spread = model == AtmosphereModel::Table;
-        let reason = if has_spread { reason!("air-spread") } else { reason!("air-no-spread") };
-        log.record("light-into-shadow", has_spread, reason);
+        let spreads_into_shadow = model == AtmosphereModel::Table;
+        let reason = if spreads_into_shadow { reason!("air-spread") } else { reason!("air-no-spread") };
+        log.record("light-into-shadow", spreads_into_shadow, reason);
     }
     if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let height_km = air::camera_height_km(body, &inputs.placed.placement);
     // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above all of it
-    // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it.
-    let map_includes_air = !air::ground_is_bare(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it. The view of the optical depth
+    // shows all of the air.
+    let map_includes_air = !air::colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
     let continues_disc = colour_includes_air && !air::is_visible_over_disc(air);
@@ -86,8 +88,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let reason = reason!(
             "air-rim-light",
             height = format_args!("{:.2}", rim.height_px),
-            part = format_args!("{:.1e}", rim.light_part),
-            threshold = rim::MIN_LIGHT_PART
+            part = format_args!("{:.1e}", rim.light_ratio),
+            threshold = rim::MIN_LIGHT_RATIO
         );
         log.record("air-rim", !rim_is_left_out, reason);
     }
@@ -102,6 +104,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("air-over-ground", true, reason!("air-partly-in-colours", percent = format_args!("{:.2}", 100.0 * map_weight)));
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
+    // The modes of `air_blend_mode`: everywhere, where brighter than the map, outside the disc.
     decisions.blend_mode = match (map_weight > 0.0, air::is_visible_over_disc(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
@@ -112,18 +115,18 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], 1.0);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
-    // Small discs share their light with a point. If the globe is not in the frame, there is no point to share with: the camera is in the air or sees only
-    // the atmosphere beyond the limb.
+    // A small disc is drawn as a disc and as a point, which share its light. There is no such point if the globe is not in the frame (only the atmosphere
+    // beyond the limb is), or if the camera is in the air.
     if inputs.disc_fraction > 0.0 && !camera_is_inside {
         for light in &mut uniforms.lights {
             light.irradiance *= camera::narrow_scalar(inputs.disc_fraction);
         }
     }
     uniforms.air.night_radiance *= camera::narrow_scalar(air::night_sky_above(air, height_km));
-    if !camera_is_inside && rim.height_px < rim::SHADED_RIM_PX && features.ring_shadow != RingShadow::None {
+    if !camera_is_inside && rim.height_px < rim::MIN_SAMPLED_SHADOW_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;
-        let reason = reason!("air-ring-shadow", height = format_args!("{:.2}", rim.height_px), threshold = rim::SHADED_RIM_PX);
+        let reason = reason!("air-ring-shadow", height = format_args!("{:.2}", rim.height_px), threshold = rim::MIN_SAMPLED_SHADOW_PX);
         decisions.log.record("ring-shadow-on-air", true, reason);
     }
     let name = format!("{} air", body.name);

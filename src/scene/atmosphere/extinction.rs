@@ -1,7 +1,7 @@
 //! Scattering and extinction coefficients of an atmosphere by height, and optical depths along rays.
 //!
 //! In: the catalog's species. Out: coefficients per kilometre and optical depths, per channel (linear RGB). Heights and lengths are kilometres.
-//! Does not trace rays through the atmosphere: the caller gives the height along the path.
+//! Not here: the geometry of rays. The caller gives the height along the ray.
 
 use crate::catalog::{Atmosphere, Species};
 use glam::DVec3;
@@ -16,8 +16,8 @@ pub(crate) fn extinction(s: &Species) -> DVec3 {
     scattering(s) + DVec3::from_array(s.absorption_per_km)
 }
 
-/// Density of a species at a height, relative to that at the ground. For a triangular layer (a tent), relative to that at its peak; its `scale_height_km` is
-/// half its width.
+/// Density of a species at a height, relative to that at the ground. The density of a triangular layer (a tent) is relative to its peak; the layer's
+/// `scale_height_km` is half its width.
 pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
@@ -30,7 +30,7 @@ pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Spec
     air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
-/// Vertical optical depth of the air between a height and its top.
+/// Vertical optical depth of the air between a height and the top of the atmosphere.
 pub(crate) fn depth_above(air: &Atmosphere, height_km: f64) -> DVec3 {
     // The integral of the density from a height upwards.
     let column_km = |s: &Species, height_km: f64| match s.tent_centre_km {

@@ -2,8 +2,8 @@
 //!
 //! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of shaders/lib/air/ground_depth.wesl: per channel, the coefficients of t, t², and so on,
 //! where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's
-//! top is negligible. Error of the opacity 1 - exp(-depth) against quadrature, relative: at most 6e-5 for any body of the catalog, over its ground and over its clouds, and
-//! 2e-3 for air that consists of an absorbing layer alone (tests below).
+//! top is negligible. Relative error of the opacity 1 - exp(-depth) against quadrature: under 6e-5 for any body of the catalog, above its ground and above its
+//! clouds, and under 2e-3 for the invented atmospheres of the tests below.
 
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera;
@@ -17,11 +17,11 @@ use std::f64::consts::PI;
 const FIT_POINTS: usize = 24;
 /// Number of quadrature nodes along a line.
 const NODES: usize = 32;
-/// Height in scale heights at which a line ends: the density there is exp(-36) = 2e-16 of that at the ground.
+/// Height, in scale heights, up to which a line is integrated: the density there is exp(-36) = 2e-16 of that at the ground.
 const END_SCALE_HEIGHTS: f64 = 36.0;
 
-/// Column of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground. `nodes`: positions in
-/// 0 to 1 with weights.
+/// Column density of an exponential atmosphere along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 at the ground. `nodes`:
+/// positions in 0 to 1 with weights.
 fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) -> f64 {
     // The distance at which the line has risen by END_SCALE_HEIGHTS: the larger root of s² + 2 s cos - height (2 + height) = 0.
     let height = END_SCALE_HEIGHTS * scale_height;
@@ -34,14 +34,14 @@ fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) 
     nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
 }
 
-/// Column of the absorbing layer along the same line, for a density of 1 in its middle. `knots`: |p|² - 1 at the lower edge, the middle and the upper edge. The
-/// density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
+/// Column of the absorption layer along such a line, in radii, for a density of 1 in the layer's middle. `knots`: |p|² - 1 at the lower edge, the middle and
+/// the upper edge. The density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
 fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
     let distance = |radius_sq_minus_1: f64| {
         let above = radius_sq_minus_1.max(0.0);
         above / (cos_zenith + (cos_zenith * cos_zenith + above).sqrt()).max(1e-30)
     };
-    // The part of the line between two knots. `zero`, `full`: |p|² - 1 where the density is 0, and where it is 1.
+    // The column between two knots. `zero`, `full`: |p|² - 1 where the density is 0, and where it is 1.
     let piece = |from: f64, to: f64, zero: f64, full: f64| {
         let (a, b) = (distance(from), distance(to));
         if b <= a {
@@ -53,33 +53,34 @@ fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 
     piece(knots.x, knots.y, knots.x, knots.y) + piece(knots.y, knots.z, knots.z, knots.y)
 }
 
-/// The optical depth of the air along a line, by quadrature.
-struct Column<'a> {
+/// Computes the optical depth of the air along lines, by quadrature.
+struct DepthIntegral<'a> {
     air: &'a AtmosphereUniforms,
     nodes: Vec<(f64, f64)>,
     two_nodes: Vec<(f64, f64)>,
 }
 
-impl<'a> Column<'a> {
+impl<'a> DepthIntegral<'a> {
     fn of(air: &'a AtmosphereUniforms, nodes: usize) -> Self {
         Self { air, nodes: gauss_legendre(nodes), two_nodes: gauss_legendre(2) }
     }
 
-    /// The optical depth per channel.
+    /// The optical depth per channel along the line at this zenith angle.
     fn depth(&self, cos_zenith: f64) -> DVec3 {
-        let part = |extinction: Vec3, column: &dyn Fn() -> f64| match extinction == Vec3::ZERO {
+        let depth_of_species = |extinction: Vec3, column: &dyn Fn() -> f64| match extinction == Vec3::ZERO {
             true => DVec3::ZERO,
             false => extinction.as_dvec3() * column(),
         };
         let air = self.air;
-        let exponential = |height: f32| move || exponential_column(f64::from(height), cos_zenith, &self.nodes);
-        part(air.rayleigh_extinction, &exponential(air.rayleigh_scale_height))
-            + part(air.mie_extinction, &exponential(air.mie_scale_height))
-            + part(air.absorption_extinction, &|| layer_column(air.absorption_layer.as_dvec3(), cos_zenith, &self.two_nodes))
+        let exponential = |scale_height: f32| move || exponential_column(f64::from(scale_height), cos_zenith, &self.nodes);
+        depth_of_species(air.rayleigh_extinction, &exponential(air.rayleigh_scale_height))
+            + depth_of_species(air.mie_extinction, &exponential(air.mie_scale_height))
+            + depth_of_species(air.absorption_extinction, &|| layer_column(air.absorption_layer.as_dvec3(), cos_zenith, &self.two_nodes))
     }
 }
 
-/// The slope of t. For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean of their slopes.
+/// The slope in t = 1 / (1 + slope cos z). For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean
+/// of their slopes.
 fn slope(air: &AtmosphereUniforms) -> f64 {
     let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
     (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()
@@ -88,13 +89,13 @@ fn slope(air: &AtmosphereUniforms) -> f64 {
 /// The rows of the uniform: coefficients of t, t², … (xyz); w of the first: the slope.
 pub(crate) fn terms(air: &AtmosphereUniforms) -> [Vec4; TERMS] {
     let slope = slope(air);
-    let column = Column::of(air, NODES);
-    // Chebyshev's points in t, which is 1 at the horizon and 1 / (1 + slope) in the zenith.
-    let zenith = 1.0 / (1.0 + slope);
+    let integral = DepthIntegral::of(air, NODES);
+    // Chebyshev nodes in t, which is 1 at the horizon and 1 / (1 + slope) in the zenith.
+    let zenith_t = 1.0 / (1.0 + slope);
     let points: Vec<(f64, DVec3)> = (0..FIT_POINTS)
         .map(|k| {
-            let t = 0.5 * (1.0 + zenith) + 0.5 * (1.0 - zenith) * (PI * (k as f64 + 0.5) / FIT_POINTS as f64).cos();
-            (t, column.depth((1.0 / t - 1.0) / slope))
+            let t = 0.5 * (1.0 + zenith_t) + 0.5 * (1.0 - zenith_t) * (PI * (k as f64 + 0.5) / FIT_POINTS as f64).cos();
+            (t, integral.depth((1.0 / t - 1.0) / slope))
         })
         .collect();
     let fits = [0, 1, 2].map(|channel| fit(points.iter().map(|(t, depth)| (*t, depth[channel]))));
@@ -106,8 +107,8 @@ pub(crate) fn terms(air: &AtmosphereUniforms) -> [Vec4; TERMS] {
     rows
 }
 
-/// Least-squares fit of a depth, weighted so that the relative error of the opacity is uniform. Solved by orthogonalised columns (modified Gram-Schmidt),
-/// because the normal equations would lose half of the digits.
+/// Coefficients of t, t², … that fit the depth by least squares, weighted so that the relative error of the opacity is uniform. `points`: t and depth. Solved
+/// by orthogonalised columns (modified Gram-Schmidt), because the normal equations would lose half of the digits.
 fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
     let mut columns = [[0.0; FIT_POINTS]; TERMS];
     let mut right_hand = [0.0; FIT_POINTS];
@@ -115,8 +116,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         if depth <= 0.0 {
             continue;
         }
-        // Relative error of the opacity per error of the depth. Where the air is opaque this vanishes, and a thousandth of the depth's relative error counts
-        // instead.
+        // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the former vanishes:
+        // there at least a thousandth of the depth's relative error counts.
         let transmittance = (-depth).exp();
         let weight = (transmittance / (1.0 - transmittance) + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
@@ -162,7 +163,7 @@ mod tests {
 
     /// Largest relative error of the opacity over all zenith angles and channels.
     fn error(air: &AtmosphereUniforms) -> f64 {
-        let (rows, exact) = (terms(air), Column::of(air, 200));
+        let (rows, exact) = (terms(air), DepthIntegral::of(air, 200));
         let steps = (0..=400).map(|k| f64::from(k) / 400.0);
         let relative_error = |cos: f64| {
             let (fitted, truth) = (value(&rows, cos), exact.depth(cos));
@@ -188,8 +189,8 @@ mod tests {
     }
 
     #[test]
-    fn atmospheres_of_custom_bodies_keep_the_bound_and_no_air_has_no_depth() {
-        let described = |gas: f32, haze: f32, extinction: [f32; 3], layer: Vec3| AtmosphereUniforms {
+    fn invented_atmospheres_keep_the_bound_and_no_air_has_no_depth() {
+        let invented = |gas: f32, haze: f32, extinction: [f32; 3], layer: Vec3| AtmosphereUniforms {
             rayleigh_scale_height: gas,
             rayleigh_extinction: Vec3::splat(extinction[0] / gas),
             mie_scale_height: haze,
@@ -203,12 +204,12 @@ mod tests {
             for extinction in [[0.01, 0.0, 0.0], [0.3, 0.1, 0.05], [0.0, 3.0, 0.0], [1e-4, 0.0, 1.0], [20.0, 1.0, 0.0]] {
                 // The layer reaches the ground in the second case.
                 for layer in [high, Vec3::new(0.0, 0.002, 0.004)] {
-                    let error = error(&described(gas, haze, extinction, layer));
+                    let error = error(&invented(gas, haze, extinction, layer));
                     assert!(error < 2e-3, "{gas} {haze} {extinction:?} {layer}: {error:e}");
                 }
             }
         }
-        let none = terms(&described(1.25e-3, 1.25e-3, [0.0; 3], high));
+        let none = terms(&invented(1.25e-3, 1.25e-3, [0.0; 3], high));
         assert!(none.iter().all(|row| row.truncate() == Vec3::ZERO));
     }
 

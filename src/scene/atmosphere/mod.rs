@@ -1,4 +1,6 @@
 //! Air and clouds: when they are drawn, with how many samples the air is integrated, and the tables and nodes that its shaders read.
+//!
+//! In: the catalog's atmospheres and clouds, and one placed body with the request. Out: decisions with their reasons, draws, and uniforms.
 
 pub(crate) mod air;
 pub(crate) mod air_pass;
@@ -15,7 +17,7 @@ pub(crate) mod rim;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;
 
-/// |p|² - 1 of a point p at a height above the unit sphere, without a difference of nearly equal numbers.
+/// |p|² - 1 of a point p at a height above the unit sphere, without the cancellation of a difference of nearly equal numbers.
 pub(crate) fn radius_sq_minus_1(height: f64) -> f64 {
     height * (2.0 + height)
 }

@@ -1,35 +1,38 @@
 //! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
 //! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder the square roots of [`FACTORS_PER_OCCLUDER`]
-//! factors on the table of [`crate::scene::atmosphere::multi_scatter_table`]: for each of [`HEIGHTS`] heights a row over the distance from the occluder's
-//! limb in solar radii, and a row for the irradiance of level ground by the entire sky. Method: light of the second order comes from the sunlit air and ground on
-//! a straight path through the air. Its amounts and the distances of its sources are summed over directions as in the table. The light from each distance is
-//! multiplied by the fraction of the Sun's disc that is visible there, averaged over azimuths. Each further order spreads the light once more. Always: factors
-//! are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light,
-//! and under a low Sun elongated along the ground), the change of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and
-//! the overlap of two occluders' shadows, which is spread twice.
+//! factors: the fractions of the values of [`multi_scatter_table`] that remain in the occluder's shadow. For each of [`HEIGHTS`] heights there is a row over
+//! the distance from the occluder's limb in solar radii, and one more row for the irradiance of level ground by the entire sky.
+//!
+//! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, as for the
+//! table, and their light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
+//! there, averaged over azimuths. Each further order spreads the light once more. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred
+//! edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground), the change
+//! of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders' shadows, where the shader
+//! multiplies the factors of both.
 //!
 //! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
 //! (tests/eclipse/twilight.rs).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, extinction, scattering};
+use crate::scene::atmosphere::multi_scatter_table;
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Rows of [`crate::scene::atmosphere::multi_scatter_table`] from the ground up: 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of the last row apply to
-/// all greater heights.
+/// Number of heights: the lowest ones of [`multi_scatter_table`], which are 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of
+/// the last row apply to all greater heights.
 pub use crate::scene::constants::IN_SHADOW_HEIGHTS as HEIGHTS;
-/// One row per height, then one for the irradiance of level ground.
+/// Number of rows: one per height, then one for the irradiance of level ground.
 pub(crate) const ROWS: usize = HEIGHTS + 1;
-/// Columns: distances from the occluder's limb, densest in the middle of the shadow.
+/// Number of columns: distances from the occluder's limb, densest in the middle of the shadow.
 pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
 /// Number of factors of one occluder.
 pub const FACTORS_PER_OCCLUDER: usize = ROWS * COLUMNS;
-/// Index of the first of the vec4s that contain the range of each occluder's columns.
+/// Index of the first of the vec4s with the range of each occluder's columns (see [`tables`]).
 pub(crate) const FIRST_COLUMN_RANGE: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDERS as usize;
 /// Number of vec4s in the table: the factors and the column ranges of all occluders.
 pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
@@ -38,22 +41,23 @@ pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
 const ELEVATIONS: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
-/// Number of bins of distance over the ground: the first contains all distances up to [`FIRST_BIN_KM`], and each next bin ends sqrt(2) times as far away.
+/// Number of bins of distance along the ground: the first contains all distances up to [`FIRST_BIN_KM`], each next one ends sqrt(2) times as far away, and the
+/// last contains all greater distances.
 const BINS: usize = 18;
 const FIRST_BIN_KM: f64 = 2.0;
 /// Number of azimuths over which the light from a distance is averaged.
 const AZIMUTHS: usize = 12;
 /// Number of iterations that spread the light of the orders after the second.
-const ORDERS: usize = 4;
+const SPREAD_ITERATIONS: usize = 4;
 /// Upper limit of the fraction of light that is scattered again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
-/// Distance beyond which no light is spread into a shadow: about seven mean free paths of red light at the Earth's ground.
-const MAX_DISTANCE_KM: f64 = 600.0;
+/// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's ground.
+const MAX_SPREAD_KM: f64 = 600.0;
 /// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
 const MIN_SUN_COSINE: f64 = 0.05;
-/// Samples of the visible fraction of the Sun across the occluder's limb.
-const EDGE_NODES: usize = 96;
-/// Annuli of the Sun's disc.
+/// Number of samples of the visible fraction of the Sun across the occluder's limb.
+const PENUMBRA_NODES: usize = 96;
+/// Number of annuli into which the Sun's disc is divided.
 const SUN_ANNULI: usize = 40;
 
 /// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
@@ -74,23 +78,24 @@ struct Shadow {
 }
 
 impl Shadow {
+    /// The shadow of the occluder `index`; `None` if there is none, or if it is not between the body and the Sun.
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
         // The coordinate along the axis of the point where the shadow's centre line meets the ground or passes nearest to it.
         let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
-        let depth = position.z - along;
+        let to_occluder = position.z - along;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
-        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / depth;
-        if !(depth > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
+        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / to_occluder;
+        if !(to_occluder > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
         let occluder_radius = (outline.z * outline.w).sqrt() * solar_radii_per_radius;
         let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
-        let margin = MAX_DISTANCE_KM / km_per_solar_radius;
+        let margin = MAX_SPREAD_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb_darkening.map(|l| l.truncate().as_dvec3());
-        let visible_sun = (0..EDGE_NODES)
-            .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (EDGE_NODES - 1) as f64, &limb_darkening))
+        let visible_sun = (0..PENUMBRA_NODES)
+            .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (PENUMBRA_NODES - 1) as f64, &limb_darkening))
             .collect();
         let sun_cosine = along.max(MIN_SUN_COSINE);
         Some(Self {
@@ -110,28 +115,30 @@ impl Shadow {
         if from_limb >= 1.0 {
             return DVec3::ONE;
         }
-        let node_position = (0.5 * (from_limb + 1.0)).max(0.0) * (EDGE_NODES - 1) as f64;
-        let k = (node_position as usize).min(EDGE_NODES - 2);
+        let node_position = (0.5 * (from_limb + 1.0)).max(0.0) * (PENUMBRA_NODES - 1) as f64;
+        let k = (node_position as usize).min(PENUMBRA_NODES - 2);
         self.visible_sun[k].lerp(self.visible_sun[k + 1], node_position - k as f64)
     }
 
     /// Distance of a column from the occluder's centre, solar radii.
-    fn distance(&self, column: usize) -> f64 {
+    fn column_distance(&self, column: usize) -> f64 {
         self.occluder_radius + self.first_column + (self.last_column - self.first_column) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
     }
 
     /// Where a distance from the occluder's centre lies between the columns.
     fn column_position(&self, distance: f64) -> ColumnPosition {
-        let x = ((distance - self.occluder_radius - self.first_column) / (self.last_column - self.first_column)).clamp(0.0, 1.0).sqrt()
-            * (COLUMNS - 1) as f64;
-        let below = (x as usize).min(COLUMNS - 2);
-        ColumnPosition { below, up: x - below as f64 }
+        let column =
+            ((distance - self.occluder_radius - self.first_column) / (self.last_column - self.first_column)).clamp(0.0, 1.0).sqrt()
+                * (COLUMNS - 1) as f64;
+        let below = (column as usize).min(COLUMNS - 2);
+        ColumnPosition { below, fraction: column - below as f64 }
     }
 
-    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` over the ground away from a place. `distance`: that of the place.
+    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` along the ground away from a place, in solar radii. `distance`:
+    /// that of the place.
     fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
-        let distance_over_ground = path_km / self.km_per_solar_radius;
-        self.azimuths.map(|(from, to)| (from * distance + to * distance_over_ground).length())
+        let path = path_km / self.km_per_solar_radius;
+        self.azimuths.map(|(to_place, to_source)| (to_place * distance + to_source * path).length())
     }
 }
 
@@ -140,22 +147,22 @@ impl Shadow {
 struct ColumnPosition {
     below: usize,
     /// 0 at the column `below`, 1 at the next.
-    up: f64,
+    fraction: f64,
 }
 
 impl ColumnPosition {
     /// Interpolates a row of square roots, and squares the result.
     fn interpolate_squared(self, row: &[DVec3; COLUMNS]) -> DVec3 {
-        let root = row[self.below].lerp(row[self.below + 1], self.up);
+        let root = row[self.below].lerp(row[self.below + 1], self.fraction);
         root * root
     }
 }
 
-/// For each azimuth: the unit vector from the shadow's axis to a place, and the vector from the place along the ground, both projected on the plane
-/// perpendicular to the light.
+/// For each azimuth: the unit vector from the shadow's axis to a place, and the unit vector along the ground from the place to a source; both projected on the
+/// plane perpendicular to the light, which shortens the second.
 fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     std::array::from_fn(|k| {
-        // The place may be on any side of the axis: steps of the golden ratio distribute both angles evenly.
+        // The place may be on any side of the axis. Its angle advances by the golden ratio, so that the pairs of angles are distributed evenly.
         let (sin, cos) = (TAU * (k as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
         (DVec2::from_angle(PI * (k as f64 * 0.618_033_988_749).fract()), DVec2::new(sun_cosine * cos, sin))
     })
@@ -165,34 +172,32 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
 /// circle covers the centre. Lengths in solar radii.
 fn visible_sun_fraction(occluder_radius: f64, from_limb: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
     let separation = (occluder_radius + from_limb).max(0.0);
-    let annulus = |k: usize| {
+    let (mut visible, mut total) = (DVec3::ZERO, DVec3::ZERO);
+    for k in 0..SUN_ANNULI {
         let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
         let mu = (1.0 - r * r).sqrt();
         let intensity = limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu);
+        // Cosine of half the angle that the occluder covers of the annulus, as seen from the Sun's centre.
         let cosine = (r * r + separation * separation - occluder_radius * occluder_radius) / (2.0 * r * separation).max(1e-12);
-        intensity * (TAU * r * (1.0 - cosine.clamp(-1.0, 1.0).acos() / PI) / SUN_ANNULI as f64)
-    };
-    let total: DVec3 = (0..SUN_ANNULI)
-        .map(|k| {
-            let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
-            let mu = (1.0 - r * r).sqrt();
-            (limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu)) * (TAU * r / SUN_ANNULI as f64)
-        })
-        .sum();
-    ((0..SUN_ANNULI).map(annulus).sum::<DVec3>() / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
+        let visible_part = 1.0 - cosine.clamp(-1.0, 1.0).acos() / PI;
+        visible += intensity * (TAU * r * visible_part / SUN_ANNULI as f64);
+        total += intensity * (TAU * r / SUN_ANNULI as f64);
+    }
+    (visible / total.max(DVec3::splat(1e-12))).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
 /// Light binned by the distance of its source along the ground.
 #[derive(Clone)]
 struct Sources {
     light: [DVec3; BINS],
-    /// Sums of distances, weighted by the green channel of `light`.
+    /// Sums of the sources' distances, weighted by the green channel of `light`.
     path_sums_km: [f64; BINS],
 }
 
 impl Sources {
     const NONE: Self = Self { light: [DVec3::ZERO; BINS], path_sums_km: [0.0; BINS] };
 
+    /// Adds light from a source `path_km` along the ground away.
     fn add(&mut self, path_km: f64, light: DVec3) {
         let bin = (2.0 * (path_km / FIRST_BIN_KM).max(1.0).log2()).ceil().min((BINS - 1) as f64) as usize;
         self.light[bin] += light;
@@ -209,23 +214,24 @@ impl Sources {
         bins.map(|(light, path_sum_km)| (*light, path_sum_km / light.y.max(1e-300)))
     }
 
-    /// The light that arrives at a distance from the occluder's centre if each source is scaled by `factor` at its own distance from that centre.
+    /// The light that arrives at a place if each source is scaled by `factor` at its own distance from the occluder's centre. `distance`: that of the place.
     fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
         let mean = |path_km| shadow.distances_around(distance, path_km).map(&factor).iter().sum::<DVec3>() / AZIMUTHS as f64;
         self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
     }
 
-    /// What [`Spread::arriving`] needs for each column.
+    /// For each column the sources of the light that arrives there.
     fn spread(&self, shadow: &Shadow) -> Vec<Spread> {
         let positions = |distance, path_km| shadow.distances_around(distance, path_km).map(|d| shadow.column_position(d));
         let at = |distance| Spread { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
-        (0..COLUMNS).map(|c| at(shadow.distance(c))).collect()
+        (0..COLUMNS).map(|c| at(shadow.column_distance(c))).collect()
     }
 }
 
-/// The sources of the light that arrives at one column, by their positions between the columns. Every order of scattering spreads the light by the same
-/// positions, so they are computed once.
+/// The sources of the light that arrives at one column, by their positions between the columns. The positions are the same for every order of scattering, so
+/// they are computed once.
 struct Spread {
+    /// The light of each bin, and for each azimuth the position of its source.
     bins: Vec<(DVec3, [ColumnPosition; AZIMUTHS])>,
 }
 
@@ -247,31 +253,33 @@ struct AirAndGround<'a> {
 
 impl AirAndGround<'_> {
     /// Height of a row of the table.
-    fn height_km(&self, row: usize) -> f64 {
-        self.air.top_km * (row as f64 / (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
+    fn row_height_km(&self, row: usize) -> f64 {
+        self.air.top_km * (row as f64 / (multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
     }
 
     fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
         extinction::coefficient(self.air, height_km, of_species)
     }
 
-    /// Transmittance towards the Sun for a plane-parallel atmosphere.
+    /// Transmittance towards the Sun of a plane-parallel atmosphere.
     fn sunlight(&self, height_km: f64, sun_cosine: f64) -> DVec3 {
-        let above = |s: &crate::catalog::Species| match s.tent_centre_km {
+        // The column above the height, km.
+        let column_km = |s: &crate::catalog::Species| match s.tent_centre_km {
             None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
             Some(centre) => {
                 let x = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
                 s.scale_height_km * (0.5 - x + 0.5 * x * x.abs())
             }
         };
-        let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * above(s)).sum();
+        let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * column_km(s)).sum();
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the
-    /// fraction of light scattered towards the start. Returns the distance at which the path meets the ground and the transmittance up to there.
+    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the fraction
+    /// of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path meets the
+    /// ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let r = self.radius_km + height_km.max(1e-4);
+        let r = self.radius_km + height_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
         let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
         let to_ground = self.radius_km * self.radius_km - closest_sq;
         let hits_ground = elevation_sine < 0.0 && to_ground > 0.0;
@@ -297,7 +305,7 @@ impl AirAndGround<'_> {
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(self.height_km(row), elevation_sine, |path_km, h, scattered| {
+            let ground = self.integrate_path(self.row_height_km(row), elevation_sine, |path_km, h, scattered| {
                 second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });
@@ -354,19 +362,19 @@ fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
 
-/// The square roots of one height: of the second order, and then with each further order.
+/// The square roots of the factors at one height. They start as those of the second order; each iteration includes one more order.
 fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec3; COLUMNS] {
     let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
     let second_total = second.total().max(DVec3::splat(1e-300));
     let second_order: [DVec3; COLUMNS] =
-        std::array::from_fn(|c| second.arriving(shadow, shadow.distance(c), |d| shadow.visible_sun(d)) / second_total);
+        std::array::from_fn(|c| second.arriving(shadow, shadow.column_distance(c), |d| shadow.visible_sun(d)) / second_total);
     let spread = rescattered.spread(shadow);
     let rescattered_total = rescattered.total().max(DVec3::splat(1e-300));
     let mut row = second_order.map(square_root);
-    for _ in 0..ORDERS {
+    for _ in 0..SPREAD_ITERATIONS {
         let next = |c: usize| {
-            let spread = spread[c].arriving(&row) / rescattered_total;
-            square_root(second_order[c] * (DVec3::ONE - rescattered_fraction) + spread * rescattered_fraction)
+            let arriving = spread[c].arriving(&row) / rescattered_total;
+            square_root(second_order[c] * (DVec3::ONE - rescattered_fraction) + arriving * rescattered_fraction)
         };
         row = std::array::from_fn(next);
     }
@@ -376,28 +384,29 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
 /// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
 /// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
 fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
-    // Source radiance at a height per unit of scattering: sunlight scattered once, and all further orders.
+    // At each height: the radiance, per unit of scattering, of the second and all further orders, as in the table.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()
         .map(|(second, rescattered)| second.total() / (DVec3::ONE - rescattered.total().map(|a| a.min(MAX_RESCATTERED))))
         .collect();
+    // The sources of the skylight: sunlight scattered once, and by the row of its height the light scattered more often.
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
         let weight = weight * elevation_sine;
         let add_scattering = |path_km: f64, h: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let row_position = ((h / air.air.top_km).sqrt() * (crate::scene::atmosphere::multi_scatter_table::HEIGHTS - 1) as f64)
-                .min((HEIGHTS - 1) as f64);
-            let (below, up) = ((row_position as usize).min(HEIGHTS - 2), row_position - (row_position as usize).min(HEIGHTS - 2) as f64);
-            further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - up)));
-            further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * up));
+            let row = ((h / air.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
+            let below = (row as usize).min(HEIGHTS - 2);
+            let fraction = row - below as f64;
+            further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - fraction)));
+            further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * fraction));
         };
         air.integrate_path(0.0, elevation_sine, add_scattering);
     }
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {
-        let distance = shadow.distance(c);
+        let distance = shadow.column_distance(c);
         let further_at = |r: usize| further[r].arriving(shadow, distance, |d| shadow.column_position(d).interpolate_squared(&rows[r]));
         let light = single.arriving(shadow, distance, |d| shadow.visible_sun(d)) + (0..HEIGHTS).map(further_at).sum::<DVec3>();
         light / total.max(DVec3::splat(1e-300))

@@ -1,19 +1,22 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots, one row per height: of radiances per unit of sunlight. One more row has the square roots of
-//! the irradiance of level ground. Method (S. Hillaire, EGSR 2020): light of the second order is summed over directions with an isotropic phase function, and each further
-//! order is the previous order times the fraction that scatters again nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not
-//! modelled: the directionality of the higher orders, and differences in illumination between neighbouring places.
+//! In: a body with its atmosphere. Out: [`NODES`] square roots. Those in the row of a height are of the radiance of light scattered twice or more, for the
+//! irradiance of the Sun; those in one more row are of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
+//! order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
+//! nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and differences in
+//! illumination between neighbouring places.
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
 use crate::scene::atmosphere::phase;
 use crate::scene::camera;
+use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST_COORDINATE};
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Rows: heights spaced quadratically from the ground to the top. Columns: cosines of the Sun's zenith angle, densest at the horizon.
+/// Numbers of rows and of columns. Rows: heights spaced quadratically from the ground to the top. Columns: cosines of the Sun's zenith angle, densest at the
+/// horizon.
 pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTER_SUNS as SUNS};
 /// One row per height, then one for the irradiance of level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
@@ -24,7 +27,7 @@ pub(crate) const SOURCES: [&str; 4] =
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
-/// Sampling with the Sun below the horizon, which lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
+/// Sampling with the Sun below the horizon, when it lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
 /// of 12 degrees would be a thirtieth of its true value.
 const AT_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
 /// Sampling for the row of the ground's irradiance.
@@ -33,11 +36,10 @@ const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 const SUNLIGHT_STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
 const MAX_RESCATTERED: f64 = 0.98;
-use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST};
-/// Column coordinate of the Sun in the zenith.
-const LAST: f64 = 1.0 / (1.0 + BEND);
+/// Column coordinate of the last column, the Sun in the zenith.
+const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
-const GROUND_CLEARANCE_KM: f64 = 1e-4;
+pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
 
 /// Number of directions over the sphere, and of integration steps along each.
 #[derive(Clone, Copy)]
@@ -54,14 +56,14 @@ struct AirSphere<'a> {
     ground_albedo: DVec3,
 }
 
-/// Cosine of the Sun's zenith angle in a column: columns are evenly spaced in x = mu / (|mu| + BEND), from FIRST to LAST.
+/// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.
 pub fn sun_cosine(column: usize) -> f64 {
-    let x = FIRST + (LAST - FIRST) * column as f64 / (SUNS - 1) as f64;
+    let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (SUNS - 1) as f64;
     BEND * x / (1.0 - x.abs())
 }
 
 /// Height of a row.
-fn height_km(air: &Atmosphere, row: usize) -> f64 {
+fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
     air.top_km * (row as f64 / (HEIGHTS - 1) as f64).powi(2)
 }
 
@@ -82,7 +84,7 @@ fn towards_sun(cosine: f64) -> DVec3 {
 
 /// The result of integrating along one ray.
 struct RayIntegral {
-    /// In-scattered light, for the `source` of [`AirSphere::ray`].
+    /// In-scattered light, for the `source` of [`AirSphere::integrate`].
     light: DVec3,
     /// In-scattered light from a source of 1 everywhere.
     rescattered: DVec3,
@@ -104,7 +106,8 @@ impl AirSphere<'_> {
         ((-b + top.max(0.0).sqrt()).max(0.0), false)
     }
 
-    fn height(&self, p: DVec3) -> f64 {
+    /// Height of a point above the ground.
+    fn height_km(&self, p: DVec3) -> f64 {
         (p.length() - self.radius_km).max(0.0)
     }
 
@@ -118,12 +121,12 @@ impl AirSphere<'_> {
         if hits_ground {
             return DVec3::ZERO;
         }
-        let depth = optical_depth(self.air, length_km, SUNLIGHT_STEPS, |s_km| self.height(p + sun * s_km));
+        let depth = optical_depth(self.air, length_km, SUNLIGHT_STEPS, |s_km| self.height_km(p + sun * s_km));
         depth.map(|d| (-d).exp())
     }
 
     /// Integrates in-scattering along a ray in `count` steps. `source`: radiance that a unit of scattering at a point sends into the ray.
-    fn ray(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
+    fn integrate(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut ray = RayIntegral {
             light: DVec3::ZERO,
@@ -133,11 +136,11 @@ impl AirSphere<'_> {
         };
         for (fraction, weight) in quadrature(count) {
             let p = from + along * (length_km * fraction);
-            let (height, step_km) = (self.height(p), length_km * weight);
-            let depth = self.coefficient(height, extinction) * step_km;
+            let (height_km, step_km) = (self.height_km(p), length_km * weight);
+            let depth = self.coefficient(height_km, extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            let scattered = ray.transmittance * self.coefficient(height, scattering) * mean_transmittance * step_km;
+            let scattered = ray.transmittance * self.coefficient(height_km, scattering) * mean_transmittance * step_km;
             ray.light += scattered * source(p);
             ray.rescattered += scattered;
             ray.transmittance *= depth.map(|d| (-d).exp());
@@ -145,14 +148,14 @@ impl AirSphere<'_> {
         ray
     }
 
-    /// The node of a row and a column: radiance of the second and all further orders of scattering, the mean over all directions.
+    /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions.
     fn node(&self, row: usize, column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + height_km(self.air, row).max(GROUND_CLEARANCE_KM));
+        let from = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
         let sampling = if sun.z > 0.0 { BY_DAY } else { AT_DUSK };
         let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
         for along in directions(sampling.directions) {
-            let ray = self.ray(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
+            let ray = self.integrate(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
             second += ray.light + ray.ground_point.map_or(DVec3::ZERO, |g| ray.transmittance * self.reflected(g, sun));
             rescattered += ray.rescattered;
         }
@@ -160,7 +163,7 @@ impl AirSphere<'_> {
         second / sampling.directions as f64 / rescattered.map(|a| 1.0 - a.min(MAX_RESCATTERED))
     }
 
-    /// Radiance of the ground in direct sunlight.
+    /// Radiance of the ground in direct sunlight, per irradiance of the Sun.
     fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
         let up = ground_point.normalize();
         let above = up * (self.radius_km + GROUND_CLEARANCE_KM);
@@ -173,7 +176,8 @@ impl AirSphere<'_> {
         let sun = towards_sun(sun_cosine(column));
         let mut sum = DVec3::ZERO;
         for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
-            let multiple = self.ray(from, along, ON_GROUND.steps, |p| self.interpolate(rows, self.height(p), p.normalize().dot(sun))).light;
+            let multiple =
+                self.integrate(from, along, ON_GROUND.steps, |p| self.interpolate(rows, self.height_km(p), p.normalize().dot(sun))).light;
             sum += (multiple + self.single_scattering(from, along, sun)) * along.z;
         }
         // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
@@ -184,13 +188,13 @@ impl AirSphere<'_> {
     fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
         let cos_scattering = along.dot(sun);
         let source = |p: DVec3| {
-            let height = self.height(p);
-            let all = self.coefficient(height, scattering).max(DVec3::splat(1e-30));
-            let towards_camera = |s: &crate::catalog::Species| density(s, height) * phase::per_steradian(s.phase, cos_scattering);
-            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * towards_camera(s)).sum();
+            let height_km = self.height_km(p);
+            let all = self.coefficient(height_km, scattering).max(DVec3::splat(1e-30));
+            let phase_times_density = |s: &crate::catalog::Species| density(s, height_km) * phase::per_steradian(s.phase, cos_scattering);
+            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * phase_times_density(s)).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };
-        self.ray(from, along, ON_GROUND.steps, source).light
+        self.integrate(from, along, ON_GROUND.steps, source).light
     }
 
     /// Interpolates the table as the shader does.
@@ -215,7 +219,8 @@ pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordina
 /// row * SUNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
-    let column = ((column_coordinate - FIRST) / (LAST - FIRST) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
+    let column =
+        ((column_coordinate - FIRST_COORDINATE) / (LAST_COORDINATE - FIRST_COORDINATE) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
     let along = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
     along(r).lerp(along(r + 1), row - r as f64)
@@ -227,7 +232,7 @@ fn root(v: DVec3) -> DVec3 {
 }
 
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
-/// which 1 is the radiance of a white plane that faces the Sun. Uses all cores; `None` without an atmosphere.
+/// which 1 is the irradiance of a plane that faces the Sun, and the radiance of that plane if it is white. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
     let sphere =
         AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: DVec3::from_array(body.mean_reflectance()) };

@@ -1,9 +1,9 @@
-//! Quadrature nodes: the heights at which light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
+//! Quadrature nodes: the heights at which the air's light is summed along rays that only rise or only fall, with the quantities that depend on height alone.
 //!
-//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of `AirAtHeight` (shaders/lib/air/column_density.wesl). Method: Gauss-Legendre
-//! nodes in a variable w that is 0 at the lower end and grows upwards: 1 - w² is the density of the species with the largest scale height, relative to its
-//! density at the lower end. The ends are
-//! inside the atmosphere or at its top (`air::set_ends`).
+//! In: the atmosphere's uniforms with the heights of a ray's ends. Out: rows of `AirAtHeight` (shaders/lib/air/column_density.wesl), polynomials of multiple
+//! scattering at the nodes, and sample positions for all other rays. Method: Gauss-Legendre nodes in a variable w that is 0 at the lower end and grows upwards:
+//! 1 - w² is the density of the species with the largest scale height, relative to its density at the lower end. The ends are inside the atmosphere or at its
+//! top (`air::set_ends`).
 
 use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
 use crate::scene::camera;
@@ -13,9 +13,9 @@ use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
 use std::f64::consts::PI;
 
-/// Vectors of the uniform per node.
+/// Number of rows (vec4s) of the uniform per node.
 pub(crate) const ROWS: usize = 3;
-/// Nodes after those of the quadrature: the camera's end and the far end.
+/// Number of nodes after those of the quadrature: the camera's end and the far end.
 pub(crate) const ENDS: usize = 2;
 
 /// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).
@@ -29,9 +29,11 @@ fn midpoint(nodes: &[(f64, f64)], k: usize) -> f64 {
     0.5 * (nodes[k].0 + nodes.get(k + 1).map_or(1.0, |next| next.0))
 }
 
-/// The heights of an atmosphere's profiles, in radii.
-struct ScaleHeights {
+/// Scale heights and layer edges of an atmosphere's density profiles, in radii.
+struct Profiles {
+    /// Scale height of the gas.
     rayleigh: f64,
+    /// Scale height of the aerosol.
     mie: f64,
     /// `radius_sq_minus_1` of the lower edge, middle and upper edge of the absorption layer.
     layer_edges: DVec3,
@@ -39,14 +41,15 @@ struct ScaleHeights {
     largest: f64,
 }
 
-impl ScaleHeights {
+impl Profiles {
     /// The rows of a node. `weight`: quadrature weight in height; `midpoint_height`: the height half-way to the next node.
     fn rows(&self, height: f64, weight: f64, midpoint_height: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
         let (rayleigh, mie) = ((-height / self.rayleigh).exp(), (-height / self.mie).exp());
-        let erfcx_slope = |scale: f64| ERFCX_SLOPE * (0.5 * radius / scale).sqrt() / radius;
-        // The column along a horizontal ray, as in shaders/lib/air/column_density.wesl, which multiplies by the root of pi separately.
-        let grazing_column = |density: f64, scale: f64| density * scale * (0.5 * PI * radius / scale).sqrt();
+        // This and the next are the values of `AirAtHeight::chapman`.
+        let erfcx_slope = |scale_height: f64| ERFCX_SLOPE * (0.5 * radius / scale_height).sqrt() / radius;
+        // The column outwards along a horizontal ray, as in shaders/lib/air/column_density.wesl, which has the root of pi as a factor of its own.
+        let grazing_column = |density: f64, scale_height: f64| density * scale_height * (0.5 * PI * radius / scale_height).sqrt();
         let layer_edges = self.layer_edges - radius_sq_minus_1(height);
         let mie_per_rayleigh = ((1.0 / self.rayleigh - 1.0 / self.mie) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
@@ -60,7 +63,7 @@ impl ScaleHeights {
 
 /// The ends of a ray and where the nodes between them lie, from the lower end up.
 struct NodePlacement {
-    scales: ScaleHeights,
+    profiles: Profiles,
     /// Heights of the camera's end, of the far end, and of the lower of the two, in radii.
     camera: f64,
     far: f64,
@@ -79,57 +82,57 @@ impl NodePlacement {
         let (camera, far) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
         let low = camera.min(far);
         let w_max = (1.0 - (-(camera.max(far) - low) / largest).exp()).max(0.0).sqrt();
-        let scales = ScaleHeights { rayleigh, mie, layer_edges: air.absorption_layer.as_dvec3(), largest };
-        Self { scales, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
+        let profiles = Profiles { rayleigh, mie, layer_edges: air.absorption_layer.as_dvec3(), largest };
+        Self { profiles, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
     }
 
     /// The height of a position `x`: 0 at the lower end, 1 at the upper.
     fn height(&self, x: f64) -> f64 {
-        self.low - self.scales.largest * (1.0 - (self.w_max * x).powi(2)).ln()
+        self.low - self.profiles.largest * (1.0 - (self.w_max * x).powi(2)).ln()
     }
 
-    /// The height of a position, as a fraction of the height of the multiple-scattering table's top; not limited to 0 to 1.
+    /// The height of a position above the ground, as a fraction of the height of the multiple-scattering table's top; it may be outside 0 to 1.
     fn table_height_fraction(&self, x: f64, air: &AtmosphereUniforms) -> f64 {
         (self.height(x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y)
     }
 }
 
-/// The rows of `count` nodes and of the two ends.
+/// The rows of `count` quadrature nodes, then those of the two ends.
 pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     let placement = NodePlacement::of(air, count);
-    let scales = &placement.scales;
+    let profiles = &placement.profiles;
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (count + ENDS));
     for (k, (x, weight)) in placement.nodes.iter().enumerate() {
         let w = placement.w_max * x;
-        let height_per_w = 2.0 * w * scales.largest / (1.0 - w * w);
+        let height_per_w = 2.0 * w * profiles.largest / (1.0 - w * w);
         let midpoint_height = placement.height(midpoint(&placement.nodes, k));
-        rows.extend(scales.rows(placement.height(*x), weight * placement.w_max * height_per_w, midpoint_height));
+        rows.extend(profiles.rows(placement.height(*x), weight * placement.w_max * height_per_w, midpoint_height));
     }
-    // Both ends include the column of air above them, even an end at the top, so that their difference is the column between them.
+    // The density continues above the top of the atmosphere, at both ends alike: the difference of their columns is the column between them.
     for end in [placement.camera, placement.far] {
-        rows.extend(scales.rows(end, 0.0, end));
+        rows.extend(profiles.rows(end, 0.0, end));
     }
     rows
 }
 
 /// Number of coefficients of the polynomial in mu / (mu + MULTI_SCATTER_BEND) that approximates the multiple-scattering table at a height.
-pub(crate) const POWERS: usize = MULTI_SCATTER_COEFFICIENTS;
+pub(crate) const COEFFICIENTS: usize = MULTI_SCATTER_COEFFICIENTS;
 /// Number of zenith cosines at which the polynomial is fitted.
 const FIT_POINTS: usize = 48;
 
-/// The polynomials at the heights of `count` nodes: least-squares fits over the Sun's altitudes from the horizon to the zenith.
+/// The polynomials at the heights of `count` nodes: least-squares fits of the table's square roots, for a Sun from the horizon to the zenith.
 pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
-    let mut all = Vec::with_capacity(POWERS * count);
+    let mut all = Vec::with_capacity(COEFFICIENTS * count);
     let placement = NodePlacement::of(air, count);
     for (x, _) in &placement.nodes {
         let height_fraction = placement.table_height_fraction(*x, air).clamp(0.0, 1.0);
-        let mut normal_matrix = [[0.0; POWERS]; POWERS];
-        let mut right_hand = [DVec3::ZERO; POWERS];
+        let mut normal_matrix = [[0.0; COEFFICIENTS]; COEFFICIENTS];
+        let mut right_hand = [DVec3::ZERO; COEFFICIENTS];
         for k in 0..FIT_POINTS {
             let coordinate = column_coordinate(k);
             let root = multi_scatter_table::root_between(&air.multi_scatter, height_fraction, coordinate);
-            for i in 0..POWERS {
+            for i in 0..COEFFICIENTS {
                 right_hand[i] += root * coordinate.powi(i as i32);
                 for (j, n) in normal_matrix[i].iter_mut().enumerate() {
                     *n += coordinate.powi((i + j) as i32);
@@ -142,17 +145,17 @@ pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4>
 }
 
 /// Solves the normal equations by Gaussian elimination; the matrix is positive definite.
-fn solve(mut m: [[f64; POWERS]; POWERS], mut b: [DVec3; POWERS]) -> [DVec3; POWERS] {
-    for i in 0..POWERS {
-        for r in i + 1..POWERS {
+fn solve(mut m: [[f64; COEFFICIENTS]; COEFFICIENTS], mut b: [DVec3; COEFFICIENTS]) -> [DVec3; COEFFICIENTS] {
+    for i in 0..COEFFICIENTS {
+        for r in i + 1..COEFFICIENTS {
             let factor = m[r][i] / m[i][i];
             let (row, side) = (m[i], b[i]);
             m[r].iter_mut().zip(row).skip(i).for_each(|(here, above)| *here -= factor * above);
             b[r] -= factor * side;
         }
     }
-    for i in (0..POWERS).rev() {
-        let known: DVec3 = (i + 1..POWERS).map(|c| b[c] * m[i][c]).sum();
+    for i in (0..COEFFICIENTS).rev() {
+        let known: DVec3 = (i + 1..COEFFICIENTS).map(|c| b[c] * m[i][c]).sum();
         b[i] = (b[i] - known) / m[i][i];
     }
     b
@@ -164,7 +167,7 @@ mod tests {
     use crate::scene::atmosphere::height_above_unit_sphere;
     use glam::{Vec2, Vec3};
 
-    /// The polynomials agree with the table at the heights of all nodes, for Suns from the horizon to the zenith.
+    /// The polynomials agree with the table at the heights of all nodes, for a Sun from the horizon to the zenith.
     #[test]
     fn the_polynomials_approximate_the_table() {
         let catalog = crate::catalog::Catalog::embedded();
@@ -176,14 +179,15 @@ mod tests {
                 ..crate::scene::atmosphere::air::uniforms(body, 1.0)
             };
             let fits = multi_scatter(&air, 8);
-            assert_eq!(fits.len(), 8 * POWERS);
+            assert_eq!(fits.len(), 8 * COEFFICIENTS);
             let brightest = table.iter().map(|v| v.truncate().max_element()).fold(0.0, f32::max).powi(2);
             let placement = NodePlacement::of(&air, 8);
             for (k, (x, _)) in placement.nodes.iter().enumerate() {
                 let height_fraction = placement.table_height_fraction(*x, &air).clamp(0.0, 1.0);
                 for step in 0..=20 {
                     let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
-                    let root: DVec3 = (0..POWERS).map(|p| fits[POWERS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
+                    let root: DVec3 =
+                        (0..COEFFICIENTS).map(|p| fits[COEFFICIENTS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
                     let exact = multi_scatter_table::root_between(&table, height_fraction, coordinate);
                     let error = (root * root - exact * exact).abs().max_element();
                     assert!(error < 0.02 * f64::from(brightest), "{name}, node {k}, {coordinate}: {error} of {brightest}");

@@ -1,7 +1,7 @@
 //! The rim of air beyond the limb: its height in pixels, its light relative to that of the body, and whether it is left out or averaged over pixels.
 //!
 //! In: a body, its air, its diameter in pixels and its phase angle. Out: [`Rim`]. A rim less than half a pixel high is left out only if
-//! it adds less than [`MIN_LIGHT_PART`] of the body's light at this phase. A crescent has little light, so its rim is kept.
+//! it adds less than [`MIN_LIGHT_RATIO`] of the disc's light at this phase. A crescent has little light, so its rim is kept.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, scattering};
@@ -13,50 +13,49 @@ use std::f64::consts::PI;
 
 /// Height in pixels from which the rim is drawn whatever its light.
 pub(crate) const ALWAYS_DRAWN_RIM_PX: f64 = 0.5;
-/// Height in pixels below which the rings' shadow on the rim is evaluated once per ray.
-pub(crate) const SHADED_RIM_PX: f64 = 1.0;
-/// Part of the body's light below which a rim lower than [`ALWAYS_DRAWN_RIM_PX`] is left out.
-pub(crate) const MIN_LIGHT_PART: f64 = 0.005;
-/// Height in pixels below which a rim with more than [`AVERAGED_LIGHT_PART`] of the body's light is averaged over each pixel. One ray per pixel shows a rim of half a
-/// pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
-const AVERAGED_RIM_PX: f64 = 2.0;
-const AVERAGED_LIGHT_PART: f64 = 0.1;
-/// Number of scale heights over which a limb is bright.
-const BRIGHT_HEIGHTS: f64 = 4.0;
-/// Heights at which the light of the rim is summed.
-const STEPS: usize = 64;
-/// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's has a ratio
-/// of 1.8.
-const ALL_ORDERS: f64 = 2.0;
+/// Height in pixels from which the rings' shadow on the rim is evaluated at samples along each ray; on a lower rim, once per ray.
+pub(crate) const MIN_SAMPLED_SHADOW_PX: f64 = 1.0;
+/// Ratio of the rim's light to the disc's below which a rim lower than [`ALWAYS_DRAWN_RIM_PX`] is left out.
+pub(crate) const MIN_LIGHT_RATIO: f64 = 0.005;
+/// Height in pixels below which a rim with more than [`MIN_AVERAGED_LIGHT_RATIO`] of the disc's light is averaged over each pixel. One ray per pixel shows a
+/// rim of half a pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
+const MAX_AVERAGED_RIM_PX: f64 = 2.0;
+const MIN_AVERAGED_LIGHT_RATIO: f64 = 0.1;
+/// Height of the bright part of a rim, in scale heights.
+const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
+/// Number of heights at which the light of the rim is summed.
+const HEIGHTS: usize = 64;
+/// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
+const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
 
 /// The rim of a body's air as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rim {
-    /// Height of the bright part, pixels.
+    /// Height of its bright part, pixels.
     pub height_px: f64,
     /// The rim's light divided by that of the disc, both summed over the channels: an estimate that is mostly too large, up to five times.
-    pub light_part: f64,
+    pub light_ratio: f64,
 }
 
 impl Rim {
     /// `phase_angle`: radians. `continues_disc`: where the rim is opaque, it is drawn as a continuation of the disc's colour.
     pub(crate) fn of(body: &Body, air: &Atmosphere, diameter_px: f64, phase_angle: f64, continues_disc: bool) -> Self {
-        Self { height_px: height_px(body, air, diameter_px), light_part: light_part(body, air, phase_angle, continues_disc) }
+        Self { height_px: height_px(body, air, diameter_px), light_ratio: light_ratio(body, air, phase_angle, continues_disc) }
     }
 
-    /// Whether the rim is lower than half a pixel, so that its light decides.
+    /// Whether the rim is lower than half a pixel, so that its light decides whether it is drawn.
     pub(crate) fn is_low(&self) -> bool {
         self.height_px < ALWAYS_DRAWN_RIM_PX
     }
 
     /// Whether the rim is too low and too faint to be drawn.
     pub(crate) fn is_negligible(&self) -> bool {
-        self.is_low() && self.light_part < MIN_LIGHT_PART
+        self.is_low() && self.light_ratio < MIN_LIGHT_RATIO
     }
 
     /// Whether its light must be averaged over each pixel, because one ray per pixel would show it much too bright.
     pub(crate) fn is_averaged(&self) -> bool {
-        self.is_low() || self.height_px < AVERAGED_RIM_PX && self.light_part > AVERAGED_LIGHT_PART
+        self.is_low() || self.height_px < MAX_AVERAGED_RIM_PX && self.light_ratio > MIN_AVERAGED_LIGHT_RATIO
     }
 }
 
@@ -67,26 +66,26 @@ fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
 
 /// Height in pixels of the bright rim beyond the limb.
 pub(crate) fn height_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
-    let rim_km = (BRIGHT_HEIGHTS * exponential(air).map(|s| s.scale_height_km).fold(0.0, f64::max)).min(air.top_km);
+    let rim_km = (BRIGHT_SCALE_HEIGHTS * exponential(air).map(|s| s.scale_height_km).fold(0.0, f64::max)).min(air.top_km);
     rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
 }
 
 /// The rim's light divided by the disc's.
 ///
-/// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its scattered
-/// part w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light scattered once, and
-/// [`ALL_ORDERS`] times that in all. The ring of circumference 2 pi R, bright all around, has 2 pi R times the integral of this over z; the disc has pi R^2
-/// times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the terminator, sunlight is weakened on its
-/// way, and layers absorb.
+/// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
+/// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
+/// scattered once, and [`ALL_ORDERS_OVER_SINGLE`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
+/// this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
+/// terminator, sunlight is weakened on its way, and layers absorb.
 ///
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
-/// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase angle)
-/// times the integral of that ratio; the disc has pi R^2 times the geometric albedo and the phase function of its photometric model.
-fn light_part(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: bool) -> f64 {
+/// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase
+/// angle) times the integral of that ratio; the disc emits pi R^2 times the geometric albedo and the phase function of its photometric model.
+fn light_ratio(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: bool) -> f64 {
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle.cos();
-    let step_km = air.top_km / STEPS as f64;
-    // Optical depth of the ray that grazes at a height, and its scattered part times the phase function.
+    let step_km = air.top_km / HEIGHTS as f64;
+    // t and t w p of the ray that grazes at a height.
     let along = |height_km: f64| {
         let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
         for s in exponential(air) {
@@ -98,14 +97,14 @@ fn light_part(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: b
         (depth, scattered)
     };
     let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
-    for k in 0..STEPS {
+    for k in 0..HEIGHTS {
         let (depth, scattered) = along((k as f64 + 0.5) * step_km);
         let opacity = DVec3::ONE - (-depth).exp();
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
         opaque_km += opacity * step_km;
     }
     let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle);
-    let scattered = ALL_ORDERS * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
+    let scattered = ALL_ORDERS_OVER_SINGLE * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
     if !continues_disc {
         return scattered;
     }
@@ -113,6 +112,7 @@ fn light_part(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: b
     let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
     let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
     let continued = 2.0 * phase_angle.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
+    // The blend of `disc_beyond_limb`: from an opacity of 0.2 along the limb to one of 0.5.
     scattered + (continued - scattered) * smoothstep((at_limb - 0.2) / 0.3)
 }
 
@@ -137,23 +137,23 @@ mod tests {
             }
         }
         // Drawn in 2048 pixels, the rim of Venus has 0.72 of the light of its disc at 173.4 degrees, whose thin crescent the rim continues.
-        let venus = rim(&catalog, "Venus", true, 48.0, 173.4).light_part;
+        let venus = rim(&catalog, "Venus", true, 48.0, 173.4).light_ratio;
         assert!((0.5..1.0).contains(&venus), "{venus}");
         // The limb of a full disc is dark, and so is the rim that continues it.
         for name in ["Jupiter", "Saturn", "Uranus", "Neptune"] {
             let full = rim(&catalog, name, true, 40.0, 5.0);
-            assert!(full.is_negligible() && full.light_part > 1e-5, "{name}: {full:?}");
+            assert!(full.is_negligible() && full.light_ratio > 1e-5, "{name}: {full:?}");
         }
         // Height decides from half a pixel on, and light below it.
-        let low = Rim { height_px: 0.499, light_part: 0.004 };
+        let low = Rim { height_px: 0.499, light_ratio: 0.004 };
         assert!(
-            low.is_negligible() && !Rim { light_part: 0.006, ..low }.is_negligible() && !Rim { height_px: 0.501, ..low }.is_negligible()
+            low.is_negligible() && !Rim { light_ratio: 0.006, ..low }.is_negligible() && !Rim { height_px: 0.501, ..low }.is_negligible()
         );
         assert!(low.is_averaged() && !Rim { height_px: 0.501, ..low }.is_averaged());
-        assert!(Rim { height_px: 1.9, light_part: 0.11 }.is_averaged() && !Rim { height_px: 2.1, light_part: 0.11 }.is_averaged());
+        assert!(Rim { height_px: 1.9, light_ratio: 0.11 }.is_averaged() && !Rim { height_px: 2.1, light_ratio: 0.11 }.is_averaged());
     }
 
-    /// The integral against its closed form for air that is thin or opaque along the limb, under a fitting disc.
+    /// The sums against closed forms: the light that the gas of Venus scatters, and the light with which it continues a Lambert disc.
     #[test]
     fn the_light_of_the_rim_is_that_of_its_columns() {
         let catalog = Catalog::embedded();
@@ -174,8 +174,9 @@ mod tests {
         let full = DVec3::from_array(gas.scattering_per_km) * (2.0 * PI * radius_km * height_km).sqrt();
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
-        let scattered = 2.0 * ALL_ORDERS * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
-        let ratio = light_part(venus, air, alpha, false) / scattered;
+        let scattered =
+            2.0 * ALL_ORDERS_OVER_SINGLE * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
+        let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the phase
         // function. Along the limb the gas hides 57 % of what is behind it.
@@ -183,7 +184,7 @@ mod tests {
         assert!((at_limb - 0.57).abs() < 0.02, "{at_limb}");
         let continued =
             2.0 * alpha.sin() * (equivalent_km / 3.0 / at_limb) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
-        let ratio = light_part(venus, air, alpha, true) / continued;
+        let ratio = light_ratio(venus, air, alpha, true) / continued;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
 }

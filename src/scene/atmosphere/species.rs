@@ -1,4 +1,5 @@
-//! The species of an atmosphere: which one is gas, aerosol or absorption layer, and their vertical optical depth.
+//! The species of an atmosphere. In: the catalog's atmosphere. Out: which species is the gas, the aerosol or the absorption layer, their vertical optical
+//! depth, and the features of draws.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::extinction;
@@ -9,14 +10,17 @@ use glam::DVec3;
 pub(crate) fn rayleigh(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.is_gas())
 }
+
 /// The species with the phase function of aerosols (shaders call it Mie) and an exponential profile.
 pub(crate) fn mie(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.aerosol_phase().is_some())
 }
+
 /// The species with a triangular profile.
 pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.tent_centre_km.is_some())
 }
+
 /// Vertical optical depth, per channel.
 pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
     // Both profiles integrate to `scale_height_km`, which for a triangular profile is half its width.

@@ -45,7 +45,7 @@ pub(super) struct TwilightAir {
 
 impl TwilightAir {
     fn of(body: &Body) -> Option<Self> {
-        let air = body.atmosphere.as_ref().filter(|air| air::ground_is_bare(body) || air::is_visible_over_disc(air))?;
+        let air = body.atmosphere.as_ref().filter(|air| air::colours_exclude_air(body) || air::is_visible_over_disc(air))?;
         let [reflectance, radius_scale_heights] = reflectance_and_radius(body, air);
         // The height of the air's shadow grows with the square of the Sun's depression.
         Some(Self {
