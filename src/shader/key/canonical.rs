@@ -28,17 +28,17 @@ fn shows_radiance(f: &DrawFeatures) -> bool {
 fn has_no_ground(f: &DrawFeatures) -> bool {
     matches!(f.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
-/// Whether the image shows reflected light.
-fn shows_reflected_light(f: &DrawFeatures) -> bool {
+/// Whether the image shows light that comes from the Sun or another light: reflected by a surface, or scattered by air.
+fn is_lit(f: &DrawFeatures) -> bool {
     shows_radiance(f) && !is_emissive(f) && f.lights > 0
 }
 /// Whether the image depends on how much sunlight arrives.
 fn shows_sunlight(f: &DrawFeatures) -> bool {
-    shows_reflected_light(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !is_emissive(f))
+    is_lit(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !is_emissive(f))
 }
 /// Whether the pixel's value depends on the surface normal.
 fn shows_normal(f: &DrawFeatures) -> bool {
-    (shows_reflected_light(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
+    (is_lit(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
 /// Whether the draw fills the coarse image (of the air, and of the sunlight past occluders), which the draws of ground and clouds interpolate.
@@ -49,7 +49,7 @@ fn fills_coarse_image(f: &DrawFeatures) -> bool {
 const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
     CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
-/// The reason of these rules.
+/// The reason that these rules give.
 const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
@@ -59,7 +59,7 @@ fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
 fn shows_albedo(f: &DrawFeatures) -> bool {
     match f.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
-        _ => shows_reflected_light(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Albedo,
+        _ => is_lit(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Albedo,
     }
 }
 
@@ -130,7 +130,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "specular",
         value: "",
-        applies: |f| !shows_reflected_light(f) || has_no_ground(f),
+        applies: |f| !is_lit(f) || has_no_ground(f),
         because: "a glint needs a light and a reflecting ground",
     },
     CanonicalRule {
@@ -148,7 +148,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "detail",
         value: "",
-        applies: |f| !shows_reflected_light(f) || f.shape == Shape::Mesh || matches!(f.surface, Surface::Sky | Surface::Ring),
+        applies: |f| !is_lit(f) || f.shape == Shape::Mesh || matches!(f.surface, Surface::Sky | Surface::Ring),
         because: "finer relief than the map shows only on lit ground or clouds of a smooth body",
     },
     CanonicalRule {
@@ -278,7 +278,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "thinlimb",
         value: "",
-        applies: |f| !shows_reflected_light(f) || f.surface == Surface::Ring || f.shape == Shape::Mesh,
+        applies: |f| !is_lit(f) || f.surface == Surface::Ring || f.shape == Shape::Mesh,
         because: "light ends within a pixel where the Sun lights a smooth globe or its air",
     },
     CanonicalRule {

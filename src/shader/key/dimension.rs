@@ -1,7 +1,5 @@
-//! The table of dimensions.
-//!
-//! In: nothing. Out: for each dimension its values, with their names in key texts and in the `@if` conditions of WESL files, and access to the field of
-//! [`DrawFeatures`].
+//! The table of dimensions: for each, its values, their names in key texts and in the `@if` conditions of WESL files, and functions that get and set the value
+//! in [`DrawFeatures`].
 
 use crate::scene::draw::{
     AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
