@@ -9,7 +9,7 @@ use sha2::{Digest, Sha256};
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
-        /// The Rust sources on which a module and its stored form depend, by path inside src/.
+        /// The Rust sources that determine a module's key, text and stored form: path inside src/, and content.
         pub static SOURCES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../", $name)))),*];
     };
 }

@@ -36,7 +36,8 @@ struct Uploaded {
     texture: wgpu::Texture,
     bytes: u64,
     last_used_frame: u64,
-    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, its address may belong to another texture.
+    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, this entry is evicted; until then, the weak reference keeps its address from
+    /// being reused.
     decoded: Option<Weak<Texture>>,
 }
 

@@ -43,6 +43,7 @@ const KEY_ECHO_CHARS: usize = 80;
 /// Maximum number of characters that messages quote of an unknown word.
 const WORD_ECHO_CHARS: usize = 40;
 
+/// Every part, in the order of the table.
 fn parts() -> Vec<KeyPart> {
     let mut parts: Vec<KeyPart> = DIMENSIONS.iter().map(|d| d.part).collect();
     parts.dedup();
@@ -167,7 +168,7 @@ impl FromStr for ShaderKey {
     }
 }
 
-/// A suggestion for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
+/// What an error message suggests for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
 fn suggestion(piece: &str, found: &[KeyPart]) -> String {
     did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
         Some(part) => words_of_part(part),

@@ -1,8 +1,8 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the
-//! generator would emit now, whatever the state of the disk; readers in any process see either a complete entry or none; a disk error is
-//! reported once and is never fatal. Not here: the lowering of modules for the software renderer, and where messages go; the caller supplies both.
+//! generator would emit now, even if entries on disk are damaged (unless someone forged an entry: [`ShaderLibrary::replace_tampered`]); readers in any
+//! process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software renderer, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -196,7 +196,7 @@ impl ShaderLibrary {
         Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
 
-    /// Where a module came from; `None` for a module that has not been requested.
+    /// Where a module came from; `None` for a module that is not in memory.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
         Some(modules.peek(id)?.get()?.as_ref().ok()?.1)

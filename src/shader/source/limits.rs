@@ -1,9 +1,9 @@
 //! Limits for untrusted fragments (WESL files). Parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks
 //! at each `<`, so unlimited input could exhaust the stack or take forever.
 //!
-//! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
-//! fragments stay far below the limits (brackets nest at most 7 deep; fewer than 200 bytes lie between two separators). Not
-//! here: whether the text is WESL.
+//! In: a fragment's text. Out: the first position that exceeds a limit. Always: the time is proportional to the text's length;
+//! comments do not count. The shipped fragments stay far below the limits (brackets nest at most 7 deep; fewer than 200 bytes lie between two
+//! separators). Not here: whether the text is WESL.
 
 /// Maximum number of `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template
 /// list, and repeats this for each `<` on the way, so that every further `<` doubles the time.
@@ -55,7 +55,7 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
     let (mut open_angles, mut part_bytes, mut body_bytes) = (0, 0, 0);
     // Whether the outermost open bracket is `{`: that of a function or a structure.
     let mut in_body = false;
-    // How many `else` the current chain of `if` and `else` has: for the fragment itself, then for each open bracket.
+    // How many `else` the current chain of `if` and `else` has: outside all brackets, then in each open bracket. There is one number more than open brackets.
     let mut else_counts = vec![0];
     for (at, byte) in code.iter().enumerate() {
         part_bytes = if byte.is_ascii_whitespace() { part_bytes } else { part_bytes + 1 };

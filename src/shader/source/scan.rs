@@ -1,8 +1,8 @@
 //! Finds the conditional items of a fragment by scanning its tokens.
 //!
-//! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks that these attributes
-//! make, the import statements, and the names of the declarations. An item is a declaration, a struct member, a parameter, a statement or an import. It ends with a semicolon, a
-//! comma of its list or a closing brace. Not here: the division into lines (`fragment`).
+//! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks that these
+//! attributes make, the import statements, and the names of the declarations. An item is a declaration, a struct member, a parameter, an argument, a
+//! statement or an import. It ends with a semicolon, a comma of its list or a closing brace. Not here: the division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
