@@ -1,7 +1,6 @@
-//! Compares modules.
+//! Compares two modules, and counts the cost of one.
 //!
-//! In: emitted or complete modules. Out: the lines in which two of them differ, grouped by feature or by fragment, and the cost of one: the operations in its
-//! IR.
+//! In: modules. Out: the lines in which two modules differ, grouped by feature or by fragment; the operations, branches and texture reads in a module's IR.
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};

@@ -63,7 +63,7 @@ impl FrameResources {
 /// Target of a plan's last pass.
 #[derive(Clone, Copy)]
 pub(super) enum RenderTarget<'a> {
-    /// A target that the renderer owns, for a frame with these images (see [`texture_format`]).
+    /// A target that the renderer owns, in the format that is needed to return these images ([`texture_format`]).
     Owned(FrameImages),
     /// A texture of the caller, such as a window's.
     External(&'a wgpu::Texture),
@@ -299,6 +299,7 @@ impl GpuRenderer {
                 draws.map(|((d, offsets), key)| self.prepare(resources, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?,
             );
         }
+        // Frames of windows are not timed.
         if self.has_timestamps && resources.pass_timer.is_none() && matches!(target, RenderTarget::Owned(_)) {
             resources.pass_timer = Some(PassTimer::new(&self.device));
         }

@@ -79,7 +79,7 @@ fn base_features() -> Vec<DrawFeatures> {
 /// Pairs of an index into [`DIMENSIONS`] and a value of that dimension.
 type Combination = [(usize, usize)];
 
-fn with(mut features: DrawFeatures, values: &Combination) -> DrawFeatures {
+fn with_values(mut features: DrawFeatures, values: &Combination) -> DrawFeatures {
     values.iter().for_each(|(d, value)| (DIMENSIONS[*d].set)(&mut features, *value));
     features
 }
@@ -92,7 +92,7 @@ fn has_values(features: &DrawFeatures, values: &Combination) -> bool {
 /// `start` and wraps around.
 fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination) -> Option<DrawFeatures> {
     let (before, after) = base_features.split_at(start);
-    after.iter().chain(before).map(|base| with(*base, values)).find(|f| canonical(f) == *f)
+    after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
 }
 
 /// Every choice of `t` of the first `count` dimensions, with the number of its first combination of values; and how many combinations there are in all. The
@@ -225,7 +225,7 @@ fn best_completion(
                 (d.set)(&mut features, base_value_count - 1 + random.below(d.texts.len() + 1 - base_value_count));
             }
         }
-        let features = canonical(&with(features, values));
+        let features = canonical(&with_values(features, values));
         if has_values(&features, values) && count_new(&features) > best.0 {
             best = (count_new(&features), features);
         }
